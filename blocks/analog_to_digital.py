@@ -1,0 +1,41 @@
+"""Analog-to-digital converter: code = clip(rint((gain v + offset) 2^(bits-1) / reference)).
+
+Rounding is to the nearest code, ties to even; saturation at -2^(bits-1) and 2^(bits-1) - 1
+(Sarraf et al. 2012, section 3.2; digital quartz accelerometer, eq. 7).
+"""
+
+from typing import NamedTuple
+
+from proofmass.blocks.declare import Block, Input, param
+from proofmass.blocks.rounding import clip, round_half_even
+
+
+class AnalogToDigital(Block):
+    """Bipolar analog-to-digital converter."""
+
+    bits: int = param(12, "bit", "Resolution.", at_least=2, at_most=32)
+    reference: float = param(10.0, "V", "Voltage of the code 2^(bits-1): half the span.", above=0.0)
+    offset_error: float = param(0.0, "V", "Voltage added before the conversion.")
+    gain_error: float = param(0.0, "1", "Relative error of the gain.", above=-1.0)
+
+    voltage = Input("V", "Voltage to convert.")
+
+
+class Constants(NamedTuple):
+    codes_per_volt: float
+    offset: float
+    lowest: float
+    highest: float
+
+
+@AnalogToDigital.constants
+def constants(p: AnalogToDigital, period: float) -> Constants:
+    half = float(1 << (p.bits - 1))
+    codes_per_volt = half / p.reference
+    return Constants(codes_per_volt * (1.0 + p.gain_error), codes_per_volt * p.offset_error, -half, half - 1.0)
+
+
+@AnalogToDigital.output("1")
+def code(c: Constants, voltage: float) -> int:
+    """Output code."""
+    return int(round_half_even(clip(c.codes_per_volt * voltage + c.offset, c.lowest, c.highest)))

@@ -1,0 +1,58 @@
+"""Correlation cells: sums[k] += +y or -y as the chip k samples ago was a one or a zero, over a period of chips.
+
+For a maximal-length sequence of N chips and a response h in its steady state, sums[k] = (N+1) h[k] - sum of h
+(Sarraf et al. 2012, section 2.1, Fig. 2d, eq. 2 and 3).
+"""
+
+from typing import NamedTuple
+
+from proofmass.blocks.declare import Block, Buffer, Input, param
+
+
+class Correlator(Block):
+    """Bank of correlation cells; one vector of sums per period, available from the tick after its last chip."""
+
+    cells: int = param(16, "1", "Number of lags, from 0.", at_least=1, at_most=4096)
+    chips: int = param(1023, "1", "Chips of a period.", at_least=1)
+
+    bit = Input("1", "Chip that excites the device.", dtype=bool)
+    code = Input("1", "Response of the device in the same tick.", dtype=int)
+
+    history = Buffer("Last chips, 32 to a word, newest in the lowest bit.", int, (lambda p: (p.cells + 31) // 32,))
+    sums = Buffer("Sums of the period under way.", int, ("cells",))
+    finished = Buffer("Sums of the last whole period.", int, ("cells",))
+
+
+class State(NamedTuple):
+    chip: int
+    filled: int
+
+
+@Correlator.output("1", shape=("cells",), dtype=int, every="chips")
+def impulse_response(c, finished, out) -> None:
+    """Sums of the last whole period, one per lag: the impulse response times chips + 1, less a constant."""
+    for k in range(len(finished)):
+        out[k] = finished[k]
+
+
+@Correlator.update
+def update(c, x: State, history, sums, finished, bit: bool, code: int) -> State:
+    carry = 1 if bit else 0
+    for word in range(len(history)):
+        cells = history[word]
+        history[word] = ((cells << 1) | carry) & 0xFFFFFFFF
+        carry = (cells >> 31) & 1
+    if x.filled < len(sums):
+        for k in range(x.filled + 1):
+            sums[k] += code if (history[k >> 5] >> (k & 31)) & 1 else -code
+    else:
+        for k in range(len(sums)):
+            flip = ((history[k >> 5] >> (k & 31)) & 1) - 1
+            sums[k] += (code ^ flip) - flip
+    chip = x.chip + 1
+    if chip == c.chips:
+        chip = 0
+        for k in range(len(sums)):
+            finished[k] = sums[k]
+            sums[k] = 0
+    return State(chip, x.filled + 1 if x.filled < len(sums) else x.filled)

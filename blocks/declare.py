@@ -1,0 +1,369 @@
+"""How a block is written: a class of typed parameters and ports, and pure functions registered on it.
+
+    class Gain(Block):
+        \"\"\"Amplifier.\"\"\"
+        gain: float = param(1.0, "1", "Factor.")
+        input = Input("V", "What is amplified.")
+
+    @Gain.output("V")
+    def output(p, input: float) -> float:
+        \"\"\"The input times the gain.\"\"\"
+        return p.gain * input
+
+The first argument of every function is the block's constants (or its parameters, where it declares no `constants`);
+the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `RUNNER_NAMES`.
+An output that names an input depends on it in the same sample; one that does not, does not.
+"""
+
+import dataclasses
+import inspect
+import typing
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
+
+from proofmass.blocks.parameter import Parameter, fill, param, read_parameters
+from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.units import UnitError, unit
+
+__all__ = ["Block", "Buffer", "Input", "Recording", "block", "param"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+Number = type[float] | type[int] | type[bool]
+Size = int | str | Callable[[Any], int]  # a number, an integer parameter, a list parameter (its length), a function
+
+RUNNER_NAMES = {
+    "time": "seconds since the start, tick times period",
+    "tick": "ticks of the block since the start",
+    "normal": "a fresh standard normal deviate, a pure function of (seed, run, block, tick)",
+    "out": "where an output with a shape writes its entries",
+}
+_RESERVED = {*RUNNER_NAMES, "p", "c", "x", "period", "kind", "rate", "graph"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Port:
+    """One input or output of a block; unit and shape may name parameters."""
+
+    name: str
+    unit: str
+    doc: str
+    dtype: Number
+    shape: tuple[Size, ...] = ()
+    default: float | None = None  # inputs: the value when nothing is connected
+    every: Size = 1  # outputs: ticks of the block per tick of the port
+
+
+@dataclasses.dataclass(frozen=True)
+class Behaviour:
+    """A registered function and the names of its arguments after the first."""
+
+    function: Callable[..., Any]
+    arguments: tuple[str, ...]
+    returns: Any
+
+
+class Input:
+    """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected."""
+
+    def __init__(
+        self, unit: str, doc: str, dtype: Number = float, shape: tuple[Size, ...] = (), default: float | None = None
+    ) -> None:
+        self._make = lambda name: Port(name, unit, doc, dtype, shape, default)
+
+    def __set_name__(self, owner: "type[Block]", name: str) -> None:
+        _refuse_taken(owner, name)
+        owner.inputs = {**owner.inputs, name: self._make(name)}
+
+
+@dataclasses.dataclass(frozen=True)
+class BufferPort:
+    """A vector of state, kept by the runner and updated in place."""
+
+    name: str
+    doc: str
+    dtype: Number
+    shape: tuple[Size, ...]
+    recorded: str = ""  # "time" or "value": filled from a recording, as long as it is
+
+
+class Buffer:
+    """Declare a vector of state (delay line, cells, coefficients); `start` may fill it, `update` changes it in place."""
+
+    def __init__(self, doc: str, dtype: Number, shape: tuple[Size, ...]) -> None:
+        self._make = lambda name: BufferPort(name, doc, dtype, shape)
+
+    def __set_name__(self, owner: "type[Block]", name: str) -> None:
+        _refuse_taken(owner, name)
+        owner.buffers = {**owner.buffers, name: self._make(name)}
+
+
+class Recording(Buffer):
+    """Declare a buffer that the runner fills from the recording named by the block's `file` and `column`.
+
+    `quantity` is "time" (seconds) or "value" (converted to the unit of the block's output).
+    """
+
+    def __init__(self, quantity: str, doc: str) -> None:
+        self._make = lambda name: BufferPort(name, doc, float, (), quantity)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(param,))
+class Block:
+    """Base of every block; a subclass is a frozen dataclass of its parameters."""
+
+    parameters: ClassVar[dict[str, Parameter]] = {}
+    inputs: ClassVar[dict[str, Port]] = {}
+    outputs: ClassVar[dict[str, Port]] = {}
+    buffers: ClassVar[dict[str, BufferPort]] = {}
+    functions: ClassVar[dict[str, Behaviour]] = {}  # constants, start, update, derivative
+    output_functions: ClassVar[dict[str, Behaviour]] = {}
+    linear: ClassVar[bool] = False  # of a continuous block: its derivative is linear in state and inputs
+    requirements: ClassVar[Callable[[Any], Iterator[tuple[str, str]]] | None] = None
+
+    def __init_subclass__(cls) -> None:
+        cls.outputs, cls.functions, cls.output_functions = {}, {}, {}
+        dataclasses.dataclass(frozen=True, init=False, repr=False)(cls)
+        hints = typing.get_type_hints(cls)
+        cls.parameters = {f.name: _parameter(cls, f, hints[f.name]) for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
+
+    def __init__(self, **values: Any) -> None:
+        kind = type(self)
+        unknown = [
+            Problem(
+                message=f"{kind.__name__} has no such parameter",
+                key=f"{kind.__name__}.{name}",
+                got=name,
+                hint=did_you_mean(name, kind.parameters, "parameter"),
+                path=(name,),
+            )
+            for name in values
+            if name not in kind.parameters
+        ]
+        read, problems = read_parameters(kind.parameters, values, kind.__name__)
+        for name, value in read.items():
+            object.__setattr__(self, name, value)
+        problems = unknown + problems + self._bad_units()
+        if not problems and kind.requirements is not None:
+            problems = [
+                Problem(
+                    message="does not go with the other parameters",
+                    key=f"{kind.__name__}.{name}",
+                    got=shown(getattr(self, name)),
+                    expected=expected,
+                    path=(name,),
+                )
+                for name, expected in kind.requirements(self)
+            ]
+        if problems:
+            raise ModelError(problems)
+
+    def _bad_units(self) -> list[Problem]:
+        """A parameter that ports name as their unit must be one."""
+        problems = []
+        for name, parameter in self.parameters.items():
+            if parameter.kind is str and _names_a_unit(name):
+                try:
+                    unit(getattr(self, name))
+                except UnitError as error:
+                    key = f"{type(self).__name__}.{name}"
+                    problems.append(
+                        Problem(
+                            message=str(error),
+                            key=key,
+                            got=shown(getattr(self, name)),
+                            expected="a unit",
+                            hint=error.hint,
+                            path=(name,),
+                        )
+                    )
+        return problems
+
+    def __repr__(self) -> str:
+        changed = (f"{n}={getattr(self, n)!r}" for n, p in self.parameters.items() if getattr(self, n) != p.default)
+        return f"{type(self).__name__}({', '.join(changed)})"
+
+    # -- facts of an instance ------------------------------------------------------------------------------------
+
+    def unit_of(self, what: Port | Parameter) -> str:
+        """The unit of a port or parameter, with the block's own unit parameters put in."""
+        if "{" not in what.unit:
+            return what.unit
+        return fill(what.unit, {n: getattr(self, n) for n, p in self.parameters.items() if p.kind is str})
+
+    def size(self, size: Size) -> int:
+        """A size as a number: itself, the value of an integer parameter, or the length of a list parameter."""
+        if isinstance(size, int):
+            return size
+        if callable(size):
+            return size(self)
+        value = getattr(self, size)
+        return len(value) if isinstance(value, tuple) else int(value)
+
+    def shape_of(self, what: "Port | BufferPort") -> tuple[int, ...]:
+        """The shape of a port or buffer as numbers."""
+        return tuple(self.size(size) for size in what.shape)
+
+    # -- facts of a class ----------------------------------------------------------------------------------------
+
+    @classmethod
+    def continuous(cls) -> bool:
+        """Whether the runner integrates the block between ticks."""
+        return "derivative" in cls.functions
+
+    @classmethod
+    def feedthrough(cls, port: str) -> tuple[str, ...]:
+        """Inputs that reach this output within the same sample: the arguments its function names."""
+        return tuple(name for name in cls.output_functions[port].arguments if name in cls.inputs)
+
+    @classmethod
+    def state_class(cls) -> type | None:
+        """The NamedTuple of the block's state, or None for a block without one."""
+        for name in ("update", "derivative", "start"):
+            behaviour = cls.functions.get(name)
+            if behaviour is not None and behaviour.returns is not None:
+                return typing.cast(type, behaviour.returns)
+        return None
+
+    @classmethod
+    def constants_class(cls) -> type:
+        """The NamedTuple that the block's functions get first: its constants, or else its numeric parameters."""
+        if "constants" in cls.functions:
+            return typing.cast(type, cls.functions["constants"].returns)
+        return cls.parameters_class()
+
+    @classmethod
+    def parameters_class(cls) -> type:
+        """A NamedTuple of the numeric parameters, as `constants` sees them when a parameter is driven."""
+        if "_parameters_class" not in cls.__dict__:
+            names = [n for n, p in cls.parameters.items() if p.kind in (float, int, bool)]
+            made = namedtuple(f"{cls.__name__}Parameters", names)  # type: ignore[misc]
+            made.__annotations__ = {n: cls.parameters[n].kind for n in names}
+            cls._parameters_class = made  # type: ignore[attr-defined]
+        return typing.cast(type, cls.__dict__["_parameters_class"])
+
+    @classmethod
+    def drivable(cls, parameter: str) -> bool:
+        """Whether a wire may drive the parameter: a number that no size, start or requirement rests on."""
+        if cls.continuous() or cls.parameters[parameter].kind is not float:
+            return False
+        start = cls.functions.get("start")
+        return start is None or parameter not in start.function.__code__.co_names
+
+    # -- registration --------------------------------------------------------------------------------------------
+
+    @classmethod
+    def constants(cls, function: Function) -> Function:
+        """Register `constants(p, period) -> Constants`: what the loop needs, from the parameters."""
+        cls.functions["constants"] = _behaviour(cls, function, {"period"})
+        return function
+
+    @classmethod
+    def start(cls, function: Function) -> Function:
+        """Register `start(p, buffers...) -> State`: the state at tick 0; without it every field starts at zero."""
+        cls.functions["start"] = _behaviour(cls, function, set(cls.buffers))
+        return function
+
+    @classmethod
+    def update(cls, function: Function) -> Function:
+        """Register `update(c, x, buffers..., inputs...) -> State`: from this tick to the block's next."""
+        cls.functions["update"] = _behaviour(cls, function, {"x", *cls.buffers, *cls.inputs, "time", "tick", "normal"})
+        return function
+
+    @classmethod
+    def derivative(cls, *, linear: bool) -> Callable[[Function], Function]:
+        """Register `derivative(c, x, inputs...) -> State`: the block is continuous and the runner integrates it."""
+
+        def register(function: Function) -> Function:
+            cls.functions["derivative"] = _behaviour(cls, function, {"x", *cls.inputs})
+            cls.linear = linear
+            return function
+
+        return register
+
+    @classmethod
+    def requires(cls, function: Function) -> Function:
+        """Register `requires(p)`, which yields (parameter, what is expected) where parameters do not go together."""
+        cls.requirements = staticmethod(function)  # type: ignore[assignment]
+        return function
+
+    @classmethod
+    def output(
+        cls, unit: str, *, shape: tuple[Size, ...] = (), dtype: Number | None = None, every: Size = 1
+    ) -> Callable[[Function], Function]:
+        """Register the output port that the function computes; its name, dtype and doc are the port's.
+
+        With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the port tick once
+        in so many ticks of its block.
+        """
+
+        def register(function: Function) -> Function:
+            name = function.__name__
+            _refuse_taken(cls, name)
+            known = {"x", *cls.buffers, *cls.inputs, *RUNNER_NAMES}
+            behaviour = _behaviour(cls, function, known)
+            kind = dtype or behaviour.returns
+            if kind not in (float, int, bool) or bool(shape) != ("out" in behaviour.arguments):
+                raise TypeError(f"{cls.__name__}.{name} must return float, int or bool, or write its entries into out")
+            doc = inspect.getdoc(function) or ""
+            cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every)
+            cls.output_functions[name] = behaviour
+            return function
+
+        return register
+
+
+@overload
+def block(unit: str, **inputs: str) -> Callable[[Callable[..., Any]], type[Block]]: ...
+@overload
+def block(unit: str) -> Callable[[Callable[..., Any]], type[Block]]: ...
+def block(unit: str, **inputs: str) -> Callable[[Callable[..., Any]], type[Block]]:
+    """Make a stateless block of one function: arguments without default are inputs, `param(...)` ones parameters.
+
+        @block("V", voltage="V")
+        def rectified(p, voltage: float) -> float:
+            \"\"\"Absolute value of a voltage.\"\"\"
+            return abs(voltage)
+    """
+
+    def make(function: Callable[..., Any]) -> type[Block]:
+        name = "".join(part.title() for part in function.__name__.split("_"))
+        body: dict[str, Any] = {n: Input(u, f"The {n}.") for n, u in inputs.items()}
+        body |= {"__doc__": function.__doc__, "__module__": function.__module__}
+        made = type(name, (Block,), body)
+        made.output(unit)(function)
+        return made
+
+    return make
+
+
+def _parameter(owner: type, field: "dataclasses.Field[Any]", kind: Any) -> Parameter:
+    if kind not in (float, int, bool, str):
+        kind = tuple if typing.get_origin(kind) is tuple else None
+    if kind is None or "bounds" not in field.metadata:
+        raise TypeError(f"{owner.__name__}.{field.name} must be float, int, bool, str or tuple[float, ...] = param(...)")
+    if field.name in _RESERVED or field.name in Block.__dict__:
+        raise TypeError(f"{owner.__name__}.{field.name}: the name is taken")
+    m: Mapping[str, Any] = field.metadata
+    return Parameter(field.name, kind, field.default, m["unit"], m["doc"], *m["bounds"], m["choices"])
+
+
+def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]) -> Behaviour:
+    names = list(inspect.signature(function).parameters)
+    returns = function.__annotations__.get("return")
+    if isinstance(returns, str):
+        returns = typing.get_type_hints(function)["return"]
+    unknown = [name for name in names[1:] if name not in known]
+    if not names or unknown:
+        hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
+        raise TypeError(f"{owner.__name__}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
+    return Behaviour(function, tuple(names[1:]), returns)
+
+
+def _refuse_taken(owner: type, name: str) -> None:
+    if name in _RESERVED:
+        raise TypeError(f"{owner.__name__}.{name}: the name is taken")
+
+
+def _names_a_unit(name: str) -> bool:
+    return name == "unit" or name.endswith("_unit")

@@ -1,0 +1,19 @@
+"""Gain: output = gain * input, with units of its own."""
+
+from proofmass.blocks.declare import Block, Input, param
+
+
+class Gain(Block):
+    """Linear gain between any two units: an amplifier, a torquer, a resistor that turns voltage into current."""
+
+    gain: float = param(1.0, "({output_unit})/({input_unit})", "Output per input.")
+    input_unit: str = param("1", "", "Unit of the input.")
+    output_unit: str = param("1", "", "Unit of the output.")
+
+    input = Input("{input_unit}", "What is amplified.")
+
+
+@Gain.output("{output_unit}")
+def output(p: Gain, input: float) -> float:
+    """The input times the gain."""
+    return p.gain * input

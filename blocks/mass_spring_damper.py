@@ -1,0 +1,37 @@
+"""Proof mass on a flexure, m x'' + c x' + k x = F (Sarraf et al. 2012, section 2.1, eq. 4 and 5)."""
+
+from typing import NamedTuple
+
+from proofmass.blocks.declare import Block, Input, param
+
+
+class MassSpringDamper(Block):
+    """Proof mass, suspension and gas damping of a mechanical accelerometer."""
+
+    mass: float = param(50.43e-9, "kg", "Proof mass.", above=0.0)
+    damping: float = param(3.4e-3, "kg/s", "Viscous damping.", at_least=0.0)
+    stiffness: float = param(49.5627, "N/m", "Stiffness of the suspension.", above=0.0)
+
+    force = Input("N", "Force on the proof mass.")
+
+
+class State(NamedTuple):
+    displacement: float
+    velocity: float
+
+
+@MassSpringDamper.output("m")
+def displacement(p: MassSpringDamper, x: State) -> float:
+    """Displacement of the proof mass from rest."""
+    return x.displacement
+
+
+@MassSpringDamper.output("m/s")
+def velocity(p: MassSpringDamper, x: State) -> float:
+    """Velocity of the proof mass."""
+    return x.velocity
+
+
+@MassSpringDamper.derivative(linear=True)
+def derivative(p: MassSpringDamper, x: State, force: float) -> State:
+    return State(x.velocity, (force - p.damping * x.velocity - p.stiffness * x.displacement) / p.mass)

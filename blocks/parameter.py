@@ -1,0 +1,178 @@
+"""Parameters of a block: declared with unit, bounds, default and doc; read and refused in one place."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from proofmass.blocks.problem import Problem, shown
+from proofmass.blocks.units import UnitError, convert_exactly
+
+LARGEST_INTEGER = 2**62  # integer arithmetic of the compiled loop has 64 bits
+
+
+@dataclasses.dataclass(frozen=True)
+class Parameter:
+    """What is known of one parameter besides its value."""
+
+    name: str
+    kind: type  # float, int, bool, str, or tuple for a list of floats
+    default: Any
+    unit: str  # may name other parameters in braces: "{unit}"
+    doc: str
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    choices: tuple[str, ...] = ()
+
+    def bounds(self) -> str:
+        """The bounds in words, as in `> 0 and <= 1`; empty when there are none."""
+        signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
+
+    def expected(self, unit: str) -> str:
+        """What the parameter takes, in words."""
+        if self.kind is bool:
+            return "true or false"
+        if self.kind is str:
+            return f"one of {', '.join(self.choices)}" if self.choices else "a string"
+        noun = {float: "a number", int: "an integer", tuple: "a list of numbers"}[self.kind]
+        bounds = f" {self.bounds()}" if self.bounds() else ""
+        return f"{noun}{bounds}" + (f", in {unit}" if unit not in ("1", "") else "")
+
+    def read(self, value: object, unit: str) -> Any:
+        """The value as the type of the parameter, strings converted to its unit.
+
+        Raises `ParameterProblem` when the value is of the wrong type, not finite or out of bounds.
+        """
+        if self.kind is tuple:
+            if not isinstance(value, list | tuple) or not value:
+                raise ParameterProblem("must be a list of numbers")
+            return tuple(self._number(entry, unit) for entry in value)
+        if self.kind is bool:
+            if not isinstance(value, bool):
+                raise ParameterProblem("must be true or false")
+            return value
+        if self.kind is str:
+            return self._text(value)
+        return self._number(value, unit)
+
+    def _text(self, value: object) -> str:
+        if not isinstance(value, str):
+            raise ParameterProblem("must be a string")
+        if self.choices and value not in self.choices:
+            raise ParameterProblem("is not one of the choices")
+        return value
+
+    def _number(self, value: object, unit: str) -> float | int:
+        number: float | int
+        if isinstance(value, str):
+            number = self._converted(value, unit)
+        elif isinstance(value, bool) or not isinstance(value, int | float):
+            raise ParameterProblem("must be a number" if self.kind is not int else "must be an integer")
+        elif self.kind is int:
+            if not isinstance(value, int):
+                raise ParameterProblem("must be an integer", "write it without a decimal point")
+            number = value
+        else:
+            try:
+                number = float(value)
+            except OverflowError:
+                raise ParameterProblem("is too large for a number") from None
+        if isinstance(number, int) and abs(number) > LARGEST_INTEGER:
+            raise ParameterProblem("is beyond 62 bits")
+        if not math.isfinite(number):
+            raise ParameterProblem("must be finite")
+        if not self._inside(number):
+            raise ParameterProblem(f"must be {self.bounds()}")
+        return number
+
+    def _converted(self, text: str, unit: str) -> float | int:
+        try:
+            exact = convert_exactly(text, unit)
+        except UnitError as error:
+            raise ParameterProblem(str(error), error.hint) from None
+        if self.kind is int:
+            if exact.denominator != 1:
+                raise ParameterProblem("must be an integer")
+            return int(exact)
+        try:
+            return float(exact)
+        except OverflowError:
+            raise ParameterProblem("is too large for a number") from None
+
+    def _inside(self, number: float) -> bool:
+        return (
+            (self.above is None or number > self.above)
+            and (self.at_least is None or number >= self.at_least)
+            and (self.below is None or number < self.below)
+            and (self.at_most is None or number <= self.at_most)
+        )
+
+
+class ParameterProblem(ValueError):
+    """Why a value is refused, in the words that follow the parameter's name."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+def param(
+    default: Any,
+    unit: str = "1",
+    doc: str = "",
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """Declare a parameter of a block: its default, unit, doc and bounds.
+
+    A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then works in any unit.
+    """
+    bounds = (above, at_least, below, at_most)
+    return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, "bounds": bounds, "choices": choices})
+
+
+def read_parameters(
+    parameters: Mapping[str, Parameter], given: Mapping[str, object], key: str
+) -> tuple[dict[str, Any], list[Problem]]:
+    """Values of all parameters, defaults filled in, and every problem among the given ones."""
+    texts = {name: given.get(name, p.default) for name, p in parameters.items() if p.kind is str}
+    values: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for name, parameter in parameters.items():
+        if name not in given:
+            values[name] = parameter.default
+            continue
+        unit = fill(parameter.unit, texts)
+        try:
+            values[name] = parameter.read(given[name], unit)
+        except ParameterProblem as error:
+            values[name] = parameter.default
+            problems.append(
+                Problem(
+                    message=str(error),
+                    key=f"{key}.{name}",
+                    got=shown(given[name]) + (f" {unit}" if isinstance(given[name], int | float) and unit != "1" else ""),
+                    expected=parameter.expected(unit),
+                    hint=error.hint,
+                    path=(name,),
+                )
+            )
+    return values, problems
+
+
+def fill(template: str, values: Mapping[str, object]) -> str:
+    """A unit with the parameters that it names in braces put in.
+
+    >>> fill("{output_unit}/({input_unit})", {"output_unit": "V", "input_unit": "m"})
+    'V/(m)'
+    """
+    for name, value in values.items():
+        template = template.replace("{" + name + "}", str(value))
+    return template

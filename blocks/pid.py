@@ -1,0 +1,74 @@
+"""PID controller D(z) = gain (Kp + Ki Ts z/(z-1) + Kd/Ts (1-a)(z-1)/(z-a)), a = exp(-2 pi f Ts).
+
+The integral takes the error of the same sample; the derivative is filtered by a pole at `derivative_pole`
+(digital quartz accelerometer, section II.B and III.A; workload W1). Where a limit clips the output, the integral
+keeps its value unless the error drives it back (anti-windup by clamping).
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from proofmass.blocks.declare import Block, Input, param
+from proofmass.blocks.rounding import clip
+
+
+class PID(Block):
+    """Discrete PID controller with filtered derivative, output limits and anti-windup."""
+
+    proportional: float = param(0.06, "({output_unit})/({input_unit})", "Kp, output per error.")
+    integral: float = param(6.0, "({output_unit})/({input_unit})/s", "Ki, output per error and second.")
+    derivative_gain: float = param(2.0e-5, "({output_unit})*s/({input_unit})", "Kd, output per error per second.")
+    derivative_pole: float = param(2000.0, "Hz", "Frequency of the pole that filters the derivative.", above=0.0)
+    lowest: float = param(-1.0e300, "{output_unit}", "Lower limit of the output.")
+    highest: float = param(1.0e300, "{output_unit}", "Upper limit of the output.")
+    input_unit: str = param("1", "", "Unit of the error.")
+    output_unit: str = param("1", "", "Unit of the output.")
+
+    error = Input("{input_unit}", "Setpoint minus measurement.")
+
+
+class State(NamedTuple):
+    integral: float
+    derivative: float
+    error: float
+
+
+class Constants(NamedTuple):
+    proportional: float
+    integral: float
+    derivative: float
+    decay: float
+    lowest: float
+    highest: float
+
+
+@PID.requires
+def requires(p: PID) -> Iterator[tuple[str, str]]:
+    if p.lowest >= p.highest:
+        yield "lowest", f"less than highest = {p.highest:g}"
+
+
+@PID.constants
+def constants(p: PID, period: float) -> Constants:
+    decay = math.exp(-2.0 * math.pi * p.derivative_pole * period)
+    return Constants(
+        p.proportional, p.integral * period, p.derivative_gain / period * (1.0 - decay), decay, p.lowest, p.highest
+    )
+
+
+@PID.output("{output_unit}")
+def output(c: Constants, x: State, error: float) -> float:
+    """Controller output, within its limits."""
+    integral = x.integral + c.integral * error
+    derivative = c.decay * x.derivative + c.derivative * (error - x.error)
+    return clip(c.proportional * error + integral + derivative, c.lowest, c.highest)
+
+
+@PID.update
+def update(c: Constants, x: State, error: float) -> State:
+    integral = x.integral + c.integral * error
+    derivative = c.decay * x.derivative + c.derivative * (error - x.error)
+    wanted = c.proportional * error + integral + derivative
+    winds_up = (wanted > c.highest and integral > x.integral) or (wanted < c.lowest and integral < x.integral)
+    return State(x.integral if winds_up else integral, derivative, error)

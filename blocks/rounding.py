@@ -1,0 +1,22 @@
+"""Rounding and clipping in plain arithmetic: one instruction each when compiled, the same bits in plain Python."""
+
+ROUNDS = 6755399441055744.0  # 1.5 * 2**52: adding it leaves no fraction bits
+
+
+def round_half_even(value: float) -> float:
+    """The nearest integer, ties to even, of a value of at most 2**51 in size.
+
+    >>> round_half_even(2.5), round_half_even(3.5), round_half_even(-0.4)
+    (2.0, 4.0, 0.0)
+    """
+    return (value + ROUNDS) - ROUNDS
+
+
+def clip(value: float, low: float, high: float) -> float:
+    """The value held between the bounds; a NaN comes out as `low`.
+
+    >>> clip(3.0, -1.0, 2.0)
+    2.0
+    """
+    above = value if value > low else low
+    return above if above < high else high

@@ -1,0 +1,1 @@
+"""Graphs: blocks wired by ports, read from TOML or Python, checked and scheduled."""

@@ -1,0 +1,36 @@
+"""Drive one block by hand, without graph or runner: its registered functions, called in the order of a tick."""
+
+from typing import Any
+
+from proofmass.blocks.declare import Block
+
+
+def drive(block: Block, samples: list[dict[str, Any]], period: float = 1.0, normal: float = 0.0) -> list[dict[str, Any]]:
+    """Outputs of a discrete block in each tick, for the inputs of each tick."""
+    constants: Any = block
+    if "constants" in block.functions:
+        constants = block.functions["constants"].function(block, period)
+    known: dict[str, Any] = {
+        name: [0 if buffer.dtype is int else 0.0] * block.shape_of(buffer)[0] for name, buffer in block.buffers.items()
+    }
+    state_class = block.state_class()
+    if "start" in block.functions:
+        start = block.functions["start"]
+        known["x"] = start.function(block, *(known[name] for name in start.arguments))
+    elif state_class is not None:
+        known["x"] = state_class(*(kind(0) for kind in state_class.__annotations__.values()))
+    rows = []
+    for tick, inputs in enumerate(samples):
+        known |= inputs | {"tick": tick, "time": tick * period, "normal": normal}
+        row = {}
+        for name, behaviour in block.output_functions.items():
+            shape = block.shape_of(block.outputs[name])
+            out = [0] * (shape[0] if shape else 0)
+            arguments = [out if a == "out" else known[a] for a in behaviour.arguments]
+            value = behaviour.function(constants, *arguments)
+            row[name] = out if shape else value
+        rows.append(row)
+        if "update" in block.functions:
+            update = block.functions["update"]
+            known["x"] = update.function(constants, *(known[a] for a in update.arguments))
+    return rows
