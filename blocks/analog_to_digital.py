@@ -37,5 +37,11 @@ def constants(p: AnalogToDigital, period: float) -> Constants:
 
 @AnalogToDigital.output("1")
 def code(c: Constants, voltage: float) -> int:
-    """Output code."""
+    """Output code, for digital blocks."""
     return int(round_half_even(clip(c.codes_per_volt * voltage + c.offset, c.lowest, c.highest)))
+
+
+@AnalogToDigital.output("1")
+def number(c: Constants, voltage: float) -> float:
+    """Output code as a number, for blocks that compute with numbers."""
+    return round_half_even(clip(c.codes_per_volt * voltage + c.offset, c.lowest, c.highest))

@@ -20,8 +20,9 @@ class PID(Block):
     integral: float = param(6.0, "({output_unit})/({input_unit})/s", "Ki, output per error and second.")
     derivative_gain: float = param(2.0e-5, "({output_unit})*s/({input_unit})", "Kd, output per error per second.")
     derivative_pole: float = param(2000.0, "Hz", "Frequency of the pole that filters the derivative.", above=0.0)
-    lowest: float = param(-1.0e300, "{output_unit}", "Lower limit of the output.")
-    highest: float = param(1.0e300, "{output_unit}", "Upper limit of the output.")
+    limited: bool = param(False, "", "Whether the output is held between the limits.")
+    lowest: float = param(-1.0, "{output_unit}", "Lower limit of the output.")
+    highest: float = param(1.0, "{output_unit}", "Upper limit of the output.")
     input_unit: str = param("1", "", "Unit of the error.")
     output_unit: str = param("1", "", "Unit of the output.")
 
@@ -39,6 +40,7 @@ class Constants(NamedTuple):
     integral: float
     derivative: float
     decay: float
+    limited: bool
     lowest: float
     highest: float
 
@@ -52,9 +54,8 @@ def requires(p: PID) -> Iterator[tuple[str, str]]:
 @PID.constants
 def constants(p: PID, period: float) -> Constants:
     decay = math.exp(-2.0 * math.pi * p.derivative_pole * period)
-    return Constants(
-        p.proportional, p.integral * period, p.derivative_gain / period * (1.0 - decay), decay, p.lowest, p.highest
-    )
+    derivative = p.derivative_gain / period * (1.0 - decay)
+    return Constants(p.proportional, p.integral * period, derivative, decay, p.limited, p.lowest, p.highest)
 
 
 @PID.output("{output_unit}")
@@ -62,13 +63,18 @@ def output(c: Constants, x: State, error: float) -> float:
     """Controller output, within its limits."""
     integral = x.integral + c.integral * error
     derivative = c.decay * x.derivative + c.derivative * (error - x.error)
-    return clip(c.proportional * error + integral + derivative, c.lowest, c.highest)
+    wanted = c.proportional * error + integral + derivative
+    if c.limited:
+        return clip(wanted, c.lowest, c.highest)
+    return wanted
 
 
 @PID.update
 def update(c: Constants, x: State, error: float) -> State:
     integral = x.integral + c.integral * error
     derivative = c.decay * x.derivative + c.derivative * (error - x.error)
-    wanted = c.proportional * error + integral + derivative
-    winds_up = (wanted > c.highest and integral > x.integral) or (wanted < c.lowest and integral < x.integral)
-    return State(x.integral if winds_up else integral, derivative, error)
+    if c.limited:
+        wanted = c.proportional * error + integral + derivative
+        if (wanted > c.highest and integral > x.integral) or (wanted < c.lowest and integral < x.integral):
+            integral = x.integral
+    return State(integral, derivative, error)

@@ -1,0 +1,89 @@
+"""The table of all blocks by name, and one block's facts as data."""
+
+import importlib
+import importlib.util
+import pkgutil
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import proofmass.blocks
+from proofmass.blocks.declare import Block, Port
+from proofmass.blocks.parameter import Parameter
+
+Own = Mapping[str, type[Block]]
+
+
+def find(kind: str, own: Own | None = None) -> type[Block] | None:
+    """The block class of a name, imported alone; None when there is none."""
+    if own and kind in own:
+        return own[kind]
+    for module in _modules():
+        if module.replace("_", "") == kind.lower():
+            found = getattr(importlib.import_module(f"proofmass.blocks.{module}"), kind, None)
+            if isinstance(found, type) and issubclass(found, Block) and found is not Block:
+                return found
+    return None
+
+
+def all_blocks(own: Own | None = None) -> dict[str, type[Block]]:
+    """Every block class by name, in alphabetical order."""
+    found: dict[str, type[Block]] = dict(own or {})
+    for name in _modules():
+        found |= _blocks_of(importlib.import_module(f"proofmass.blocks.{name}"))
+    return dict(sorted(found.items()))
+
+
+def load_own_blocks(path: Path) -> dict[str, type[Block]]:
+    """The blocks that a user's Python file declares; the file is run, so only the caller may name it."""
+    name = f"proofmass_own_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return _blocks_of(module)
+
+
+def facts(kind: type[Block]) -> dict[str, Any]:
+    """Everything that is declared of a block, as plain data."""
+    return {
+        "kind": kind.__name__,
+        "doc": (kind.__doc__ or "").strip(),
+        "equation": (sys.modules[kind.__module__].__doc__ or "").strip(),
+        "continuous": kind.continuous(),
+        "parameters": {name: _parameter(p) for name, p in kind.parameters.items()},
+        "inputs": {name: _port(p) for name, p in kind.inputs.items()},
+        "outputs": {
+            name: _port(p) | {"feedthrough": list(kind.feedthrough(name))} for name, p in kind.outputs.items()
+        },
+    }
+
+
+def _parameter(p: Parameter) -> dict[str, Any]:
+    data: dict[str, Any] = {"type": "list" if p.kind is tuple else p.kind.__name__, "unit": p.unit, "doc": p.doc}
+    data["default"] = list(p.default) if isinstance(p.default, tuple) else p.default
+    bounds = {n: getattr(p, n) for n in ("above", "at_least", "below", "at_most") if getattr(p, n) is not None}
+    return data | bounds | ({"choices": list(p.choices)} if p.choices else {})
+
+
+def _port(p: Port) -> dict[str, Any]:
+    data: dict[str, Any] = {"type": p.dtype.__name__, "unit": p.unit, "doc": p.doc}
+    if p.shape:
+        data["shape"] = [size if isinstance(size, int | str) else "derived" for size in p.shape]
+    if p.every != 1:
+        data["every"] = p.every
+    if p.default is not None:
+        data["default"] = p.default
+    return data
+
+
+def _modules() -> list[str]:
+    return [m.name for m in pkgutil.iter_modules(proofmass.blocks.__path__)]
+
+
+def _blocks_of(module: Any) -> dict[str, type[Block]]:
+    found = (v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Block) and v is not Block)
+    return {kind.__name__: kind for kind in found if kind.__module__ == module.__name__}

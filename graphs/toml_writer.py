@@ -1,0 +1,65 @@
+"""A graph as TOML text that reads back to the same graph."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+from proofmass.blocks.declare import Block
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.rates import write_rate
+
+SCHEMA_LINE = "#:schema proofmass-graph.json"
+
+
+def write_graph(graph: Graph) -> str:
+    """The text of a graph file: only what differs from the defaults, numbers with their units."""
+    lines = [SCHEMA_LINE, f"name = {_text(graph.name)}"]
+    if graph.description:
+        lines.append(f"description = {_text(graph.description)}")
+    if graph.rate is not None:
+        lines.append(f"rate = {_text(write_rate(Fraction(graph.rate)))}")
+    if graph.duration is not None:
+        lines.append(f"duration = {_text(f'{Fraction(graph.duration)} s')}")
+    if graph.samples is not None:
+        lines.append(f"samples = {graph.samples}")
+    if graph.seed:
+        lines.append(f"seed = {graph.seed}")
+    lines += _list("wires", [_text(str(wire)) for wire in graph.wires])
+    lines += _list("probes", [_probe(p.signal, p.every) for p in graph.probes])  # type: ignore[union-attr]
+    for name, block in graph.blocks.items():
+        lines += ["", f"[blocks.{name}]", f"kind = {_text(type(block).__name__)}"]
+        if name in graph.rates:
+            lines.append(f"rate = {_text(write_rate(Fraction(graph.rates[name])))}")
+        lines += _parameters(block)
+    return "\n".join(lines) + "\n"
+
+
+def _parameters(block: Block) -> Iterator[str]:
+    for name, parameter in block.parameters.items():
+        value = getattr(block, name)
+        if value == parameter.default:
+            continue
+        unit = block.unit_of(parameter)
+        if parameter.kind is float and unit != "1":
+            yield f"{name} = {_text(f'{value!r} {unit}')}"
+        elif parameter.kind is str:
+            yield f"{name} = {_text(value)}"
+        elif parameter.kind is bool:
+            yield f"{name} = {'true' if value else 'false'}"
+        else:
+            yield f"{name} = {list(value) if isinstance(value, tuple) else repr(value)}"
+
+
+def _probe(signal: str, every: int) -> str:
+    return _text(signal) if every == 1 else f"{{ signal = {_text(signal)}, every = {every} }}"
+
+
+def _list(key: str, entries: list[str]) -> list[str]:
+    if not entries:
+        return []
+    return ["", f"{key} = [", *(f"    {entry}," for entry in entries), "]"]
+
+
+def _text(text: str) -> str:
+    """A TOML basic string."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c >= " " and c != "\x7f" else f"\\u{ord(c):04x}" for c in escaped) + '"'

@@ -1,0 +1,162 @@
+"""The reference engine: the plan run in plain Python, tick by tick. A debugger can stop anywhere in it."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from proofmass.blocks.counter_random import normal_deviate
+from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous import Group
+from proofmass.runner.memory import Memory, Rows, start
+from proofmass.runner.plan import Plan, constants_of
+
+
+class Interpreter:
+    """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
+
+    name = "python"
+
+    def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
+        self.plan, self.seed, self.run = plan, seed, run
+        self._memory = memory or start(plan)
+        self._constants = dict(plan.constants)
+        divisors = plan.schedule.divisors
+        self._outputs = [
+            (node, plan.stride(node) if node[1] else divisors[node[0]], self._step(*node)) for node in plan.schedule.order
+        ]
+        self._updates = [
+            (name, divisors[name], self._bound(name, "update"))
+            for name, block in plan.blocks.items()
+            if "update" in block.functions
+        ]
+
+    def memory(self) -> Memory:
+        """What moves, as it stands."""
+        return self._memory
+
+    def finite(self) -> bool:
+        """Whether every number that moves is finite."""
+        memory = self._memory
+        numbers = [*self._memory.states.values(), *self._memory.buffers.values()]
+        return all(_finite(value) for value in (*numbers, *self._memory.wires.values()) if value is not None)
+
+    def advance(self, last: int) -> Rows:
+        """Run up to, not including, the tick `last`."""
+        wires = self._memory.wires
+        rows: Rows = {probe.signal: [] for probe in self.plan.probes}
+        for tick in range(self._memory.tick, last):
+            for node, value in self.outputs(tick):
+                wires[node] = value
+            for probe in self.plan.probes:
+                if tick % probe.stride == 0:
+                    value = wires[probe.node]
+                    rows[probe.signal].append(list(value) if probe.shape else value)
+            self.move(tick)
+        return rows
+
+    def outputs(self, tick: int) -> Iterator[tuple[Node, Any]]:
+        """Outputs due in a tick, one after the other; each must be put on its wire before the next is asked for."""
+        for node, stride, step in self._outputs:
+            if tick % stride == 0:
+                value = step(tick)
+                if node[1] == "":
+                    self._constants[node[0]] = value
+                else:
+                    yield node, value
+
+    def move(self, tick: int) -> None:
+        """Updates due in a tick, then the continuous groups to the next."""
+        memory = self._memory
+        for name, divisor, step in self._updates:
+            if tick % divisor == 0:
+                state = step(tick)
+                if state is not None:
+                    self._memory.states[name] = state
+        for group in self.plan.groups:
+            self._integrate(group)
+        memory.tick = tick + 1
+
+    def _step(self, name: str, port: str) -> Callable[[int], Any]:
+        return self._output(name, port) if port else self._driven(name)
+
+    def _output(self, name: str, port: str) -> Callable[[int], Any]:
+        shape = self.plan.blocks[name].shape_of(self.plan.blocks[name].outputs[port])
+        compute = self._bound(name, port)
+        if not shape:
+            return compute
+
+        def fill(tick: int) -> Any:
+            compute(tick)
+            return self._memory.wires[name, port]
+
+        return fill
+
+    def _driven(self, name: str) -> Callable[[int], Any]:
+        """Constants made anew from the wires that drive parameters."""
+        block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
+        made = block.parameters_class()
+        period = self.plan.block_period(name)
+
+        def compute(tick: int) -> Any:
+            values = (
+                self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
+                for p in made._fields  # type: ignore[attr-defined]
+            )
+            return constants_of(block, made(*values), period)
+
+        return compute
+
+    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
+        """A function of a block with every argument looked up in the tick."""
+        block = self.plan.blocks[name]
+        behaviour = block.output_functions.get(function) or block.functions[function]
+        getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
+        call = behaviour.function
+
+        def compute(tick: int) -> Any:
+            return call(self._constants[name], *[get(tick) for get in getters])
+
+        return compute
+
+    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
+        plan = self.plan
+        divisor, period = plan.schedule.divisors[name], plan.period
+        if argument == "x":
+            return lambda tick: self._memory.states[name]
+        if argument == "out":
+            return lambda tick: self._memory.wires[name, function]
+        if argument == "time":
+            return lambda tick: tick * period
+        if argument == "tick":
+            return lambda tick: tick // divisor
+        if argument == "normal":
+            seed, run, stream = self.seed, self.run, plan.stream(name)
+            return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
+        if (name, argument) in self._memory.buffers:
+            buffer = self._memory.buffers[name, argument]
+            return lambda tick: buffer
+        driver = plan.schedule.drivers.get((name, argument))
+        declared = plan.blocks[name].inputs[argument]
+        if driver is None:
+            default = declared.dtype(declared.default)  # type: ignore[arg-type]
+            return lambda tick: default
+        return lambda tick: self._memory.wires[driver]
+
+    def _integrate(self, group: Group) -> None:
+        values = [getattr(self._memory.states[block], field) for block, field in group.states]
+        values += [self._memory.wires[node] for node in group.inputs]
+        moved = {}
+        for (block, field), row, entry in zip(group.states, group.transition, group.entry, strict=True):
+            total = row[0] * values[0]
+            for factor, value in zip((*row[1:], *entry), values[1:], strict=True):
+                total = total + factor * value
+            moved[block, field] = total
+        for block in group.blocks:
+            kind = type(self._memory.states[block])
+            self._memory.states[block] = kind(*(moved[block, field] for field in kind._fields))
+
+
+def _finite(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(map(math.isfinite, value))
+    return math.isfinite(value)

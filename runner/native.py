@@ -1,0 +1,105 @@
+"""The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
+
+from typing import Any
+
+import numpy as np
+
+from proofmass.graphs.schedule import Node
+from proofmass.runner.compile import is_cached, key_of, load
+from proofmass.runner.generate import FLOATS, INTEGERS, Generated, Slots, generate
+from proofmass.runner.memory import Memory, Rows, start
+from proofmass.runner.plan import Plan
+
+
+class CompiledLoop:
+    """A plan as one compiled loop; bit for bit the reference engine."""
+
+    name = "compiled"
+
+    def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
+        self.plan, self.seed, self.run = plan, seed, run
+        self._generated = generate(plan)
+        self._loop = load(self._generated, argument_kinds(self._generated, plan))
+        made = self._generated
+        self._constants = _arrays(made.constants, made.constant_values)
+        memory = memory or start(plan)
+        self.tick = memory.tick
+        self._state = _arrays(made.memory, _flat(memory, made.memory))
+        self._vectors = {
+            node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=_dtype(kind))
+            for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
+        }
+
+    def advance(self, last: int) -> Rows:
+        """Run up to, not including, the tick `last`."""
+        probes = self.plan.probes
+        rows = [np.empty((p.rows(self.tick, last), *p.shape), dtype=_dtype(p.dtype)) for p in probes]
+        arrays = [*self._constants.values(), *self._state.values(), *self._vectors.values(), *rows]
+        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
+        self.tick = last
+        return {
+            probe.signal: values.astype(bool) if probe.dtype is bool else values
+            for probe, values in zip(probes, rows, strict=True)
+        }
+
+    def memory(self) -> Memory:
+        """What moves, as it stands."""
+        slots, plan = self._generated.memory, self.plan
+        values = {
+            key: kind(self._state[FLOATS if kind is float else INTEGERS][index])
+            for key, (kind, index) in slots.kinds.items()
+        }
+        states: dict[str, Any] = {}
+        for name, block in plan.blocks.items():
+            made: Any = block.state_class()
+            states[name] = None if made is None else made(*(values[name, "x", f] for f in made._fields))
+        wires: dict[Node, Any] = {key: value for key, value in values.items() if len(key) == 2}
+        buffers = {node: self._vectors[node].tolist() for node in plan.buffers}
+        wires |= {node: array.tolist() for node, array in self._vectors.items() if node not in buffers}
+        return Memory(self.tick, states, buffers, wires)
+
+    def finite(self) -> bool:
+        """Whether every number that moves is finite."""
+        arrays = [self._state[FLOATS], *self._vectors.values()]
+        return all(np.isfinite(array).all() for array in arrays if array.dtype == np.float64)
+
+
+def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
+    """C types of the loop's arguments."""
+    vectors = [_pointer(kind) for kind in generated.vector_kinds]
+    probes = [_pointer(probe.dtype) for probe in plan.probes]
+    return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", *vectors, *probes)
+
+
+def already_compiled(plan: Plan) -> bool:
+    """Whether the loop of a plan is in the cache."""
+    generated = generate(plan)
+    return is_cached(key_of(generated, argument_kinds(generated, plan)))
+
+
+def _arrays(slots: Slots, values: Any) -> dict[str, np.ndarray[Any, Any]]:
+    arrays: dict[str, np.ndarray[Any, Any]] = {
+        FLOATS: np.zeros(max(slots.counts[FLOATS], 1)),
+        INTEGERS: np.zeros(max(slots.counts[INTEGERS], 1), dtype=np.int64),
+    }
+    for key, (kind, index) in slots.kinds.items():
+        arrays[FLOATS if kind is float else INTEGERS][index] = values[key]
+    return arrays
+
+
+def _flat(memory: Memory, slots: Slots) -> dict[Any, Any]:
+    values: dict[Any, Any] = {"not_finite": 0.0}
+    for key in slots.kinds:
+        if len(key) == 3:
+            values[key] = getattr(memory.states[key[0]], key[2])
+        elif key != "not_finite":
+            values[key] = memory.wires[key]
+    return values
+
+
+def _dtype(kind: type) -> Any:
+    return np.float64 if kind is float else np.int64
+
+
+def _pointer(kind: type) -> str:
+    return "float*" if kind is float else "int*"

@@ -1,0 +1,157 @@
+"""A checked graph made ready to run: constants, start values, continuous groups, probes. Both engines read this."""
+
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from proofmass.blocks.declare import Block
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.check import checked
+from proofmass.graphs.graph import Graph, split
+from proofmass.graphs.schedule import Node, Schedule, schedule
+from proofmass.runner.continuous import Group, find_groups
+from proofmass.runner.recording import read_recordings
+
+
+@dataclass(frozen=True)
+class PlannedProbe:
+    """A probe with the base ticks between its rows and the facts of what it records."""
+
+    signal: str
+    node: Node
+    stride: int
+    dtype: type
+    shape: tuple[int, ...]
+    unit: str
+    doc: str
+
+    def rows(self, first: int, last: int) -> int:
+        """Rows recorded in the ticks from `first` up to, not including, `last`."""
+        return -(-last // self.stride) - -(-first // self.stride)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that a run needs besides seed and length, in plain values."""
+
+    graph: Graph
+    schedule: Schedule
+    constants: Mapping[str, Any]  # per block; None where driven parameters make them anew in every tick
+    starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
+    buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
+    groups: tuple[Group, ...]
+    probes: tuple[PlannedProbe, ...]
+
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        """Blocks by name."""
+        return self.graph.blocks
+
+    @property
+    def period(self) -> float:
+        """Base period in seconds."""
+        return float(1 / self.schedule.base_rate)
+
+    def block_period(self, name: str) -> float:
+        """Period of a block in seconds."""
+        return float(self.schedule.divisors[name] / self.schedule.base_rate)
+
+    def ticks(self, duration: Fraction | None = None, samples: int | None = None) -> int:
+        """Base ticks of a run: `samples`, or all ticks from 0 to `duration` with both ends."""
+        if samples is not None:
+            return samples
+        if duration is not None:
+            return math.floor(duration * self.schedule.base_rate) + 1
+        if self.graph.samples is not None:
+            return self.graph.samples
+        if self.graph.duration is not None:
+            return math.floor(Fraction(self.graph.duration) * self.schedule.base_rate) + 1
+        hint = 'add duration = "1 s" at the top of the file, or say --duration "1 s"'
+        raise ModelError([self.graph.placed(Problem(message="how long to run is not said", key="duration", hint=hint))])
+
+    def stride(self, node: Node) -> int:
+        """Base ticks from one value of an output to its next."""
+        block = self.blocks[node[0]]
+        return self.schedule.divisors[node[0]] * block.size(block.outputs[node[1]].every)
+
+    def stream(self, name: str) -> int:
+        """Number of the block's random stream: from its name alone, so that nothing else moves its noise."""
+        return zlib.crc32(name.encode())
+
+
+def plan(graph: Graph) -> Plan:
+    """Check, schedule and prepare a graph; raises `ModelError`."""
+    scheduled = schedule(checked(graph))
+    made = Plan(graph, scheduled, {}, {}, {}, (), ())
+    constants, starts, buffers, problems = {}, {}, {}, list[Problem]()
+    for name, block in graph.blocks.items():
+        driven = any((name, p) in scheduled.drivers for p in block.parameters)
+        try:
+            constants[name] = None if driven else constants_of(block, block, made.block_period(name))
+            recorded = read_recordings(graph, name)
+            filled = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
+            starts[name] = start_of(block, filled)
+        except ModelError as error:
+            problems += error.problems
+        except (ArithmeticError, ValueError) as error:
+            problems.append(
+                Problem(
+                    message=f"its constants cannot be computed: {error}",
+                    key=f"blocks.{name}",
+                    got=repr(block),
+                    hint="look for a parameter many orders of magnitude off",
+                    path=("blocks", name),
+                )
+            )
+        else:
+            buffers |= {(name, b): tuple(values) for b, values in filled.items()}
+    if problems:
+        raise ModelError([graph.placed(problem) for problem in problems])
+    groups = find_groups(graph, scheduled, constants, made.period)
+    probes = tuple(_probe(made, probe.signal, probe.every) for probe in graph.probes)  # type: ignore[union-attr]
+    return Plan(graph, scheduled, constants, starts, buffers, groups, probes)
+
+
+def constants_of(block: Block, parameters: Any, period: float) -> Any:
+    """What the functions of a block get first: its constants, or its numeric parameters where it declares none."""
+    if "constants" in block.functions:
+        made = block.functions["constants"].function(parameters, period)
+    else:
+        made = block.parameters_class()(*(getattr(parameters, n) for n in block.parameters_class()._fields))  # type: ignore[attr-defined]
+    if any(isinstance(value, float) and not math.isfinite(value) for value in made):
+        raise ArithmeticError("one of them is not finite")
+    return _typed(made)
+
+
+def start_of(block: Block, buffers: Mapping[str, list[float]]) -> Any:
+    """State at tick 0; may fill the buffers."""
+    if "start" in block.functions:
+        start = block.functions["start"]
+        return _typed(start.function(block, *(buffers[name] for name in start.arguments)))
+    state = block.state_class()
+    return None if state is None else state(*(kind(0) for kind in state.__annotations__.values()))
+
+
+def _typed(values: Any) -> Any:
+    """A NamedTuple with each field of its declared type, as the compiled loop holds it."""
+    if values is None:
+        return None
+    return type(values)(*(kind(value) for kind, value in zip(values.__annotations__.values(), values, strict=True)))
+
+
+def _zeros(block: Block, buffer: str) -> list[float]:
+    declared = block.buffers[buffer]
+    zero = 0 if declared.dtype is int else 0.0
+    return [zero] * math.prod(block.shape_of(declared))
+
+
+def _probe(made: Plan, signal: str, every: int) -> PlannedProbe:
+    node = split(signal)
+    block = made.blocks[node[0]]
+    port = block.outputs[node[1]]
+    return PlannedProbe(
+        signal, node, made.stride(node) * every, port.dtype, block.shape_of(port), block.unit_of(port), port.doc
+    )
