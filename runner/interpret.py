@@ -20,6 +20,7 @@ class Interpreter:
         self.plan, self.seed, self.run = plan, seed, run
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
+        self.at = ""  # the function under way, for messages
         divisors = plan.schedule.divisors
         self._outputs = [
             (node, plan.stride(node) if node[1] else divisors[node[0]], self._step(*node)) for node in plan.schedule.order
@@ -33,6 +34,11 @@ class Interpreter:
     def memory(self) -> Memory:
         """What moves, as it stands."""
         return self._memory
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now."""
+        kept = self._memory.copy()
+        return lambda: kept
 
     def finite(self) -> bool:
         """Whether every number that moves is finite."""
@@ -58,6 +64,7 @@ class Interpreter:
         """Outputs due in a tick, one after the other; each must be put on its wire before the next is asked for."""
         for node, stride, step in self._outputs:
             if tick % stride == 0:
+                self.at = ".".join(node)
                 value = step(tick)
                 if node[1] == "":
                     self._constants[node[0]] = value
@@ -69,6 +76,7 @@ class Interpreter:
         memory = self._memory
         for name, divisor, step in self._updates:
             if tick % divisor == 0:
+                self.at = f"{name}.update"
                 state = step(tick)
                 if state is not None:
                     self._memory.states[name] = state

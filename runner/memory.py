@@ -1,6 +1,7 @@
 """Everything that moves while a graph runs, as one value: what engines start from and checkpoints hold."""
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -35,6 +36,10 @@ class Engine(Protocol):
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
+        ...
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now, and made a `Memory` when it is asked for."""
         ...
 
     def finite(self) -> bool:

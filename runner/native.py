@@ -1,5 +1,6 @@
 """The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from proofmass.runner.compile import is_cached, key_of, load
 from proofmass.runner.generate import FLOATS, INTEGERS, Generated, Slots, generate
 from proofmass.runner.memory import Memory, Rows, start
 from proofmass.runner.plan import Plan
+
+Array = np.ndarray[Any, np.dtype[Any]]
 
 
 class CompiledLoop:
@@ -44,19 +47,28 @@ class CompiledLoop:
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
+        return self.snapshot()()
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now, and made a `Memory` when it is asked for."""
+        tick = self.tick
+        state = {name: array.copy() for name, array in self._state.items()}
+        vectors = {node: array.copy() for node, array in self._vectors.items()}
+        return lambda: self._memory(tick, state, vectors)
+
+    def _memory(self, tick: int, state: dict[str, Array], vectors: dict[Node, Array]) -> Memory:
         slots, plan = self._generated.memory, self.plan
         values = {
-            key: kind(self._state[FLOATS if kind is float else INTEGERS][index])
-            for key, (kind, index) in slots.kinds.items()
+            key: kind(state[FLOATS if kind is float else INTEGERS][index]) for key, (kind, index) in slots.kinds.items()
         }
         states: dict[str, Any] = {}
         for name, block in plan.blocks.items():
             made: Any = block.state_class()
             states[name] = None if made is None else made(*(values[name, "x", f] for f in made._fields))
         wires: dict[Node, Any] = {key: value for key, value in values.items() if len(key) == 2}
-        buffers = {node: self._vectors[node].tolist() for node in plan.buffers}
-        wires |= {node: array.tolist() for node, array in self._vectors.items() if node not in buffers}
-        return Memory(self.tick, states, buffers, wires)
+        buffers = {node: vectors[node].tolist() for node in plan.buffers}
+        wires |= {node: array.tolist() for node, array in vectors.items() if node not in buffers}
+        return Memory(tick, states, buffers, wires)
 
     def finite(self) -> bool:
         """Whether every number that moves is finite."""
@@ -77,8 +89,8 @@ def already_compiled(plan: Plan) -> bool:
     return is_cached(key_of(generated, argument_kinds(generated, plan)))
 
 
-def _arrays(slots: Slots, values: Any) -> dict[str, np.ndarray[Any, Any]]:
-    arrays: dict[str, np.ndarray[Any, Any]] = {
+def _arrays(slots: Slots, values: Any) -> dict[str, Array]:
+    arrays: dict[str, Array] = {
         FLOATS: np.zeros(max(slots.counts[FLOATS], 1)),
         INTEGERS: np.zeros(max(slots.counts[INTEGERS], 1), dtype=np.int64),
     }

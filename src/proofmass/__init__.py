@@ -1,0 +1,72 @@
+"""proofmass: a block-diagram dataflow simulator for inertial sensors.
+
+    from proofmass import Graph, simulate
+    from proofmass.blocks.shift_register import ShiftRegister
+
+The names below are imported when they are first used, so that `import proofmass` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from proofmass.blocks.declare import Block, Buffer, Input, block, param
+    from proofmass.blocks.problem import ModelError, Problem
+    from proofmass.graphs.check import check
+    from proofmass.graphs.graph import Graph, Probe, Wire
+    from proofmass.graphs.toml_reader import read_graph
+    from proofmass.graphs.toml_writer import write_graph
+    from proofmass.runner.result import Result, Trace
+    from proofmass.runner.simulate import RunError, simulate
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Block": "blocks.declare",
+    "Buffer": "blocks.declare",
+    "Graph": "graphs.graph",
+    "Input": "blocks.declare",
+    "ModelError": "blocks.problem",
+    "Probe": "graphs.graph",
+    "Problem": "blocks.problem",
+    "Result": "runner.result",
+    "RunError": "runner.simulate",
+    "Trace": "runner.result",
+    "Wire": "graphs.graph",
+    "block": "blocks.declare",
+    "check": "graphs.check",
+    "param": "blocks.declare",
+    "read_graph": "graphs.toml_reader",
+    "simulate": "runner.simulate",
+    "write_graph": "graphs.toml_writer",
+}
+
+__all__ = [
+    "Block",
+    "Buffer",
+    "Graph",
+    "Input",
+    "ModelError",
+    "Probe",
+    "Problem",
+    "Result",
+    "RunError",
+    "Trace",
+    "Wire",
+    "block",
+    "check",
+    "param",
+    "read_graph",
+    "simulate",
+    "write_graph",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"proofmass.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'proofmass' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

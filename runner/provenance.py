@@ -1,0 +1,35 @@
+"""What a result was made with: versions, processor, and a hash of the graph."""
+
+import hashlib
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.toml_writer import write_graph
+
+
+def graph_hash(graph: Graph) -> str:
+    """SHA-256 of the graph in its written form: the same for every order of declaration."""
+    return hashlib.sha256(write_graph(graph).encode()).hexdigest()
+
+
+def provenance(graph: Graph, engine: str) -> dict[str, str]:
+    """Facts to repeat a run: what ran, where, when."""
+    libraries = ("numpy", "numba", "llvmlite") if engine == "compiled" else ("numpy",)
+    return {
+        "graph_hash": graph_hash(graph),
+        "engine": engine,
+        "proofmass": version("proofmass"),
+        "python": platform.python_version(),
+        **{library: version(library) for library in libraries},
+        "platform": platform.platform(),
+        "processor": _processor(),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _processor() -> str:
+    from llvmlite.binding import get_host_cpu_name
+
+    return str(get_host_cpu_name())

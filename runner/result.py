@@ -1,0 +1,166 @@
+"""The labelled outcome of a run: traces with units and times, and what they were made with."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.toml_writer import write_graph
+from proofmass.runner.memory import Memory
+from proofmass.runner.plan import PlannedProbe
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What one probe recorded: a row per tick of the probe, the first at t = 0."""
+
+    signal: str
+    unit: str
+    doc: str
+    period: Fraction  # seconds from row to row
+    values: Array
+
+    @property
+    def times(self) -> Array:
+        """Time of each row in seconds: n times the period, never accumulated."""
+        return np.arange(len(self.values)) * float(self.period)
+
+    @property
+    def label(self) -> str:
+        """Name and unit for an axis."""
+        return f"{self.signal} [{self.unit}]"
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished or interrupted run; `result["block.port"]` is a trace."""
+
+    graph: Graph
+    traces: Mapping[str, Trace]
+    ticks: int
+    planned_ticks: int
+    base_rate: Fraction
+    seed: int
+    seconds: float  # wall time of the loop
+    preparation: float  # wall time before it: plan, compilation
+    provenance: Mapping[str, str] = field(default_factory=dict)
+    memory: Memory | None = None  # of an interrupted run, to go on from
+
+    def __getitem__(self, signal: str) -> Trace:
+        return self.traces[signal]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.traces)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the run ended before its last tick."""
+        return self.ticks < self.planned_ticks
+
+    def attributes(self) -> dict[str, str]:
+        """Graph, seed and provenance as text, for the files."""
+        return {
+            "graph": self.graph.name,
+            "graph_toml": write_graph(self.graph),
+            "seed": str(self.seed),
+            "ticks": str(self.ticks),
+            "base_rate": f"{self.base_rate} Hz",
+            **self.provenance,
+        }
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """A Dataset with one variable per probe, in its unit; probes of one rate share a time axis."""
+        import xarray
+
+        axes = self.axes()
+        coordinates: dict[str, Any] = {}
+        variables: dict[str, Any] = {}
+        for dimension, traces in axes.items():
+            coordinates[dimension] = (dimension, traces[0].times, {"units": "s", "long_name": "time"})
+            for trace in traces:
+                extra = [f"{trace.signal}_entry{i or ''}" for i in range(trace.values.ndim - 1)]
+                facts = {"units": trace.unit, "long_name": trace.doc}
+                variables[trace.signal] = ([dimension, *extra], trace.values, facts)
+        return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def axes(self) -> dict[str, list[Trace]]:
+        """Traces by time axis: "time" for the fastest, "time_2", ... for the others."""
+        by_axis: dict[tuple[Fraction, int], list[Trace]] = {}
+        for trace in self.traces.values():
+            by_axis.setdefault((trace.period, len(trace.values)), []).append(trace)
+        ordered = sorted(by_axis.items(), key=lambda item: (item[0][0], -item[0][1]))
+        return {"time" if i == 0 else f"time_{i + 1}": traces for i, (_, traces) in enumerate(ordered)}
+
+    def summary(self) -> list[dict[str, Any]]:
+        """Per scalar probe: rows, mean, standard deviation, extremes, last value."""
+        rows = []
+        for trace in self.traces.values():
+            values = trace.values
+            row: dict[str, Any] = {"signal": trace.signal, "unit": trace.unit, "rows": len(values)}
+            if len(values):
+                row |= {
+                    "mean": float(values.mean(dtype=np.float64)),
+                    "std": float(values.std(dtype=np.float64)),
+                    "min": float(values.min()),
+                    "max": float(values.max()),
+                    "last": values[-1].tolist(),
+                }
+            rows.append(row)
+        return rows
+
+    def _repr_html_(self) -> str:
+        cells = "".join(
+            f"<tr><td>{row['signal']}</td><td>{row['unit']}</td><td>{row['rows']}</td>"
+            f"<td>{row.get('mean', float('nan')):.6g}</td><td>{row.get('std', float('nan')):.6g}</td></tr>"
+            for row in self.summary()
+        )
+        head = "<tr><th>signal</th><th>unit</th><th>rows</th><th>mean</th><th>std</th></tr>"
+        return f"<table>{head}{cells}</table>"
+
+
+class Recorder:
+    """Rows of one probe as they come: in memory, or appended to a `.npy` file when a folder is given."""
+
+    def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None) -> None:
+        self.probe, self.rows, self.count = probe, rows, 0
+        self._dtype = np.dtype(probe.dtype) if probe.dtype is not int else np.dtype(np.int64)
+        self._path = folder / f"{probe.signal}.npy" if folder else None
+        self._values: Array = np.empty((0 if folder else rows, *probe.shape), dtype=self._dtype)
+        if self._path:
+            with self._path.open("wb") as file:
+                self._write_head(file, rows)
+
+    def append(self, rows: Any) -> None:
+        """Keep the rows of one chunk."""
+        values = np.asarray(rows, dtype=self._dtype).reshape(-1, *self.probe.shape)
+        if self._path:
+            with self._path.open("ab") as file:
+                file.write(values.tobytes())
+        else:
+            self._values[self.count : self.count + len(values)] = values
+        self.count += len(values)
+
+    def finish(self, base_rate: Fraction) -> Trace:
+        """The trace of what was kept."""
+        values = self._values[: self.count]
+        if self._path:
+            if self.count < self.rows:
+                with self._path.open("r+b") as file:
+                    self._write_head(file, self.count)
+            values = np.load(self._path, mmap_mode="r")
+        probe = self.probe
+        return Trace(probe.signal, probe.unit, probe.doc, probe.stride / base_rate, values)
+
+    def _write_head(self, file: Any, rows: int) -> None:
+        """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""
+        head = f"{{'descr': {self._dtype.str!r}, 'fortran_order': False, 'shape': {(rows, *self.probe.shape)}, }}"
+        file.write(b"\x93NUMPY\x01\x00" + (246).to_bytes(2, "little") + head.ljust(245).encode() + b"\n")
