@@ -55,7 +55,7 @@ def is_cached(key: str) -> bool:
 def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
     """The compiled loop as a C function; compiles and keeps it when it is not there yet.
 
-    `argument_kinds` are "int", "int*" or "float*", one per argument.
+    `argument_kinds` are "int", "int*", "bool*" or "float*", one per argument.
     """
     key = key_of(generated, argument_kinds)
     if key not in _loaded:
@@ -99,6 +99,7 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
     kinds = {
         "int": numba.int64,
         "int*": numba.types.CPointer(numba.int64),
+        "bool*": numba.types.CPointer(numba.boolean),
         "float*": numba.types.CPointer(numba.float64),
     }
     signature = numba.void(*(kinds[kind] for kind in argument_kinds))

@@ -46,19 +46,18 @@ class Interpreter:
         numbers = [*self._memory.states.values(), *self._memory.buffers.values()]
         return all(_finite(value) for value in (*numbers, *self._memory.wires.values()) if value is not None)
 
-    def advance(self, last: int) -> Rows:
+    def advance(self, last: int, rows: Rows) -> None:
         """Run up to, not including, the tick `last`."""
         wires = self._memory.wires
-        rows: Rows = {probe.signal: [] for probe in self.plan.probes}
+        counts = [0] * len(rows)
         for tick in range(self._memory.tick, last):
             for node, value in self.outputs(tick):
                 wires[node] = value
-            for probe in self.plan.probes:
+            for i, probe in enumerate(self.plan.probes):
                 if tick % probe.stride == 0:
-                    value = wires[probe.node]
-                    rows[probe.signal].append(list(value) if probe.shape else value)
+                    rows[i][counts[i]] = wires[probe.node]
+                    counts[i] += 1
             self.move(tick)
-        return rows
 
     def outputs(self, tick: int) -> Iterator[tuple[Node, Any]]:
         """Outputs due in a tick, one after the other; each must be put on its wire before the next is asked for."""

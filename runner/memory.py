@@ -1,14 +1,14 @@
 """Everything that moves while a graph runs, as one value: what engines start from and checkpoints hold."""
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from proofmass.graphs.schedule import Node
 from proofmass.runner.plan import Plan
 
-Rows = dict[str, Any]  # rows of each probe, an array with one row per recorded tick
+Rows = Sequence[Any]  # an array for each probe, with one row per recorded tick
 
 
 @dataclass
@@ -30,8 +30,8 @@ class Engine(Protocol):
 
     name: str
 
-    def advance(self, last: int) -> Rows:
-        """Run up to, not including, the tick `last`."""
+    def advance(self, last: int, rows: Rows) -> None:
+        """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order."""
         ...
 
     def memory(self) -> Memory:

@@ -33,17 +33,11 @@ class CompiledLoop:
             for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
         }
 
-    def advance(self, last: int) -> Rows:
+    def advance(self, last: int, rows: Rows) -> None:
         """Run up to, not including, the tick `last`."""
-        probes = self.plan.probes
-        rows = [np.empty((p.rows(self.tick, last), *p.shape), dtype=_dtype(p.dtype)) for p in probes]
         arrays = [*self._constants.values(), *self._state.values(), *self._vectors.values(), *rows]
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
         self.tick = last
-        return {
-            probe.signal: values.astype(bool) if probe.dtype is bool else values
-            for probe, values in zip(probes, rows, strict=True)
-        }
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
@@ -78,7 +72,7 @@ class CompiledLoop:
 
 def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
     """C types of the loop's arguments."""
-    vectors = [_pointer(kind) for kind in generated.vector_kinds]
+    vectors = [_pointer(float if kind is float else int) for kind in generated.vector_kinds]
     probes = [_pointer(probe.dtype) for probe in plan.probes]
     return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", *vectors, *probes)
 
@@ -114,4 +108,4 @@ def _dtype(kind: type) -> Any:
 
 
 def _pointer(kind: type) -> str:
-    return "float*" if kind is float else "int*"
+    return f"{kind.__name__}*"

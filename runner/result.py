@@ -132,22 +132,26 @@ class Recorder:
 
     def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None) -> None:
         self.probe, self.rows, self.count = probe, rows, 0
-        self._dtype = np.dtype(probe.dtype) if probe.dtype is not int else np.dtype(np.int64)
         self._path = folder / f"{probe.signal}.npy" if folder else None
-        self._values: Array = np.empty((0 if folder else rows, *probe.shape), dtype=self._dtype)
+        self._values: Array = np.empty((0 if folder else rows, *probe.shape), dtype=probe.dtype)
         if self._path:
             with self._path.open("wb") as file:
                 self._write_head(file, rows)
 
-    def append(self, rows: Any) -> None:
-        """Keep the rows of one chunk."""
-        values = np.asarray(rows, dtype=self._dtype).reshape(-1, *self.probe.shape)
+    def space(self, rows: int) -> Array:
+        """An array for the next rows, to be filled and then kept."""
+        if self._path:
+            return np.empty((rows, *self.probe.shape), dtype=self.probe.dtype)
+        return self._values[self.count : self.count + rows]
+
+    def keep(self, rows: Array) -> None:
+        """Keep rows, filled in the array from `space` or brought along."""
         if self._path:
             with self._path.open("ab") as file:
-                file.write(values.tobytes())
+                file.write(rows.tobytes())
         else:
-            self._values[self.count : self.count + len(values)] = values
-        self.count += len(values)
+            self._values[self.count : self.count + len(rows)] = rows
+        self.count += len(rows)
 
     def finish(self, base_rate: Fraction) -> Trace:
         """The trace of what was kept."""
@@ -162,5 +166,5 @@ class Recorder:
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""
-        head = f"{{'descr': {self._dtype.str!r}, 'fortran_order': False, 'shape': {(rows, *self.probe.shape)}, }}"
+        head = f"{{'descr': {self._values.dtype.str!r}, 'fortran_order': False, 'shape': {(rows, *self.probe.shape)}, }}"
         file.write(b"\x93NUMPY\x01\x00" + (246).to_bytes(2, "little") + head.ljust(245).encode() + b"\n")

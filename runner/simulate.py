@@ -67,7 +67,7 @@ def simulate(
     runs = make_engine(planned, choose(planned, total, engine), chosen_seed, memory)
     recorders = _recorders(planned, total, Path(folder) if folder else None)
     for name, rows in kept.items():
-        recorders[name].append(rows)
+        recorders[name].keep(rows)
     looped = time.perf_counter()
     done = _loop(planned, runs, memory.tick, total, recorders, progress, chosen_seed)
     ended = time.perf_counter()
@@ -127,15 +127,16 @@ def _loop(
             before = engine.snapshot()
             last = min(done + chunk, total)
             began = time.perf_counter()
+            rows = [recorders[p.signal].space(p.rows(done, last)) for p in planned.probes]
             try:
-                rows = engine.advance(last)
+                engine.advance(last, rows)
             except ArithmeticError:
                 raise RunError(_fault(planned, before(), last, seed)) from None
             taken = time.perf_counter() - began
-            if not (engine.finite() and all(_finite(values) for values in rows.values())):
+            if not (engine.finite() and all(_finite(values) for values in rows if values.dtype == np.float64)):
                 raise RunError(_fault(planned, before(), last, seed))
-            for name, values in rows.items():
-                recorders[name].append(values)
+            for probe, values in zip(planned.probes, rows, strict=True):
+                recorders[probe.signal].keep(values)
             done = last
             if taken < CHUNK_SECONDS / 2:
                 chunk = min(2 * chunk, largest)
