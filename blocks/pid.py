@@ -1,4 +1,4 @@
-"""PID controller D(z) = gain (Kp + Ki Ts z/(z-1) + Kd/Ts (1-a)(z-1)/(z-a)), a = exp(-2 pi f Ts).
+"""PID controller D(z) = Kp + Ki Ts z/(z-1) + Kd/Ts (1-a)(z-1)/(z-a), a = exp(-2 pi f Ts).
 
 The integral takes the error of the same sample; the derivative is filtered by a pole at `derivative_pole`
 (digital quartz accelerometer, section II.B and III.A; workload W1). Where a limit clips the output, the integral

@@ -1,0 +1,28 @@
+"""Saturation: output = input held between lowest and highest."""
+
+from collections.abc import Iterator
+
+from proofmass.blocks.declare import Block, Input, param
+from proofmass.blocks.rounding import clip
+
+
+class Saturation(Block):
+    """Limits of a signal: the supply rails of an amplifier, the range of an actuator."""
+
+    lowest: float = param(-1.0, "{unit}", "Lower limit.")
+    highest: float = param(1.0, "{unit}", "Upper limit.")
+    unit: str = param("1", "", "Unit of input and output.")
+
+    input = Input("{unit}", "What is limited.")
+
+
+@Saturation.requires
+def requires(p: Saturation) -> Iterator[tuple[str, str]]:
+    if p.lowest >= p.highest:
+        yield "lowest", f"less than highest = {p.highest:g}"
+
+
+@Saturation.output("{unit}")
+def output(p: Saturation, input: float) -> float:
+    """The input within the limits."""
+    return clip(input, p.lowest, p.highest)
