@@ -149,7 +149,7 @@ class Recorder:
         if self._path:
             with self._path.open("ab") as file:
                 file.write(rows.tobytes())
-        else:
+        elif rows.base is not self._values:
             self._values[self.count : self.count + len(rows)] = rows
         self.count += len(rows)
 

@@ -1,0 +1,272 @@
+"""What the shell sees: one command per job, imported when it is called.
+
+Exit codes: 0 done, 1 the model is wrong, 2 usage, 3 the run failed, 130 interrupted.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from proofmass import __version__
+
+DONE, WRONG_MODEL, USAGE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+
+
+class Commands(click.Group):
+    """Commands with "did you mean"."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError:
+            from proofmass.blocks.problem import did_you_mean
+
+            raise click.UsageError(f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'command')}", ctx) from None
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
+@click.version_option(__version__, prog_name="proofmass")
+@click.option("--traceback", is_flag=True, help="Show Python's traceback of an error.")
+def cli(traceback: bool) -> None:
+    """Block-diagram dataflow simulator for inertial sensors.
+
+    \b
+    proofmass new sensor.toml         a commented graph to start from
+    proofmass check sensor.toml       everything that is wrong with it, at once
+    proofmass run sensor.toml --out results
+    """
+
+
+graph_argument = click.argument("graph", type=click.Path(dir_okay=False, path_type=Path))
+blocks_option = click.option(
+    "--blocks", "own", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Python file of your own blocks; it is run."
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+
+
+@cli.command()
+@graph_argument
+@click.option("--duration", help='How long, for example "2 s"; both ends are run.')
+@click.option("--samples", type=click.IntRange(1), help="How many ticks of the base rate, instead of a duration.")
+@click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the noise.")
+@click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True)
+@click.option("--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter.")
+@click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for traces, plot and report.")
+@click.option("--format", "formats", multiple=True, type=click.Choice(["netcdf", "csv", "parquet"]), help="Files of traces.")
+@click.option("--resume", is_flag=True, help="Go on from the checkpoint of an interrupted run in --out.")
+@click.option("--show-source", is_flag=True, help="Print the generated loop instead of running it.")
+@click.option("--quiet", is_flag=True, help="No progress bar.")
+@blocks_option
+@json_option
+def run(**options: Any) -> None:
+    """Run a graph once and show what its probes recorded.
+
+    \b
+    proofmass run graphs/library/closed_loop_accelerometer.toml
+    proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
+    """
+    from proofmass.runner.run_command import run_graph
+
+    sys.exit(run_graph(**options))
+
+
+@cli.command()
+@graph_argument
+@blocks_option
+@json_option
+def check(graph: Path, own: Path | None, as_json: bool) -> None:
+    """Say everything that is wrong with a graph; exit 1 when it cannot run.
+
+    \b
+    proofmass check sensor.toml
+    """
+    from proofmass.blocks.problem import ModelError
+    from proofmass.graphs.check import check as problems_of
+    from proofmass.graphs.toml_reader import read_graph
+
+    read = None
+    try:
+        read = read_graph(graph, _own(own))
+        problems = problems_of(read)
+    except ModelError as error:
+        problems = list(error.problems)
+    wrong = [problem for problem in problems if not problem.note]
+    if as_json:
+        _print_json([problem.as_data() for problem in problems])
+    else:
+        for problem in problems:
+            click.echo(str(problem), err=not problem.note)
+        if read is not None and not wrong:
+            click.echo(f"{graph}: {len(read.blocks)} blocks, {len(tuple(read.wires))} wires, ready to run")
+        else:
+            click.echo(f"{_count(len(wrong), 'problem')} in {graph}", err=True)
+    sys.exit(WRONG_MODEL if wrong else DONE)
+
+
+@cli.command()
+@graph_argument
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else to the screen.")
+@click.option("--format", "form", type=click.Choice(["svg", "mermaid", "dot"]), help="Default: by the file's ending, or svg.")
+@blocks_option
+def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -> None:
+    """Draw the block diagram of a graph.
+
+    \b
+    proofmass draw sensor.toml -o sensor.svg
+    proofmass draw sensor.toml --format mermaid
+    """
+    from proofmass.graphs import diagram
+    from proofmass.graphs.toml_reader import read_graph
+
+    by_ending = {".mmd": "mermaid", ".mermaid": "mermaid", ".dot": "dot", ".gv": "dot"}
+    form = form or by_ending.get(output.suffix if output else "", "svg")
+    text = {"svg": diagram.svg, "mermaid": diagram.mermaid, "dot": diagram.dot}[form](read_graph(graph, _own(own)))
+    if output is None:
+        click.echo(text)
+    else:
+        output.write_text(text, encoding="utf-8")
+        click.echo(f"wrote {output}")
+
+
+@cli.command()
+@click.argument("kind", required=False)
+@blocks_option
+@json_option
+def blocks(kind: str | None, own: Path | None, as_json: bool) -> None:
+    """List all blocks, or show one with its equation, parameters and ports.
+
+    \b
+    proofmass blocks
+    proofmass blocks MassSpringDamper
+    """
+    from proofmass.blocks.catalog import all_blocks, facts, find
+    from proofmass.blocks.problem import ModelError, Problem, did_you_mean
+    from proofmass.runner.describe import block_text
+
+    mine = _own(own)
+    if kind is None:
+        found = all_blocks(mine)
+        if as_json:
+            _print_json([facts(block) for block in found.values()])
+        else:
+            width = max(map(len, found))
+            for name, block in found.items():
+                click.echo(f"{name:<{width}}  {(block.__doc__ or '').strip().splitlines()[0]}")
+        return
+    block = find(kind, mine)
+    if block is None:
+        hint = did_you_mean(kind, all_blocks(mine), "kind")
+        raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
+    if as_json:
+        _print_json(facts(block))
+    else:
+        click.echo(block_text(block))
+
+
+@cli.command()
+@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+def new(file: Path) -> None:
+    """Write a commented graph to start from; it runs as it is.
+
+    \b
+    proofmass new sensor.toml && proofmass run sensor.toml
+    """
+    from importlib.resources import files
+
+    text = (files("proofmass.graphs") / "library" / "template.toml").read_text(encoding="utf-8")
+    try:
+        with file.open("x", encoding="utf-8") as target:
+            target.write(text)
+    except FileExistsError:
+        raise click.ClickException(f"{file} exists already; nothing was written") from None
+    click.echo(f"wrote {file}; run it with: proofmass run {file}")
+
+
+@cli.command()
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else to the screen.")
+@blocks_option
+def schema(output: Path | None, own: Path | None) -> None:
+    """Write the JSON Schema of graph files, for completion and checks in an editor.
+
+    \b
+    proofmass schema -o proofmass-graph.json
+    """
+    import json
+
+    from proofmass.graphs.schema import schema as schema_of
+
+    text = json.dumps(schema_of(_own(own)), indent=2)
+    if output is None:
+        click.echo(text)
+    else:
+        output.write_text(text + "\n", encoding="utf-8")
+        click.echo(f"wrote {output}")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; a user's error is a message and an exit code, never a traceback unless it is asked for."""
+    given = sys.argv[1:] if arguments is None else arguments
+    try:
+        cli.main(given, prog_name="proofmass", standalone_mode=False)
+        return DONE
+    except SystemExit as error:
+        return int(error.code or 0)
+    except click.exceptions.Exit as error:
+        return error.exit_code
+    except click.Abort:
+        return INTERRUPTED
+    except KeyboardInterrupt:
+        click.echo("interrupted", err=True)
+        return INTERRUPTED
+    except click.UsageError as error:
+        error.show()
+        return USAGE
+    except click.ClickException as error:
+        error.show()
+        return FAILED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return DONE
+    except Exception as error:
+        if "--traceback" in given:
+            raise
+        return _explain(error)
+
+
+def _explain(error: Exception) -> int:
+    from proofmass.blocks.problem import ModelError
+
+    if isinstance(error, ModelError):
+        for problem in error.problems:
+            click.echo(str(problem), err=True)
+        click.echo(_count(len(error.problems), "problem"), err=True)
+        return WRONG_MODEL
+    name = type(error).__name__
+    if isinstance(error, OSError):
+        click.echo(f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}", err=True)
+    elif name == "RunError":
+        click.echo(f"the run failed\n{error}", err=True)
+    else:
+        click.echo(f"an error inside proofmass: {name}: {error}\n  hint:     --traceback shows where", err=True)
+    return FAILED
+
+
+def _own(path: Path | None) -> Any:
+    if path is None:
+        return None
+    from proofmass.blocks.catalog import load_own_blocks
+
+    return load_own_blocks(path)
+
+
+def _print_json(data: Any) -> None:
+    import json
+
+    click.echo(json.dumps(data, indent=2))
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,66 @@
+"""One block as text: what `proofmass blocks KIND` prints, derived from its declaration."""
+
+from typing import Any
+
+from proofmass.blocks.catalog import facts
+from proofmass.blocks.declare import Block
+
+
+def block_text(kind: type[Block]) -> str:
+    """Equation, parameters with units and bounds, ports with types and feedthrough, and lines for a graph file."""
+    known = facts(kind)
+    lines = [f"{known['kind']}: {known['doc']}", "", *_indented(known["equation"])]
+    lines += ["", "Continuous: the runner integrates it between ticks."] if known["continuous"] else []
+    parameters = [
+        (name, _default(p), p["unit"], kind.parameters[name].bounds() or ", ".join(p.get("choices", [])), p["doc"])
+        for name, p in known["parameters"].items()
+    ]
+    lines += _table("Parameters", ("name", "default", "unit", "bounds", ""), parameters)
+    inputs = [
+        (name, p["type"], p["unit"], "may stay unconnected" if "default" in p else "", p["doc"])
+        for name, p in known["inputs"].items()
+    ]
+    lines += _table("Inputs", ("name", "type", "unit", "", ""), inputs)
+    outputs = [(name, _type(p), p["unit"], _feedthrough(p), p["doc"]) for name, p in known["outputs"].items()]
+    lines += _table("Outputs", ("name", "type", "unit", "depends at once on", ""), outputs)
+    return "\n".join([*lines, "", "In a graph file:", *_example(kind)])
+
+
+def _example(kind: type[Block]) -> list[str]:
+    lines = ["    [blocks.name]", f'    kind = "{kind.__name__}"']
+    for name, p in kind.parameters.items():
+        if p.kind is float and p.unit != "1" and "{" not in p.unit:
+            lines.append(f'    {name} = "{p.default:g} {p.unit}"')
+        elif p.kind is bool:
+            lines.append(f"    {name} = {'true' if p.default else 'false'}")
+        elif p.kind is str:
+            lines.append(f'    {name} = "{p.default}"')
+        else:
+            lines.append(f"    {name} = {list(p.default) if isinstance(p.default, tuple) else repr(p.default)}")
+    return lines
+
+
+def _default(parameter: dict[str, Any]) -> str:
+    default = parameter["default"]
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+def _type(port: dict[str, Any]) -> str:
+    shape = f"[{', '.join(map(str, port['shape']))}]" if "shape" in port else ""
+    return port["type"] + shape + (f", every {port['every']} ticks" if "every" in port else "")
+
+
+def _feedthrough(port: dict[str, Any]) -> str:
+    return ", ".join(port["feedthrough"]) or "nothing"
+
+
+def _indented(text: str) -> list[str]:
+    return [f"    {line}".rstrip() for line in text.splitlines()]
+
+
+def _table(title: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
+    if not rows:
+        return []
+    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+    cells = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in (head, *rows))
+    return ["", title, *(f"    {line}" for line in cells)]
