@@ -19,7 +19,7 @@ import dataclasses
 import inspect
 import typing
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
 
 from proofmass.blocks.parameter import Parameter, fill, param, read_parameters
@@ -39,6 +39,7 @@ RUNNER_NAMES = {
     "out": "where an output with a shape writes its entries",
 }
 _RESERVED = {*RUNNER_NAMES, "p", "c", "x", "period", "kind", "rate", "graph"}
+_ROLES = ("constants", "start", "update", "derivative")  # the functions beside outputs, told apart by name
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Input:
         self._make = lambda name: Port(name, unit, doc, dtype, shape, default)
 
     def __set_name__(self, owner: "type[Block]", name: str) -> None:
-        _refuse_taken(owner, name)
+        _refuse_taken(owner, name, Block.__dict__)
         owner.inputs = {**owner.inputs, name: self._make(name)}
 
 
@@ -94,7 +95,7 @@ class Buffer:
         self._make = lambda name: BufferPort(name, doc, dtype, shape)
 
     def __set_name__(self, owner: "type[Block]", name: str) -> None:
-        _refuse_taken(owner, name)
+        _refuse_taken(owner, name, Block.__dict__)
         owner.buffers = {**owner.buffers, name: self._make(name)}
 
 
@@ -299,7 +300,7 @@ class Block:
 
         def register(function: Function) -> Function:
             name = function.__name__
-            _refuse_taken(cls, name)
+            _refuse_taken(cls, name, (*_ROLES, *cls.parameters, *cls.inputs, *cls.buffers, *cls.outputs))
             known = {"x", *cls.buffers, *cls.inputs, *RUNNER_NAMES}
             behaviour = _behaviour(cls, function, known)
             kind = dtype or behaviour.returns
@@ -318,7 +319,7 @@ def block(unit: str, **inputs: str) -> Callable[[Callable[..., Any]], type[Block
 @overload
 def block(unit: str) -> Callable[[Callable[..., Any]], type[Block]]: ...
 def block(unit: str, **inputs: str) -> Callable[[Callable[..., Any]], type[Block]]:
-    """Make a stateless block of one function: arguments without default are inputs, `param(...)` ones parameters.
+    """Make a stateless block of one function: every argument after the first is an input, its unit given by name.
 
         @block("V", voltage="V")
         def rectified(p, voltage: float) -> float:
@@ -360,8 +361,8 @@ def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]
     return Behaviour(function, tuple(names[1:]), returns)
 
 
-def _refuse_taken(owner: type, name: str) -> None:
-    if name in _RESERVED:
+def _refuse_taken(owner: type, name: str, taken: Iterable[str]) -> None:
+    if name in _RESERVED or name in taken:
         raise TypeError(f"{owner.__name__}.{name}: the name is taken")
 
 

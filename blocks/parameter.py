@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeGuard
 
 from proofmass.blocks.problem import Problem, shown
 from proofmass.blocks.units import UnitError, convert_exactly
@@ -47,8 +47,10 @@ class Parameter:
         Raises `ParameterProblem` when the value is of the wrong type, not finite or out of bounds.
         """
         if self.kind is tuple:
-            if not isinstance(value, list | tuple) or not value:
+            if not isinstance(value, list | tuple):
                 raise ParameterProblem("must be a list of numbers")
+            if not value:
+                raise ParameterProblem("must not be empty")
             return tuple(self._number(entry, unit) for entry in value)
         if self.kind is bool:
             if not isinstance(value, bool):
@@ -69,7 +71,7 @@ class Parameter:
         number: float | int
         if isinstance(value, str):
             number = self._converted(value, unit)
-        elif isinstance(value, bool) or not isinstance(value, int | float):
+        elif not _is_number(value):
             raise ParameterProblem("must be a number" if self.kind is not int else "must be an integer")
         elif self.kind is int:
             if not isinstance(value, int):
@@ -109,6 +111,10 @@ class Parameter:
             and (self.below is None or number < self.below)
             and (self.at_most is None or number <= self.at_most)
         )
+
+
+def _is_number(value: object) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 class ParameterProblem(ValueError):
@@ -158,7 +164,7 @@ def read_parameters(
                 Problem(
                     message=str(error),
                     key=f"{key}.{name}",
-                    got=shown(given[name]) + (f" {unit}" if isinstance(given[name], int | float) and unit != "1" else ""),
+                    got=shown(given[name]) + (f" {unit}" if _is_number(given[name]) and unit not in ("1", "") else ""),
                     expected=parameter.expected(unit),
                     hint=error.hint,
                     path=(name,),

@@ -30,7 +30,7 @@ class Problem:
         place = ":".join(part for part in (self.file, str(self.line) if self.line else "") if part)
         head = ": ".join(part for part in (place, "note" if self.note else "", self.key, self.message) if part)
         rows = [("got", self.got), ("expected", self.expected), ("hint", self.hint)]
-        return "\n".join([head, *(f"  {name + ':':<9} {text}" for name, text in rows if text)])
+        return "\n".join([_printable(head), *(f"  {name + ':':<9} {_printable(text)}" for name, text in rows if text)])
 
     def as_data(self) -> dict[str, str | int | bool]:
         """The problem as plain data, for `--json`."""
@@ -70,9 +70,17 @@ def did_you_mean(word: str, names: Iterable[str], what: str) -> str:
 
 def shown(value: object, limit: int = 80) -> str:
     """A value for a message: escaped, one line, cut where it is long."""
-    text = repr(value) if not isinstance(value, int) or abs(value) < 10**30 else "an integer of over 30 digits"
+    try:
+        text = repr(value) if not isinstance(value, int) or abs(value) < 10**30 else "an integer of over 30 digits"
+    except Exception:  # an integer of thousands of digits inside a list, or an object of the caller's own
+        text = f"a {type(value).__name__} that cannot be shown"
     text = text.encode("ascii", "backslashreplace").decode("ascii")
     return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def _printable(text: str) -> str:
+    """Text with whatever could move a cursor, colour a terminal or forge a line written as an escape."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def _fold(name: str) -> str:
