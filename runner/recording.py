@@ -2,16 +2,19 @@
 
 import csv
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from proofmass.blocks.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.units import UnitError, convert_exactly, same_dimension
 from proofmass.graphs.graph import Graph
 
 LARGEST_FILE = 2 << 30
+
+_HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[^][0-9][^][]*)\])")
 
 
 class Column(NamedTuple):
@@ -19,15 +22,22 @@ class Column(NamedTuple):
 
     name: str
     unit: str
-    values: Sequence[float]
+    values: Sequence[object]
+
+
+class Played(NamedTuple):
+    """The two columns that a block plays."""
+
+    time: Column
+    value: Column
 
 
 class RecordingError(ValueError):
-    """A recording that cannot be played, with the line when there is one."""
+    """A recording that cannot be played: the line when there is one, and the parameter to look at."""
 
-    def __init__(self, message: str, line: int = 0, hint: str = "") -> None:
+    def __init__(self, message: str, line: int = 0, hint: str = "", parameter: str = "file") -> None:
         super().__init__(message)
-        self.line, self.hint = line, hint
+        self.line, self.hint, self.parameter = line, hint, parameter
 
 
 def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
@@ -42,12 +52,11 @@ def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
         return {}
     file = str(getattr(block, "file", ""))
     path = Path(graph.place.folder) / file
+    unit = block.unit_of(next(iter(block.outputs.values())))
     try:
         if not file:
             raise RecordingError("says no file", hint='write file = "recording.csv"')
-        columns = _read(path)
-        time, value = _chosen(columns, str(getattr(block, "column", "")))
-        unit = block.unit_of(next(iter(block.outputs.values())))
+        time, value = _read(path, str(getattr(block, "column", "")))
         read = {"time": _converted(time, "s"), "value": _converted(value, unit)}
         _ascending(read["time"])
     except RecordingError as error:
@@ -55,106 +64,148 @@ def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
             message=str(error),
             file=str(path) if error.line else "",
             line=error.line,
-            key=f"blocks.{name}.file",
-            got=str(path),
+            key=f"blocks.{name}.{error.parameter}",
+            got=str(path) if file else "",
             hint=error.hint,
-            path=("blocks", name, "file"),
+            path=("blocks", name, error.parameter),
         )
         raise ModelError([problem if error.line else graph.placed(problem)]) from None
     return {buffer: read[quantity] for buffer, quantity in wanted.items()}
 
 
-def _read(path: Path) -> list[Column]:
-    readers: dict[str, Callable[[Path], list[Column]]] = {
+def _read(path: Path, wanted: str) -> Played:
+    readers: dict[str, Callable[[Path, str], Played]] = {
         ".csv": _read_csv, ".parquet": _read_parquet, ".nc": _read_netcdf,
     }  # fmt: skip
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise RecordingError("is no CSV, Parquet or netCDF file", hint=f"the name must end in {', '.join(readers)}")
     try:
+        if path.exists() and not path.is_file():
+            raise RecordingError("is no file")
         if path.stat().st_size > LARGEST_FILE:
-            raise RecordingError("is larger than 2 GiB")
-        return reader(path)
+            raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
+        return reader(path, wanted)
     except RecordingError:
         raise
     except FileNotFoundError:
-        near = did_you_mean(path.name, _names_in(path.parent), "file") if path.parent.is_dir() else ""
-        raise RecordingError("there is no such file", hint=near) from None
+        raise RecordingError("there is no such file", hint=_near(path, list(readers))) from None
     except Exception as error:  # the libraries raise errors of many kinds on damaged files
         raise RecordingError(f"cannot be read: {str(error).splitlines()[0] if str(error) else error!r}") from None
 
 
-def _names_in(folder: Path) -> list[str]:
-    return [p.name for p in folder.iterdir() if p.suffix in (".csv", ".parquet", ".nc")]
+def _near(path: Path, suffixes: list[str]) -> str:
+    try:
+        names = [other.name for other in path.parent.iterdir() if other.suffix.lower() in suffixes]
+    except OSError:
+        return f"there is no folder {path.parent}"
+    return did_you_mean(path.name, names, "file")
 
 
-def _read_csv(path: Path) -> list[Column]:
+def _read_csv(path: Path, wanted: str) -> Played:
+    at = 0  # the line read last
+
+    def rows_of(file: Iterable[str]) -> Iterator[str]:
+        nonlocal at
+        for at, line in enumerate(file, 1):  # noqa: B007
+            if line.strip() and not line.startswith("#"):
+                yield line
+
     with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = ((number, line) for number, line in enumerate(file, 1) if line.strip() and not line.startswith("#"))
-        head_line, head = next(rows, (0, ""))
-        heads = [_split_unit(cell) for cell in next(csv.reader([head]), [])]
-        if len(heads) < 2 or any(_is_number(name) for name, _ in heads):
-            message = "needs a row of column names such as time [s],acceleration [m/s^2]"
-            raise RecordingError(message, head_line or 1)
-        values: list[list[float]] = [[] for _ in heads]
-        for number, line in rows:
-            cells = line.rstrip("\r\n").split(",")
-            if len(cells) != len(heads):
-                raise RecordingError(f"has {len(cells)} cells where the head has {len(heads)}", number)
-            for column, cell in zip(values, cells, strict=True):
-                if not _is_number(cell):
-                    raise RecordingError(f"holds {cell.strip()[:40]!r}, which is not a finite number", number)
-                column.append(float(cell))
-    return [Column(name, unit, column) for (name, unit), column in zip(heads, values, strict=True)]
+        rows = csv.reader(rows_of(file), strict=True, skipinitialspace=True)
+        try:
+            heads = [_split_unit(cell) for cell in next(rows, [])]
+            if len(heads) < 2 or any(_number(name) is not None for name, _ in heads):
+                hint = "separate the columns by commas" if len(heads) == 1 and ";" in heads[0][0] else ""
+                raise RecordingError("needs a row of column names such as time [s],acceleration [m/s^2]", at or 1, hint)
+            chosen = (0, _chosen([name for name, _ in heads], wanted))
+            columns: tuple[list[float], list[float]] = ([], [])
+            for cells in rows:
+                if len(cells) != len(heads):
+                    raise RecordingError(f"has {len(cells)} cells where the head has {len(heads)}", at)
+                for column, index in zip(columns, chosen, strict=True):
+                    number = _number(cells[index])
+                    if number is None:
+                        raise RecordingError(f"holds {cells[index][:40]!r}, which is not a finite number", at)
+                    column.append(number)
+        except csv.Error as error:
+            raise RecordingError(str(error), at) from None
+    return Played(*(Column(*heads[index], column) for index, column in zip(chosen, columns, strict=True)))
 
 
-def _read_parquet(path: Path) -> list[Column]:
+def _read_parquet(path: Path, wanted: str) -> Played:
     import pyarrow.parquet
 
-    table = pyarrow.parquet.read_table(path)
-    columns = []
-    for field, column in zip(table.schema, table.columns, strict=True):
-        name, unit = _split_unit(field.name)
-        metadata = field.metadata or {}
-        columns.append(Column(name, unit or metadata.get(b"unit", b"").decode(), column.to_pylist()))
-    return columns
+    with pyarrow.parquet.ParquetFile(path, memory_map=True) as file:
+        fields = list(file.schema_arrow)
+        heads = [_split_unit(field.name) for field in fields]
+        chosen = (0, _chosen([name for name, _ in heads], wanted))
+        table = file.read(columns=[fields[index].name for index in chosen])
+    units = [heads[i][1] or (fields[i].metadata or {}).get(b"unit", b"").decode() for i in chosen]
+    return Played(
+        *(Column(heads[i][0], unit, table[fields[i].name].to_pylist()) for i, unit in zip(chosen, units, strict=True))
+    )
 
 
-def _read_netcdf(path: Path) -> list[Column]:
+def _read_netcdf(path: Path, wanted: str) -> Played:
     import h5netcdf
 
     with h5netcdf.File(path, "r") as file:
-        columns = [Column(n, str(v.attrs.get("units", "")), v[...].tolist()) for n, v in file.variables.items() if v.ndim == 1]
-    return sorted(columns, key=lambda column: not column.name.startswith("time"))
+        series = {name: v for name, v in file.variables.items() if v.ndim == 1}
+        times = [name for name, v in series.items() if name == "time" or (name,) == v.dimensions]
+        names = [name for name in series if name not in times]
+        name = names[_chosen(["time", *names], wanted) - 1]
+        for time in times:
+            if series[time].dimensions == series[name].dimensions:
+                return Played(_variable(time, series[time]), _variable(name, series[name]))
+        raise RecordingError(f"has no variable with the times of {name}", hint=f"name it {series[name].dimensions[0]}")
 
 
-def _chosen(columns: list[Column], wanted: str) -> tuple[Column, Column]:
-    names = [column.name for column in columns[1:]]
-    if not names:
+def _variable(name: str, variable: Any) -> Column:
+    """A netCDF variable, unpacked where it says how."""
+    attributes = variable.attrs
+    values = variable[...].tolist()
+    if "_FillValue" in attributes:
+        missing = float(attributes["_FillValue"])
+        values = [None if value == missing else value for value in values]
+    if "scale_factor" in attributes or "add_offset" in attributes:
+        scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
+        values = [None if value is None else value * scale + offset for value in values]
+    return Column(name, str(attributes.get("units", "")), values)
+
+
+def _chosen(names: Sequence[str], wanted: str) -> int:
+    """Index of the wanted column, or of the first after time."""
+    if len(names) < 2:
         raise RecordingError("needs a column of time and one of values")
-    if not wanted:
-        return columns[0], columns[1]
-    for column in columns[1:]:
-        if column.name == wanted:
-            return columns[0], column
-    raise RecordingError(f"has no column {wanted!r}", hint=did_you_mean(wanted, names, "column"))
+    if wanted and wanted not in names[1:]:
+        hint = did_you_mean(wanted, names[1:], "column")
+        raise RecordingError(f"there is no column {wanted!r}", hint=hint, parameter="column")
+    return names.index(wanted, 1) if wanted else 1
 
 
 def _converted(column: Column, unit: str) -> list[float]:
-    values = [math.nan if value is None else float(value) for value in column.values]
+    values = []
+    for row, value in enumerate(column.values, 1):
+        if value is not None and not isinstance(value, float | int):
+            raise RecordingError(f"column {column.name} holds {shown(value, 40)} in row {row}, which is no number")
+        values.append(math.nan if value is None else float(value))
+        if not math.isfinite(values[-1]):
+            raise RecordingError(f"column {column.name} holds {values[-1]} in row {row}")
     if not values:
         raise RecordingError("holds no rows")
-    if not all(map(math.isfinite, values)):
-        row = next(i for i, value in enumerate(values) if not math.isfinite(value))
-        raise RecordingError(f"column {column.name} holds {values[row]} in row {row + 1}")
     given = column.unit or unit
     try:
         if not same_dimension(given, unit):
-            raise RecordingError(f"column {column.name} is in {given}, which is no {unit}", hint=f"set the unit to {given}")
-        factor = float(convert_exactly(f"1 {given}", unit))
+            raise RecordingError(
+                f"column {column.name} is in {given}, which is no {unit}", hint=f"set the unit to {given}"
+            )
+        factor = convert_exactly(f"1 {given}", unit)
     except UnitError as error:
         raise RecordingError(f"column {column.name}: {error}", hint=error.hint) from None
-    return values if factor == 1.0 else [value * factor for value in values]
+    if factor.numerator == 1:  # milli, micro: divided, each number is rounded once
+        return values if factor == 1 else [value / factor.denominator for value in values]
+    return [value * float(factor) for value in values]
 
 
 def _ascending(times: list[float]) -> None:
@@ -164,12 +215,15 @@ def _ascending(times: list[float]) -> None:
 
 
 def _split_unit(head: str) -> tuple[str, str]:
-    name, bracket, unit = head.strip().partition("[")
-    return name.strip(), unit.strip().removesuffix("]").strip() if bracket else ""
+    """Name and unit of a head: `rate [deg/s]`; in `sums[3]` the bracket is the number of an entry."""
+    found = _HEAD.fullmatch(head.strip())
+    return (found["name"], (found["unit"] or found["tight"] or "").strip()) if found else (head.strip(), "")
 
 
-def _is_number(cell: str) -> bool:
+def _number(cell: str) -> float | None:
+    """The finite number in a cell, or None."""
     try:
-        return math.isfinite(float(cell))
+        number = float(cell)
     except ValueError:
-        return False
+        return None
+    return number if math.isfinite(number) and "_" not in cell else None

@@ -3,8 +3,10 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
+from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +19,41 @@ if TYPE_CHECKING:
     import xarray
 
 Array = np.ndarray[Any, np.dtype[Any]]
+
+PIECE = 1 << 20  # numbers of a long trace that are looked at together
+
+
+class Statistics(NamedTuple):
+    """Over the rows of a trace, one number per entry of a row."""
+
+    mean: Array
+    std: Array
+    lowest: Array
+    highest: Array
+
+
+def pieces(rows: int, entries: int = 1) -> Iterator[tuple[int, int]]:
+    """First row and the row after the last of each piece of a long trace: a mapped file is never in memory whole."""
+    step = max(1, PIECE // max(1, entries))
+    for first in range(0, rows, step):
+        yield first, min(first + step, rows)
+
+
+def statistics(values: Array) -> Statistics:
+    """Mean, standard deviation and extremes over the rows, read once, piece by piece."""
+    count, entries = 0, values[0].size
+    mean = squares = np.zeros(values.shape[1:])
+    lowest = highest = np.asarray(values[0], dtype=np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first, last in pieces(len(values), entries):
+            piece = np.asarray(values[first:last], dtype=np.float64)
+            middle = piece.mean(axis=0)
+            step, total = middle - mean, count + len(piece)
+            squares = squares + ((piece - middle) ** 2).sum(axis=0) + step**2 * (count * len(piece) / total)
+            mean = mean + step * (len(piece) / total)
+            lowest, highest = np.minimum(lowest, piece.min(axis=0)), np.maximum(highest, piece.max(axis=0))
+            count = total
+        return Statistics(mean, np.sqrt(squares / count), lowest, highest)
 
 
 @dataclass(frozen=True)
@@ -32,7 +69,21 @@ class Trace:
     @property
     def times(self) -> Array:
         """Time of each row in seconds: n times the period, never accumulated."""
-        return np.arange(len(self.values)) * float(self.period)
+        return self.times_of(0, len(self.values))
+
+    def times_of(self, first: int, last: int) -> Array:
+        """Time of the rows from `first` up to, not including, `last`."""
+        return np.arange(first, last) * float(self.period)
+
+    @property
+    def entries(self) -> int:
+        """Numbers in a row: 1 for a scalar."""
+        return int(np.prod(self.values.shape[1:]))
+
+    @cached_property
+    def statistics(self) -> Statistics | None:
+        """Mean, standard deviation and extremes over the rows; None without rows."""
+        return statistics(self.values) if len(self.values) else None
 
     @property
     def label(self) -> str:
@@ -101,25 +152,28 @@ class Result:
         return {"time" if i == 0 else f"time_{i + 1}": traces for i, (_, traces) in enumerate(ordered)}
 
     def summary(self) -> list[dict[str, Any]]:
-        """Per scalar probe: rows, mean, standard deviation, extremes, last value."""
+        """Per probe: rows, mean, standard deviation, extremes, last value; of a vector over all its entries."""
         rows = []
         for trace in self.traces.values():
-            values = trace.values
-            row: dict[str, Any] = {"signal": trace.signal, "unit": trace.unit, "rows": len(values)}
-            if len(values):
+            row: dict[str, Any] = {"signal": trace.signal, "unit": trace.unit, "rows": len(trace.values)}
+            if trace.values.ndim > 1:
+                row["entries"] = trace.entries
+            found = trace.statistics
+            if found:
+                mean = found.mean.mean()
                 row |= {
-                    "mean": float(values.mean(dtype=np.float64)),
-                    "std": float(values.std(dtype=np.float64)),
-                    "min": float(values.min()),
-                    "max": float(values.max()),
-                    "last": values[-1].tolist(),
+                    "mean": float(mean),
+                    "std": float(np.sqrt((found.std**2 + (found.mean - mean) ** 2).mean())),
+                    "min": float(found.lowest.min()),
+                    "max": float(found.highest.max()),
+                    "last": trace.values[-1].tolist(),
                 }
             rows.append(row)
         return rows
 
     def _repr_html_(self) -> str:
         cells = "".join(
-            f"<tr><td>{row['signal']}</td><td>{row['unit']}</td><td>{row['rows']}</td>"
+            f"<tr><td>{escape(row['signal'])}</td><td>{escape(row['unit'])}</td><td>{row['rows']}</td>"
             f"<td>{row.get('mean', float('nan')):.6g}</td><td>{row.get('std', float('nan')):.6g}</td></tr>"
             for row in self.summary()
         )
@@ -166,5 +220,7 @@ class Recorder:
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""
-        head = f"{{'descr': {self._values.dtype.str!r}, 'fortran_order': False, 'shape': {(rows, *self.probe.shape)}, }}"
+        head = (
+            f"{{'descr': {self._values.dtype.str!r}, 'fortran_order': False, 'shape': {(rows, *self.probe.shape)}, }}"
+        )
         file.write(b"\x93NUMPY\x01\x00" + (246).to_bytes(2, "little") + head.ljust(245).encode() + b"\n")
