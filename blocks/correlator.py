@@ -18,7 +18,7 @@ class Correlator(Block):
     bit = Input("1", "Chip that excites the device.", dtype=bool)
     code = Input("1", "Response of the device in the same tick.", dtype=int)
 
-    history = Buffer("Last chips, 32 to a word, newest in the lowest bit.", int, (lambda p: (p.cells + 31) // 32,))
+    history = Buffer("Last chips, newest first: 0 for a one, -1 for a zero; y ^ -1 less -1 is -y.", int, ("cells",))
     sums = Buffer("Sums of the period under way.", int, ("cells",))
     finished = Buffer("Sums of the last whole period.", int, ("cells",))
 
@@ -37,18 +37,15 @@ def impulse_response(c, finished, out) -> None:
 
 @Correlator.update
 def update(c, x: State, history, sums, finished, bit: bool, code: int) -> State:
-    carry = 1 if bit else 0
-    for word in range(len(history)):
-        cells = history[word]
-        history[word] = ((cells << 1) | carry) & 0xFFFFFFFF
-        carry = (cells >> 31) & 1
+    for k in range(len(history) - 1, 0, -1):
+        history[k] = history[k - 1]
+    history[0] = 0 if bit else -1
     if x.filled < len(sums):
         for k in range(x.filled + 1):
-            sums[k] += code if (history[k >> 5] >> (k & 31)) & 1 else -code
+            sums[k] += (code ^ history[k]) - history[k]
     else:
         for k in range(len(sums)):
-            flip = ((history[k >> 5] >> (k & 31)) & 1) - 1
-            sums[k] += (code ^ flip) - flip
+            sums[k] += (code ^ history[k]) - history[k]
     chip = x.chip + 1
     if chip == c.chips:
         chip = 0

@@ -92,6 +92,7 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
     from numba.core import config
 
     config.USING_SVML = False
+    config.SLP_VECTORIZE = 1  # correlation cells and other short rows side by side
     jitted: dict[Any, Any] = {}
     names = {name: _jit(value, jitted) for name, value in generated.names.items()}
     namespace: dict[str, Any] = {"carray": numba.carray, **names}
