@@ -1,31 +1,34 @@
 """Everything that is wrong with the wiring of a graph, all at once."""
 
-from collections.abc import Iterator
-from fractions import Fraction
+from collections.abc import Collection, Iterator
+from functools import cached_property
+from itertools import chain, islice
+from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, Port
 from proofmass.blocks.parameter import Parameter
-from proofmass.blocks.problem import ModelError, Problem, did_you_mean
-from proofmass.blocks.units import same_dimension, same_unit, unit
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.blocks.units import Unit, UnitError, unit
 from proofmass.graphs.graph import Graph, split
-from proofmass.graphs.rates import LARGEST_RATIO, base_rate
+from proofmass.graphs.hints import counted, like
+from proofmass.graphs.limits import BLOCKS, PROBLEMS, WIRES
+from proofmass.graphs.rates import LARGEST_RATIO, common_base_rate, write_rate
 from proofmass.graphs.schedule import schedule
-
-LARGEST_GRAPH = 10_000  # blocks
-LARGEST_WIRING = 100_000  # wires
 
 
 def check(graph: Graph) -> list[Problem]:
     """All problems of a graph, each with its place; only notes are left when the graph can run."""
-    problems = [*_size(graph), *_rates(graph)]
-    wiring = list(_wires(graph)) + list(_unconnected(graph)) + list(_probes(graph))
-    if not problems and not wiring:
+    problems = list(_size(graph))
+    if not problems:
+        problems = list(islice(chain(_rates(graph), _Wiring(graph).problems(), _probes(graph)), PROBLEMS))
+    if not problems:
         try:
             schedule(graph)
         except ModelError as error:
-            wiring += error.problems
-    notes = [] if problems or wiring else list(_unused(graph))
-    return [graph.placed(problem) for problem in (*problems, *wiring, *notes)]
+            problems = list(error.problems)
+    if not problems:
+        problems = list(islice(_notes(graph), PROBLEMS))
+    return sorted((graph.placed(problem) for problem in problems), key=lambda problem: problem.line)
 
 
 def checked(graph: Graph) -> Graph:
@@ -36,118 +39,218 @@ def checked(graph: Graph) -> Graph:
     return graph
 
 
+def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
+    """The problems that do not touch blocks which could not be read, and so are not what they should be."""
+
+    def touched(problem: Problem) -> set[str]:
+        where, *rest = (*problem.path, "")
+        if where == "wires":
+            return {split(end)[0] for end in rest[0].split(" -> ")}
+        if where == "probes":
+            return {split(graph.probes[int(rest[0])].signal)[0]}
+        return {rest[0]}
+
+    return [p for p in check(graph) if not p.note and len(p.path) > 1 and touched(p).isdisjoint(doubtful)]
+
+
 def _size(graph: Graph) -> Iterator[Problem]:
     if not graph.blocks:
-        yield Problem(message="the graph has no blocks", key="blocks", hint="start from the one that `proofmass new` writes")
-    for count, largest, key in (
-        (len(graph.blocks), LARGEST_GRAPH, "blocks"),
-        (len(tuple(graph.wires)), LARGEST_WIRING, "wires"),
-    ):
+        hint = 'add [blocks.NAME] and below it kind = "Gain"'
+        yield Problem(message="the graph has no blocks", key="blocks", hint=hint)
+    for count, largest, key in ((len(graph.blocks), BLOCKS, "blocks"), (len(graph.wires), WIRES, "wires")):
         if count > largest:
             yield Problem(message="too many", key=key, got=str(count), expected=f"at most {largest}", path=(key,))
 
 
 def _rates(graph: Graph) -> Iterator[Problem]:
-    rates = []
-    for name, block in graph.blocks.items():
-        if block.continuous():
-            if name in graph.rates:
-                yield Problem(
-                    message="a continuous block has no rate: it is integrated from each tick of the graph to the next",
-                    key=f"blocks.{name}.rate",
-                    hint="leave the rate out, or give it to the blocks that sample this one",
-                    path=("blocks", name, "rate"),
-                )
-        elif name in graph.rates:
-            rates.append(Fraction(graph.rates[name]))
-        elif graph.rate is None:
+    discrete = [name for name, block in graph.blocks.items() if not block.continuous()]
+    for name in graph.rates:
+        if name not in discrete:
+            yield Problem(
+                message="a continuous block has no rate: it is integrated from each tick of the graph to the next",
+                key=f"blocks.{name}.rate",
+                hint="leave the rate out, or give it to the blocks that sample this one",
+                path=("blocks", name, "rate"),
+            )
+    without = [name for name in discrete if name not in graph.rates]
+    if graph.rate is None and len(without) == len(discrete):
+        yield Problem(message="the graph has no rate", key="rate", hint='add rate = "50 kHz" at the top of the file')
+    elif graph.rate is None:
+        for name in without:
             yield Problem(
                 message="has no rate, and neither has the graph",
                 key=f"blocks.{name}",
                 hint='add rate = "50 kHz" at the top of the file, or to this block',
                 path=("blocks", name),
             )
-        else:
-            rates.append(Fraction(graph.rate))
-    if not rates and graph.rate is None:
-        yield Problem(message="the graph has no rate", key="rate", hint='add rate = "50 kHz" at the top of the file')
-    if rates and base_rate(rates) / min(rates) > LARGEST_RATIO:
+    rates = {graph.rates.get(name, graph.rate) for name in discrete}
+    known = sorted(rate for rate in rates if rate is not None)
+    if known and common_base_rate(known) is None:
+        shown = [write_rate(rate) for rate in known]
         yield Problem(
             message="the rates have no common base rate within reach",
             key="rate",
-            got=f"{float(base_rate(rates)):g} Hz is the least common multiple of {len(set(rates))} rates",
-            expected=f"at most {LARGEST_RATIO:g} ticks of it in one tick of the slowest block",
+            got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
+            expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
             hint="make the rates ratios of small numbers",
-            path=("rate",),
+            path=("blocks", next(iter(graph.rates)), "rate") if graph.rates else ("rate",),
         )
 
 
-def _wires(graph: Graph) -> Iterator[Problem]:
-    driven_by: dict[str, str] = {}
-    for wire in graph.wires:
-        source, target = wire.source, wire.target  # type: ignore[union-attr]
-        path = ("wires", f"{source} -> {target}")
-        out, into = _output(graph, source), _target(graph, target)
-        if isinstance(out, str):
-            yield Problem(message=f"{source} is no output", key=f"wires: {wire}", hint=out, path=path)
-        if isinstance(into, str):
-            yield Problem(message=f"{target} is no input or parameter", key=f"wires: {wire}", hint=into, path=path)
-        if target in driven_by:
-            yield Problem(
-                message=f"{target} is driven twice",
-                key=f"wires: {wire}",
-                got=f"{driven_by[target]} and {source}",
-                expected="one wire",
-                hint="remove one of the wires, or add the signals with a Sum",
-                path=path,
-            )
-        driven_by[target] = source
-        if not isinstance(out, str) and not isinstance(into, str):
-            for message, got, expected, hint in _mismatches(*out, *into):
-                yield Problem(message=message, key=f"wires: {wire}", got=got, expected=expected, hint=hint, path=path)
+class Missing(NamedTuple):
+    """Why a name in a wire or probe stands for nothing, and what to write instead."""
+
+    message: str
+    hint: str
 
 
-def _output(graph: Graph, signal: str) -> tuple[Block, Port] | str:
-    """Block and port of an output, or a hint what to write instead."""
+class _Wiring:
+    """Every wire against the ports at its two ends, and every input without one."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+
+    def problems(self) -> Iterator[Problem]:
+        return chain(self._wires(), self._unconnected())
+
+    def _wires(self) -> Iterator[Problem]:
+        driven_by: dict[str, str] = {}
+        for wire in self.graph.wires:
+            source, target = wire
+            key, path = f"wires: {wire}", ("wires", str(wire))
+            out, into = find_output(self.graph, source), find_target(self.graph, target)
+            for end in (out, into):
+                if isinstance(end, Missing):
+                    yield Problem(message=end.message, key=key, hint=end.hint, path=path)
+            if target in driven_by:
+                other = driven_by[target]
+                yield Problem(
+                    message=f"{target} is driven twice",
+                    key=key,
+                    got=f"{other} and {source}" if other != source else f"two wires from {source}",
+                    expected="one wire",
+                    hint="remove one of the wires"
+                    + ("" if other == source else ", or add the signals with a Sum and wire its output"),
+                    path=path,
+                )
+            driven_by.setdefault(target, source)
+            if not isinstance(out, Missing) and not isinstance(into, Missing):
+                for mismatch in _mismatches(out, into):
+                    yield mismatch.problem(key, path)
+
+    def _unconnected(self) -> Iterator[Problem]:
+        connected = {wire.target for wire in self.graph.wires}
+        for name, block in self.graph.blocks.items():
+            for port, declared in block.inputs.items():
+                if declared.default is not None or f"{name}.{port}" in connected:
+                    continue
+                fitting = [signal for signal in self._fitting(block, declared) if split(signal)[0] != name][:3]
+                yield Problem(
+                    message=f"the input {port} is not connected",
+                    key=f"blocks.{name}",
+                    expected=f"a wire that carries {_facts(block, declared)}: {declared.doc}",
+                    hint=f'add "{fitting[0] if fitting else "block.output"} -> {name}.{port}" to wires'
+                    + (f"; {' and '.join(fitting[1:])} would fit too" if fitting[1:] else ""),
+                    path=("blocks", name),
+                )
+
+    def _fitting(self, block: Block, port: Port) -> list[str]:
+        try:
+            return self._outputs.get((unit(block.unit_of(port)), port.dtype, block.shape_of(port)), [])
+        except UnitError:
+            return []
+
+    @cached_property
+    def _outputs(self) -> dict[tuple[Unit, type, tuple[int, ...]], list[str]]:
+        """Up to four outputs of each unit, type and shape."""
+        found: dict[tuple[Unit, type, tuple[int, ...]], list[str]] = {}
+        for name, block in self.graph.blocks.items():
+            for port, declared in block.outputs.items():
+                try:
+                    kind = (unit(block.unit_of(declared)), declared.dtype, block.shape_of(declared))
+                except UnitError:
+                    continue
+                if len(found.setdefault(kind, [])) < 4:
+                    found[kind].append(f"{name}.{port}")
+        return found
+
+
+def find_output(graph: Graph, signal: str) -> tuple[Block, Port] | Missing:
+    """Block and port of an output, or what to write instead."""
     name, port = split(signal)
     block = graph.blocks.get(name)
     if block is None:
-        return did_you_mean(name, graph.blocks, "block")
+        return _no_block(graph, name)
+    if port in block.outputs:
+        return block, block.outputs[port]
     if port in block.inputs:
-        return f"{port} is an input of {name}; its outputs: {', '.join(block.outputs) or 'none'}"
-    return (block, block.outputs[port]) if port in block.outputs else did_you_mean(port, block.outputs, f"output of {name}")
+        return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", block.outputs))
+    if port in block.parameters:
+        return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", block.outputs))
+    return Missing(f"{signal} is no output", like(port, block.outputs, f"outputs of {name}"))
 
 
-def _target(graph: Graph, signal: str) -> tuple[Block, Port | Parameter] | str:
+def find_target(graph: Graph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
+    """Block and input, or parameter that a wire may drive, or what to write instead."""
     name, port = split(signal)
     block = graph.blocks.get(name)
     if block is None:
-        return did_you_mean(name, graph.blocks, "block")
+        return _no_block(graph, name)
     if port in block.inputs:
         return block, block.inputs[port]
+    if port in block.parameters and block.drivable(port):
+        return block, block.parameters[port]
     if port in block.parameters:
-        if block.drivable(port):
-            return block, block.parameters[port]
         why = "of a continuous block" if block.continuous() else "that fixes a size, a start or a choice"
-        return f"{port} is a parameter {why}, which cannot be driven"
+        return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
     if port in block.outputs:
-        return f"{port} is an output of {name}; its inputs: {', '.join(block.inputs) or 'none'}"
-    return did_you_mean(port, [*block.inputs, *block.parameters], f"input of {name}")
+        return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", block.inputs))
+    driven = [name for name in block.parameters if block.drivable(name)]
+    return Missing(f"{signal} is no input or parameter", like(port, [*block.inputs, *driven], f"inputs of {name}"))
 
 
-def _mismatches(source: Block, out: Port, target: Block, into: Port | Parameter) -> Iterator[tuple[str, str, str, str]]:
-    got, expected = source.unit_of(out), target.unit_of(into)
-    if not same_dimension(got, expected):
-        same = f"{unit(got).in_base_units()} is not {unit(expected).in_base_units()}"
-        yield "the units do not match", got, expected, f"{same}; a Gain with these units converts"
-    elif not same_unit(got, expected):
-        yield "the units differ by a factor", got, expected, "give both the same unit, or convert with a Gain"
+def _no_block(graph: Graph, name: str) -> Missing:
+    hint = like(name, graph.blocks, "the blocks")
+    return Missing(f"there is no block {name}", f"{hint} Otherwise declare it: [blocks.{name}] and below it its kind")
+
+
+def _list(what: str, names: Collection[str]) -> str:
+    return f"{what}: {', '.join(names) or 'none'}"
+
+
+class _Mismatch(NamedTuple):
+    message: str
+    got: str
+    expected: str
+    hint: str
+
+    def problem(self, key: str, path: tuple[str, ...]) -> Problem:
+        return Problem(message=self.message, key=key, got=self.got, expected=self.expected, hint=self.hint, path=path)
+
+
+def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Parameter]) -> Iterator[_Mismatch]:
+    (giver, out), (taker, into) = source, target
+    got, expected = giver.unit_of(out), taker.unit_of(into)
+    try:
+        given, wanted = unit(got), unit(expected)
+    except UnitError as error:
+        yield _Mismatch(f"the units cannot be compared: {error}", got, expected, "write a shorter unit")
+    else:
+        convert = f'put a Gain with input_unit = "{got}" and output_unit = "{expected}" between'
+        if given.exponents != wanted.exponents:
+            same = f"{given.in_base_units()} is not {wanted.in_base_units()}"
+            yield _Mismatch("the units do not match", got, expected, f"{same}; {convert}")
+        elif given != wanted:
+            factor = f"{float(given.factor / wanted.factor):g}"
+            yield _Mismatch(f"the units differ by a factor of {factor}", got, expected, convert)
     kind = into.dtype if isinstance(into, Port) else float
     if out.dtype is not kind:
-        yield "the types do not match", out.dtype.__name__, kind.__name__, _same_type(source, kind)
-    shape = target.shape_of(into) if isinstance(into, Port) else ()
-    if source.shape_of(out) != shape:
-        yield "the shapes do not match", str(source.shape_of(out)), str(shape), "a wire carries all entries of a port"
+        yield _Mismatch("the types do not match", out.dtype.__name__, kind.__name__, _same_type(giver, kind))
+    shape = taker.shape_of(into) if isinstance(into, Port) else ()
+    if giver.shape_of(out) != shape:
+        others = [name for name, port in giver.outputs.items() if giver.shape_of(port) == shape]
+        hint = f"outputs that fit: {', '.join(others)}" if others else "a vector is probed, or wired to a vector input"
+        yield _Mismatch("the shapes do not match", counted(giver.shape_of(out)), counted(shape), hint)
 
 
 def _same_type(source: Block, kind: type) -> str:
@@ -155,49 +258,30 @@ def _same_type(source: Block, kind: type) -> str:
     fitting = [name for name, port in source.outputs.items() if port.dtype is kind]
     if fitting:
         return f"its output {fitting[0]} has that type"
-    return "an AnalogToDigital or DigitalToAnalog makes codes of numbers" if kind is int else "choose another output"
+    return "an AnalogToDigital makes codes of numbers" if kind is int else "choose an output of that type"
 
 
-def _unconnected(graph: Graph) -> Iterator[Problem]:
-    connected = {wire.target for wire in graph.wires}  # type: ignore[union-attr]
-    for name, block in graph.blocks.items():
-        for port, declared in block.inputs.items():
-            if declared.default is None and f"{name}.{port}" not in connected:
-                yield Problem(
-                    message=f"the input {port} is not connected",
-                    key=f"blocks.{name}",
-                    expected=f"a wire that carries {block.unit_of(declared)}: {declared.doc}",
-                    hint=f'add "… -> {name}.{port}" to wires' + _candidates(graph, block, declared),
-                    path=("blocks", name),
-                )
-
-
-def _candidates(graph: Graph, block: Block, port: Port) -> str:
-    """Outputs that would fit an input, for the hint."""
-    fitting = [
-        f"{name}.{out.name}"
-        for name, other in graph.blocks.items()
-        if other is not block
-        for out in other.outputs.values()
-        if not list(_mismatches(other, out, block, port))
-    ]
-    return f"; {', '.join(fitting[:3])} would fit" if fitting else ""
+def _facts(block: Block, port: Port) -> str:
+    """Unit, type and shape of a port in words, as far as they are out of the common."""
+    measure = block.unit_of(port)
+    kind = {float: f"a number in {measure}" if measure != "1" else "a number", int: "an integer", bool: "true or false"}
+    return kind[port.dtype] if not port.shape else f"{counted(block.shape_of(port))}, each {kind[port.dtype]}"
 
 
 def _probes(graph: Graph) -> Iterator[Problem]:
     seen = set()
-    for index, probe in enumerate(graph.probes):
-        signal, path = probe.signal, ("probes", str(index))  # type: ignore[union-attr]
-        found = _output(graph, signal)
-        if isinstance(found, str):
-            yield Problem(message=f"{signal} is no output", key="probes", hint=found, path=path)
+    for index, (signal, _) in enumerate(graph.probes):
+        path = ("probes", str(index))
+        found = find_output(graph, signal)
+        if isinstance(found, Missing):
+            yield Problem(message=found.message, key=f"probes: {signal}", hint=found.hint, path=path)
         if signal in seen:
-            yield Problem(message=f"{signal} is probed twice", key="probes", hint="remove one of the probes", path=path)
+            yield Problem(message="probed twice", key=f"probes: {signal}", hint="remove one of the probes", path=path)
         seen.add(signal)
 
 
-def _unused(graph: Graph) -> Iterator[Problem]:
-    used = {split(wire.source) for wire in graph.wires} | {split(p.signal) for p in graph.probes}  # type: ignore[union-attr]
+def _notes(graph: Graph) -> Iterator[Problem]:
+    used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
     for name, block in graph.blocks.items():
         if block.outputs and not any((name, port) in used for port in block.outputs):
             yield Problem(
@@ -208,4 +292,5 @@ def _unused(graph: Graph) -> Iterator[Problem]:
                 path=("blocks", name),
             )
     if not graph.probes:
-        yield Problem(message="no probes: a run records nothing", key="probes", hint="add probes = [\"block.output\"]", note=True)
+        hint = 'add probes = ["block.output"] above the first block'
+        yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)

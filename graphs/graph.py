@@ -2,21 +2,28 @@
 
 import dataclasses
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar
 
 from proofmass.blocks.declare import Block
-from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.problem import ModelError, Problem, shown
 from proofmass.blocks.units import UnitError
+from proofmass.graphs.hints import like
 from proofmass.graphs.rates import Rate, read_rate
+from proofmass.graphs.rates import read_duration as read_duration
 
 if TYPE_CHECKING:
     import networkx
 
 NAME = re.compile(r"(?=.{1,64}$)[a-z][a-z0-9]*(_[a-z0-9]+)*")
+EXPECTED_NAME = "at most 64 lower-case letters and digits, words joined by single underscores"
 LARGEST_RUN = 10**12  # ticks
+LARGEST_SEED = 2**62
+LONGEST_TEXT = 10_000  # characters of name and description
+
+Value = TypeVar("Value")
 
 
 class Wire(NamedTuple):
@@ -51,7 +58,10 @@ class Place:
         return self.lines.get(path, 0)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+NOWHERE = Place()
+
+
+@dataclasses.dataclass(frozen=True, init=False)
 class Graph:
     """Blocks wired by their ports, at stated rates, with the signals to record.
 
@@ -63,44 +73,71 @@ class Graph:
     """
 
     name: str
-    description: str = ""
-    rate: Rate | None = None
-    duration: Fraction | str | float | None = None
-    samples: int | None = None
-    seed: int = 0
+    description: str
+    rate: Fraction | None  # in hertz
+    duration: Fraction | None  # in seconds
+    samples: int | None
+    seed: int
     blocks: Mapping[str, Block]
-    rates: Mapping[str, Rate] = dataclasses.field(default_factory=dict)
-    wires: Iterable[Wire | str] = ()
-    probes: Iterable[Probe | str] = ()
-    place: Place = dataclasses.field(default_factory=Place, compare=False, repr=False)
+    rates: Mapping[str, Fraction]
+    wires: tuple[Wire, ...]
+    probes: tuple[Probe, ...]
+    place: Place = dataclasses.field(compare=False, repr=False)
 
-    def __post_init__(self) -> None:
-        problems: list[Problem] = []
-        put = object.__setattr__
-        put(self, "blocks", MappingProxyType(dict(sorted(self.blocks.items()))))
-        put(self, "wires", tuple(sorted(_each(read_wire, self.wires, "wires", problems))))
-        put(self, "probes", tuple(_each(read_probe, self.probes, "probes", problems)))
-        rates = {}
-        for name, rate in self.rates.items():
-            path = ("blocks", name, "rate")
-            rates[name] = _read(read_rate, rate, path, problems)
-            if name not in self.blocks:
-                problems.append(
-                    Problem(
-                        message="there is no such block",
-                        key=f"rates.{name}",
-                        hint=did_you_mean(name, self.blocks, "block"),
-                        path=path,
-                    )
-                )
-        put(self, "rates", MappingProxyType(dict(sorted(rates.items()))))
-        if self.rate is not None:
-            put(self, "rate", _read(read_rate, self.rate, ("rate",), problems))
-        if self.duration is not None:
-            put(self, "duration", _read(read_duration, self.duration, ("duration",), problems))
-        problems += [*_bad_names(self), *_bad_run(self)]
+    def __init__(
+        self,
+        *,
+        name: str,
+        blocks: Mapping[str, Block],
+        wires: Iterable[Wire | str] = (),
+        probes: Iterable[Probe | str | Mapping[str, Any]] = (),
+        rate: Rate | None = None,
+        rates: Mapping[str, Rate] = MappingProxyType({}),
+        duration: Rate | None = None,
+        samples: int | None = None,
+        seed: int = 0,
+        description: str = "",
+        place: Place = NOWHERE,
+    ) -> None:
+        problems = [*_bad_texts(name, description), *_bad_run(samples, duration, seed), *_bad_blocks(blocks, rates)]
+
+        def read(reader: Callable[[object], Value], value: object, *path: str) -> Value | None:
+            try:
+                return reader(value)
+            except UnitError as error:
+                key = ".".join(path)
+                problems.append(Problem(message=str(error), key=key, got=shown(value), hint=error.hint, path=path))
+                return None
+
+        def read_each(reader: Callable[[object], Value], values: Iterable[object], key: str) -> list[Value]:
+            if isinstance(values, str):
+                problems.append(Problem(message="must be a list", key=key, got=shown(values), path=(key,)))
+                return []
+            found = [read(reader, value, key, str(index)) for index, value in enumerate(values)]
+            return [value for value in found if value is not None]
+
+        own_rates = {block: read(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
+        values = {
+            "name": name,
+            "description": description,
+            "rate": None if rate is None else read(read_rate, rate, "rate"),
+            "duration": None if duration is None else read(read_duration, duration, "duration"),
+            "samples": samples,
+            "seed": seed,
+            "blocks": MappingProxyType(dict(sorted(blocks.items()))),
+            "rates": MappingProxyType(own_rates),
+            "wires": tuple(sorted(read_each(read_wire, wires, "wires"))),
+            "probes": tuple(read_each(read_probe, probes, "probes")),
+            "place": place,
+        }
+        for field, value in values.items():
+            object.__setattr__(self, field, value)
         if problems:
             raise ModelError([self.placed(problem) for problem in problems])
+
+    def __reduce__(self) -> "tuple[Any, ...]":
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return _rebuilt, (values | {"blocks": dict(self.blocks), "rates": dict(self.rates)},)
 
     def placed(self, problem: Problem) -> Problem:
         """A problem with the file and line that its key has in this graph."""
@@ -113,8 +150,8 @@ class Graph:
         for key, value in changes.items():
             block, _, parameter = key.partition(".")
             if block not in blocks:
-                hint = did_you_mean(block, blocks, "block")
-                problems.append(Problem(message="there is no such block", key=key, got=block, hint=hint))
+                hint = like(block, blocks, "the blocks")
+                problems.append(Problem(message="there is no such block", key=key, got=shown(block), hint=hint))
             else:
                 by_block.setdefault(block, {})[parameter] = value
         for name, values in by_block.items():
@@ -134,7 +171,7 @@ class Graph:
         for name, block in self.blocks.items():
             out.add_node(name, kind=type(block).__name__, **_parameters(block))
         for wire in self.wires:
-            source, target = split(wire.source), split(wire.target)  # type: ignore[union-attr]
+            source, target = split(wire.source), split(wire.target)
             out.add_edge(source[0], target[0], source=source[1], target=target[1])
         return out
 
@@ -174,62 +211,60 @@ def read_probe(value: object) -> Probe:
     return Probe(value["signal"], every)
 
 
-def read_duration(value: object) -> Fraction:
-    """A duration in seconds, exactly."""
-    from proofmass.blocks.units import convert_exactly
-
-    if isinstance(value, str):
-        seconds = convert_exactly(value, "s")
-    elif isinstance(value, bool) or not isinstance(value, int | float | Fraction) or value != value or value > 1e300:
-        raise UnitError("must be a duration", 'write it as "20 s"')
-    else:
-        seconds = Fraction(repr(value)) if isinstance(value, float) else Fraction(value)
-    if seconds < 0:
-        raise UnitError("must not be negative")
-    return seconds
-
-
 def _parameters(block: Block) -> dict[str, Any]:
     return {name: getattr(block, name) for name in block.parameters}
 
 
 def _is_signal(text: object) -> bool:
-    return isinstance(text, str) and all(NAME.fullmatch(part) for part in text.split(".")) and text.count(".") == 1
+    return isinstance(text, str) and text.count(".") == 1 and all(NAME.fullmatch(part) for part in text.split("."))
 
 
-def _read(reader: Any, value: object, path: tuple[str, ...], problems: list[Problem]) -> Any:
-    try:
-        return reader(value)
-    except UnitError as error:
-        key = ".".join(path)
-        problems.append(Problem(message=str(error), key=key, got=shown(value), hint=error.hint, path=path))
-        return None
+def _rebuilt(values: dict[str, Any]) -> Graph:
+    """A graph sent to another process, or copied."""
+    return Graph(**values)
 
 
-def _each(reader: Any, values: Iterable[Any], key: str, problems: list[Problem]) -> list[Any]:
-    read = [_read(reader, value, (key, str(i)), problems) for i, value in enumerate(values)]
-    return [value for value in read if value is not None]
+def _bad_texts(name: object, description: object) -> Iterator[Problem]:
+    for key, text in (("name", name), ("description", description)):
+        if not isinstance(text, str):
+            yield Problem(message="must be a string", key=key, got=shown(text), path=(key,))
+        elif len(text) > LONGEST_TEXT:
+            yield Problem(message=f"longer than {LONGEST_TEXT} characters", key=key, got=shown(text), path=(key,))
+        elif not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
+            yield Problem(message="holds half a character", key=key, got=shown(text), path=(key,))
 
 
-def _bad_names(graph: Graph) -> list[Problem]:
-    expected = "at most 64 lower-case letters and digits, words joined by single underscores"
-    return [
-        Problem(message="not a name", key="blocks", got=shown(name), expected=expected, path=("blocks", name))
-        for name in graph.blocks
-        if not NAME.fullmatch(name)
-    ]
+def _bad_blocks(blocks: Mapping[str, Block], rates: Mapping[str, object]) -> Iterator[Problem]:
+    for name, block in blocks.items():
+        path = ("blocks", str(name))
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            yield Problem(message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, path=path)
+        elif not isinstance(block, Block):
+            hint = f"write {block.__name__}()" if isinstance(block, type) else 'write a block, such as Gain(gain="2")'
+            yield Problem(message="not a block", key=f"blocks.{name}", got=shown(block), hint=hint, path=path)
+    for name in rates:
+        if name not in blocks:
+            hint = like(name, blocks, "the blocks")
+            where = ("blocks", name, "rate")
+            yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
 
 
-def _bad_run(graph: Graph) -> list[Problem]:
-    problems = []
-    for name, largest in (("samples", LARGEST_RUN), ("seed", 2**62)):
-        value = getattr(graph, name)
-        lowest = 1 if name == "samples" else 0
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= largest):
-            expected = f"an integer from {lowest} to {largest:g}"
-            problems.append(
-                Problem(message="out of range", key=name, got=shown(value), expected=expected, path=(name,))
+def _bad_run(samples: object, duration: object, seed: object) -> Iterator[Problem]:
+    for key, value, lowest, largest in (("samples", samples, 1, LARGEST_RUN), ("seed", seed, 0, LARGEST_SEED)):
+        if value is None and key == "samples":
+            continue
+        expected = f"an integer from {lowest} to {largest:g}"
+        if isinstance(value, bool) or not isinstance(value, int):
+            hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
+            yield Problem(
+                message="must be an integer", key=key, got=shown(value), expected=expected, hint=hint, path=(key,)
             )
-    if graph.samples is not None and graph.duration is not None:
-        problems.append(Problem(message="give samples or duration, not both", key="samples", path=("samples",)))
-    return problems
+        elif not lowest <= value <= largest:
+            yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+    if samples is not None and duration is not None:
+        hint = "remove one of them"
+        yield Problem(message="give samples or duration, not both", key="samples", hint=hint, path=("samples",))
+
+
+def _is_whole(value: object) -> TypeGuard[float]:
+    return isinstance(value, float) and value.is_integer() and 0 <= value <= LARGEST_SEED

@@ -2,31 +2,28 @@
 
 A parser of TOML gives values without places, and takes seconds on a small text of hostile shape (a dotted key of
 thousands of parts, deep nesting). One pass over the tokens cures both: it never backtracks and stops at the first
-thing beyond a limit. It does not judge the syntax; the parser does that.
+thing beyond a limit, or that cannot be TOML. It does not judge the syntax; the parser does that.
 """
 
 import re
+import tomllib
 from collections.abc import Iterator
-from typing import NamedTuple
 
-from proofmass.graphs.limits import DIGITS, ENTRIES, KEY_LENGTH, KEY_PARTS, NESTING
+from proofmass.graphs.limits import KEY_LENGTH, KEY_PARTS, NESTING, NUMBER_LENGTH, WORDS
 
 Path = tuple[str, ...]
+Token = tuple[str, str, int]  # kind, text and line; the kind of a mark is the mark itself
 
+# Possessive quantifiers (*+) never backtrack, so that no text takes longer than its length.
 _TOKEN = re.compile(
-    r"(?P<space>[ \t\r]+)|(?P<newline>\n)|(?P<comment>#[^\n]*)"
-    r'|(?P<long>"""(?:[^\\"]|\\.|"(?!""))*"{3,5}|\'\'\'(?:[^\']|\'(?!\'\'))*\'{3,5})'
-    r'|(?P<text>"(?:[^"\\\n]|\\[^\n])*"|\'[^\'\n]*\')'
+    r"[ \t\r]*+(?:#[^\n]*+)?+"
+    r"(?:(?P<newline>\n[ \t\r\n]*+)"
+    r'|(?P<long>"""(?:[^\\"]++|\\.|"(?!""))*+"{3,5}+|\'\'\'(?:[^\']++|\'(?!\'\'))*+\'{3,5}+)'
+    r'|(?P<text>"(?!"")(?:[^"\\\n]++|\\[^\n])*+"|\'(?!\'\')[^\'\n]*+\')'
     r"|(?P<mark>[][{}=,.])"
-    r"|(?P<bare>[^][{}=,.\s#\"']+)",
+    r"|(?P<bare>[^][{}=,.\s#\"']++))",
     re.DOTALL,
 )
-
-
-class Token(NamedTuple):
-    kind: str
-    text: str
-    line: int
 
 
 class LimitError(ValueError):
@@ -46,23 +43,26 @@ def locate_keys(text: str) -> dict[Path, int]:
 
 
 def _tokens(text: str) -> Iterator[Token]:
-    at, line, depth = 0, 1, 0
-    while at < len(text):
-        found = _TOKEN.match(text, at)
-        if found is None:
-            return
-        kind, piece = str(found.lastgroup), found[0]
-        if kind == "bare" and len(piece) > DIGITS:
-            raise LimitError(f"a word of {len(piece)} characters; at most {DIGITS} are read", line)
-        if piece in ("[", "{"):
-            depth += 1
-            if depth > NESTING:
-                raise LimitError(f"nested deeper than {NESTING} levels", line)
-        elif piece in ("]", "}"):
-            depth = max(depth - 1, 0)
-        if kind not in ("space", "comment"):
-            yield Token(kind, piece, line)
-        line += piece.count("\n")
+    at, line, depth, words = 0, 1, 0, 0
+    while found := _TOKEN.match(text, at):
+        kind = str(found.lastgroup)
+        piece = found[kind]
+        words += 1
+        if words > WORDS:
+            raise LimitError(f"more than {WORDS} words", line)
+        if kind == "bare" and len(piece) > NUMBER_LENGTH:
+            raise LimitError(f"a word of {len(piece)} characters; at most {NUMBER_LENGTH} are read", line)
+        if kind == "mark":
+            kind = piece
+            if piece in "[{":
+                depth += 1
+                if depth > NESTING:
+                    raise LimitError(f"nested deeper than {NESTING} levels", line)
+            elif piece in "]}":
+                depth = max(depth - 1, 0)
+        yield kind, piece, line
+        if kind in ("newline", "long"):
+            line += piece.count("\n")
         at = found.end()
 
 
@@ -70,102 +70,116 @@ class _Locator:
     """A walk over the tokens; the nesting is limited before it begins."""
 
     def __init__(self, tokens: list[Token]) -> None:
-        self.tokens, self.at = tokens, 0
+        self.tokens = [*tokens, ("end", "", tokens[-1][2] if tokens else 1)]
+        self.at = 0
         self.lines: dict[Path, int] = {}
-        self.counts: dict[Path, int] = {}
+        self.last: dict[Path, int] = {}  # index of the last table of each array of tables
         table: Path = ()
-        while self.at < len(self.tokens):
+        while not self._is("end"):
             if self._is("newline"):
                 self.at += 1
-            elif self._is("mark", "["):
+            elif self._is("["):
                 table = self._header()
             else:
                 self._entry(table)
 
-    def _is(self, kind: str, text: str = "") -> bool:
-        return self.at < len(self.tokens) and self.tokens[self.at].kind == kind and text in ("", self.tokens[self.at].text)
+    def _is(self, *kinds: str) -> bool:
+        return self.tokens[self.at][0] in kinds
+
+    def _line(self) -> int:
+        return self.tokens[self.at][2]
 
     def _note(self, path: Path, line: int) -> None:
-        self.lines.setdefault(path, line)
-        if len(self.lines) > ENTRIES:
-            raise LimitError(f"more than {ENTRIES} keys and entries", line)
+        """The line of a path, and of every table above it that is named here first."""
+        while path and path not in self.lines:
+            self.lines[path] = line
+            path = path[:-1]
 
     def _header(self) -> Path:
-        line, brackets = self.tokens[self.at].line, 0
-        while self._is("mark", "["):
+        line, brackets = self._line(), 0
+        while self._is("["):
             self.at += 1
             brackets += 1
-        table = self._key()
-        while self._is("mark", "]"):
-            self.at += 1
-        self._rest_of_line()
+        table: Path = ()
+        parts = self._key()
+        for part in parts[:-1]:
+            table = (*table, part)
+            if table in self.last:
+                table = (*table, str(self.last[table]))
+        table += parts[-1:]
         if brackets > 1:
-            index = self.counts[table] = self.counts.get(table, -1) + 1
-            table = (*table, str(index))
+            self.last[table] = self.last.get(table, -1) + 1
+            table = (*table, str(self.last[table]))
         self._note(table, line)
+        self._rest_of_line()
         return table
 
     def _key(self) -> Path:
         parts: list[str] = []
-        while self.at < len(self.tokens):
-            token = self.tokens[self.at]
-            if token.kind in ("bare", "text"):
-                if len(parts) == KEY_PARTS:
-                    raise LimitError(f"a key of more than {KEY_PARTS} parts", token.line)
-                if len(token.text) > KEY_LENGTH + 2 and (token.kind == "bare" or self._is_key()):
-                    raise LimitError(f"a name of more than {KEY_LENGTH} characters", token.line)
-                parts.append(token.text.strip("\"'") if token.kind == "text" else token.text)
-            elif not (token.kind == "mark" and token.text == "."):
+        while self._is("bare", "text"):
+            kind, text, line = self.tokens[self.at]
+            if len(parts) == KEY_PARTS:
+                raise LimitError(f"a key of more than {KEY_PARTS} parts", line)
+            name = _unquoted(text) if kind == "text" else text
+            if len(name) > KEY_LENGTH:
+                raise LimitError(f"a name of more than {KEY_LENGTH} characters", line)
+            parts.append(name)
+            self.at += 1
+            if not self._is("."):
                 break
             self.at += 1
         return tuple(parts)
 
-    def _is_key(self) -> bool:
-        after = self.at + 1
-        return after < len(self.tokens) and self.tokens[after].text in ("=", ".", "]")
-
     def _entry(self, table: Path) -> None:
-        line, before = self.tokens[self.at].line, self.at
+        self._pair(table)
+        self._rest_of_line()
+
+    def _pair(self, table: Path) -> None:
+        line = self._line()
         path = table + self._key()
         if path != table:
             self._note(path, line)
-        if self._is("mark", "="):
+        if self._is("="):
             self.at += 1
             self._value(path)
-        self._rest_of_line()
-        self.at += self.at == before
 
     def _value(self, path: Path) -> None:
-        if self._is("mark", "["):
-            self._entries(path, "]", keyed=False)
-        elif self._is("mark", "{"):
-            self._entries(path, "}", keyed=True)
+        if self._is("["):
+            self._entries(path, "]")
+        elif self._is("{"):
+            self._entries(path, "}")
         else:
-            while self._is("bare") or self._is("text") or self._is("long") or self._is("mark", "."):
+            while self._is("bare", "text", "long", "."):
                 self.at += 1
 
-    def _entries(self, path: Path, end: str, keyed: bool) -> None:
+    def _entries(self, path: Path, end: str) -> None:
+        """An array, whose entries are numbered, or an inline table, whose entries have keys."""
         self.at += 1
         index = 0
-        while self.at < len(self.tokens) and not self._is("mark", end):
+        while not self._is(end, "end"):
             before = self.at
-            if self._is("newline") or self._is("mark", ","):
+            if self._is("newline", ","):
                 self.at += 1
-                continue
-            if keyed:
-                inner = path + self._key()
-                self._note(inner, self.tokens[min(before, len(self.tokens) - 1)].line)
-                if self._is("mark", "="):
-                    self.at += 1
-                    self._value(inner)
+            elif end == "}":
+                self._pair(path)
             else:
                 inner = (*path, str(index))
                 index += 1
-                self._note(inner, self.tokens[self.at].line)
+                self._note(inner, self._line())
                 self._value(inner)
             self.at += self.at == before
-        self.at += 1
+        self.at += self._is(end)
 
     def _rest_of_line(self) -> None:
-        while self.at < len(self.tokens) and not self._is("newline"):
+        while not self._is("newline", "end"):
             self.at += 1
+
+
+def _unquoted(text: str) -> str:
+    """The name that a quoted key stands for."""
+    if "\\" in text and text[0] == '"' and len(text) <= 10 * KEY_LENGTH + 2:
+        try:
+            return str(tomllib.loads(f"key = {text}")["key"])
+        except ValueError:
+            pass
+    return text[1:-1]

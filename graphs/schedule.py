@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
-
+from graphlib import CycleError, TopologicalSorter
+from heapq import heappop, heappush
+from itertools import pairwise
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import Graph, split
@@ -31,59 +33,68 @@ def schedule(graph: Graph) -> Schedule:
 
     Alphabetical among what may come in any order, so that the order of declaration changes nothing.
     """
-    import networkx
+    drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
+    rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not block.continuous()}
+    base = base_rate(rates.values()) if rates or graph.rate is None else graph.rate
+    divisors = {name: int(base / rates[name]) if name in rates else 1 for name in graph.blocks}
+    return Schedule(base, divisors, _in_order(graph, _needs(graph, drivers), drivers), drivers)
 
-    drivers = {split(wire.target): split(wire.source) for wire in graph.wires}  # type: ignore[union-attr]
-    base = base_rate([block_rate(graph, name) for name, block in graph.blocks.items() if not block.continuous()])
-    if all(block.continuous() for block in graph.blocks.values()) and graph.rate is not None:
-        base = Fraction(graph.rate)
-    divisors = {
-        name: 1 if block.continuous() else int(base / block_rate(graph, name)) for name, block in graph.blocks.items()
-    }
-    needs: networkx.DiGraph[Node] = networkx.DiGraph()
+
+def _needs(graph: Graph, drivers: dict[Node, Node]) -> dict[Node, list[Node]]:
+    """What must be known before each output, and before the constants of each block with driven parameters."""
+    needs: dict[Node, list[Node]] = {}
     for name, block in graph.blocks.items():
-        driven = [p for p in block.parameters if (name, p) in drivers]
+        constants: list[Node] = []
+        driven = [drivers[name, parameter] for parameter in block.parameters if (name, parameter) in drivers]
         if driven:
-            needs.add_edges_from((drivers[name, p], (name, "")) for p in driven)
+            constants = [(name, "")]
+            needs[name, ""] = driven
         for port in block.outputs:
-            needs.add_node((name, port))
-            needs.add_edges_from((drivers[name, i], (name, port)) for i in block.feedthrough(port) if (name, i) in drivers)
-            if driven:
-                needs.add_edge((name, ""), (name, port))
+            needs[name, port] = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers] + constants
+    return needs
+
+
+def _in_order(graph: Graph, needs: dict[Node, list[Node]], drivers: dict[Node, Node]) -> tuple[Node, ...]:
+    sorter = TopologicalSorter(needs)
     try:
-        order = tuple(networkx.lexicographical_topological_sort(needs))
-    except networkx.NetworkXUnfeasible:
-        raise ModelError([_loop(graph, networkx.find_cycle(needs), drivers)]) from None
-    return Schedule(base, divisors, order, drivers)
+        sorter.prepare()
+    except CycleError as error:
+        raise ModelError([_loop(graph, error.args[1], drivers)]) from None
+    order: list[Node] = []
+    ready: list[Node] = []
+    while sorter.is_active():
+        for node in sorter.get_ready():
+            heappush(ready, node)
+        order.append(heappop(ready))
+        sorter.done(order[-1])
+    return tuple(order)
 
 
 def block_rate(graph: Graph, name: str) -> Fraction:
     """The rate of a discrete block: its own or the graph's."""
-    return Fraction(graph.rates.get(name, graph.rate))  # type: ignore[arg-type]
+    rate = graph.rates.get(name, graph.rate)
+    if rate is None:
+        raise ModelError([Problem(message="has no rate, and neither has the graph", key=f"blocks.{name}")])
+    return rate
 
 
-def _loop(graph: Graph, edges: list[tuple[Node, Node]], drivers: dict[Node, Node]) -> Problem:
-    """The loop named port by port, from its alphabetically first port on."""
-    first = min(range(len(edges)), key=lambda i: edges[i][0])
-    edges = edges[first:] + edges[:first]
-    steps = []
-    for source, target in edges:
-        name, port = target
-        block = graph.blocks[name]
-        if port == "":
-            entry = next(p for p in block.parameters if drivers.get((name, p)) == source)
-        elif source == (name, ""):
+def _loop(graph: Graph, cycle: list[Node], drivers: dict[Node, Node]) -> Problem:
+    """The loop named port by port, from its alphabetically first wire on; the first and last node are the same."""
+    wires = []
+    for source, (name, port) in pairwise(cycle):
+        if source == (name, ""):
             continue
-        else:
-            entry = next(i for i in block.feedthrough(port) if drivers.get((name, i)) == source)
-        steps.append(f"{'.'.join(source)} -> {name}.{entry}")
+        block = graph.blocks[name]
+        entries = block.feedthrough(port) if port else block.parameters
+        entry = next(entry for entry in entries if drivers.get((name, entry)) == source)
+        wires.append(f"{'.'.join(source)} -> {name}.{entry}")
+    first = wires.index(min(wires))
+    wires = wires[first:] + wires[:first]
     return Problem(
-        message="algebraic loop: each of these outputs needs the next within the same tick",
+        message="algebraic loop: each of these outputs needs the one before it within the same tick",
         key="wires",
-        got=", ".join(steps),
+        got=", ".join(wires),
         expected="at least one block in the loop whose output does not depend on its input in the same tick",
-        hint=f"put a UnitDelay into one of these wires, for example into {steps[-1]}",
-        path=("wires",),
+        hint=f"put a UnitDelay into one of these wires, for example into {wires[-1]}",
+        path=("wires", wires[-1]),
     )
-
-

@@ -8,13 +8,14 @@ from typing import Any
 
 from proofmass.blocks.catalog import Own, all_blocks, find
 from proofmass.blocks.declare import Block
-from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.problem import ModelError, Problem, nearest, shown
 from proofmass.graphs.graph import Graph, Place
-from proofmass.graphs.limits import FILE_BYTES
+from proofmass.graphs.hints import like, syntax_hint
+from proofmass.graphs.limits import FILE_BYTES, PROBLEMS, TEXT_LENGTH
 from proofmass.graphs.locate_keys import LimitError, locate_keys
 
 TOP_KEYS = ("name", "description", "rate", "duration", "samples", "seed", "wires", "probes", "blocks")
-_PLAIN = ("rate", "duration", "samples", "seed")
+BLOCK_KEYS = ("kind", "rate")  # of every block, beside its parameters
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
@@ -26,130 +27,183 @@ def read_graph(path: str | Path, own: Own | None = None) -> Graph:
     try:
         with path.open("rb") as file:
             data = file.read(FILE_BYTES + 1)
-    except OSError as error:
-        raise ModelError([Problem(message=f"cannot be read: {error.strerror}", file=str(path))]) from None
-    return read_graph_text(_decoded(data, str(path)), str(path), own, str(path.parent))
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise ModelError([Problem(message=f"cannot be read: {reason}", file=str(path))]) from None
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        if len(data) > FILE_BYTES:
+            raise _too_large(str(path)) from None
+        line = data.count(b"\n", 0, error.start) + 1
+        raise _refused(str(path), line, "not UTF-8 text", "save the file as UTF-8") from None
+    return read_graph_text(text, str(path), own, str(path.parent))
 
 
 def read_graph_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Graph:
     """The graph of a TOML text; file names in it start from `folder`."""
     data, place = _parsed(text, file, folder)
     problems = [
-        Problem(message="unknown key", key=key, got=shown(key), hint=_unknown_hint(key), path=(key,))
+        Problem(message="unknown key", key=key, got=shown(key), hint=like(key, TOP_KEYS, "the keys"), path=(key,))
         for key in data
         if key not in TOP_KEYS
     ]
-    blocks, rates = _blocks(data.get("blocks", {}), own, problems)
-    given = {key: data[key] for key in _PLAIN if key in data}
+    reader = _Blocks(own)
+    reader.read(data.get("blocks", {}))
+    given = {"name": "", **{key: value for key, value in data.items() if key in TOP_KEYS and key != "blocks"}}
     for key in ("wires", "probes"):
-        value = data.get(key, [])
-        if not isinstance(value, list):
-            problems.append(Problem(message="must be a list", key=key, got=shown(value), path=(key,)))
-            value = []
-        given[key] = value
-    for key in ("name", "description"):
-        value = data.get(key, "")
-        if not isinstance(value, str) or len(value) > 10_000:
-            problems.append(Problem(message="must be a string", key=key, got=shown(value), path=(key,)))
-            value = ""
-        given[key] = value
-    if isinstance(given["wires"], list):
-        place = _with_wire_lines(place, given["wires"])
+        if not isinstance(given.get(key, []), list):
+            got, hint = shown(given.pop(key)), f"{key} is a list of texts in square brackets"
+            problems.append(Problem(message="must be a list", key=key, got=got, hint=hint, path=(key,)))
+    place = _with_wire_lines(place, given.get("wires", []))
+    graph = None
     try:
-        graph = Graph(blocks=blocks, rates=rates, place=place, **given)
+        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **given)
     except ModelError as error:
         problems += error.problems
-        graph = None
+    if graph is not None and not problems and reader.problems:
+        from proofmass.graphs.check import check_apart_from
+
+        problems += check_apart_from(graph, reader.doubtful)
+    problems += reader.problems
     if problems or graph is None:
-        placed = {p.at(file, place.line(p.path)): None for p in problems}
-        raise ModelError(sorted(placed, key=lambda p: p.line))
+        raise ModelError(_in_order(problems, place))
     return graph
 
 
-def _decoded(data: bytes, file: str) -> str:
-    def refuse(message: str, line: int = 0, hint: str = "") -> ModelError:
-        return ModelError([Problem(message=message, file=file, line=line, hint=hint)])
-
-    if len(data) > FILE_BYTES:
-        raise refuse(f"larger than {FILE_BYTES // 1024} KiB", hint="put recorded data into a file of its own")
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise refuse("not UTF-8 text", data.count(b"\n", 0, error.start) + 1, "save the file as UTF-8") from None
-    if "\0" in text:
-        raise refuse("holds a NUL character", text.count("\n", 0, text.index("\0")) + 1, "save it as plain text")
-    return text.removeprefix("\ufeff").replace("\r\n", "\n")
-
-
 def _parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
+    if len(text) > FILE_BYTES or len(text.encode("utf-8", "surrogatepass")) > FILE_BYTES:
+        raise _too_large(file)
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise _refused(file, line, "holds a NUL character", "save it as plain text")
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n")
     try:
-        lines = locate_keys(text)
-    except LimitError as error:
-        raise ModelError([Problem(message=str(error), file=file, line=error.line)]) from None
-    try:
+        lines = locate_keys(text)  # first: it refuses what the parser would take minutes for
         return tomllib.loads(text), Place(file, lines, folder)
+    except LimitError as error:
+        raise _refused(file, error.line, str(error)) from None
     except (ValueError, RecursionError) as error:
-        message, line = str(error), 0
-        if "(at line " in message:
-            message, _, rest = message.partition(" (at line ")
-            line = int(rest.partition(",")[0])
-        hint = _syntax_hint(text.splitlines()[line - 1] if 0 < line <= text.count("\n") + 1 else "")
-        raise ModelError([Problem(message=f"not TOML: {message}", file=file, line=line, hint=hint)]) from None
+        message, _, place = str(error).partition(" (at ")
+        texts = text.rstrip("\n").split("\n")
+        word, _, rest = place.partition(" ")
+        line = int(rest.partition(",")[0]) if word == "line" else len(texts)
+        hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
+        raise _refused(file, line, f"not TOML: {message}", hint) from None
 
 
-def _syntax_hint(line: str) -> str:
-    value = line.partition("=")[2].strip()
-    if value and value[0].isdigit() and any(c.isalpha() for c in value):
-        return f'a number with a unit is a string: {line.partition("=")[0].strip()} = "{value}"'
-    return ""
+def _refused(file: str, line: int, message: str, hint: str = "") -> ModelError:
+    return ModelError([Problem(message=message, file=file, line=line, hint=hint)])
 
 
-def _unknown_hint(key: str) -> str:
-    return did_you_mean(key, TOP_KEYS, "key")
+def _too_large(file: str) -> ModelError:
+    return _refused(file, 0, f"larger than {FILE_BYTES >> 10} KiB", "put recorded data into a file of its own")
 
 
-def _blocks(tables: Any, own: Own | None, problems: list[Problem]) -> tuple[dict[str, Block], dict[str, Any]]:
-    blocks: dict[str, Block] = {}
-    rates: dict[str, Any] = {}
-    if not isinstance(tables, dict):
-        problems.append(Problem(message="must be a table", key="blocks", got=shown(tables), path=("blocks",)))
-        return blocks, rates
-    for name, table in tables.items():
+def _in_order(problems: list[Problem], place: Place) -> list[Problem]:
+    """Each problem once, with its place, in the order of the file."""
+    placed = dict.fromkeys(problem.at(place.file, place.line(problem.path)) for problem in problems)
+    ordered = sorted(placed, key=lambda problem: problem.line)
+    more = len(ordered) - PROBLEMS
+    if more <= 0:
+        return ordered
+    return [*ordered[:PROBLEMS], Problem(message="and more problems", file=place.file, line=ordered[PROBLEMS].line)]
+
+
+class _Blocks:
+    """The blocks of a file; those with problems are `doubtful` and stand with the parameters of their kind."""
+
+    def __init__(self, own: Own | None) -> None:
+        self.own = own
+        self.kinds: dict[str, type[Block] | None] = {}
+        self.blocks: dict[str, Block] = {}
+        self.rates: dict[str, Any] = {}
+        self.doubtful: set[str] = set()
+        self.problems: list[Problem] = []
+
+    def read(self, tables: object) -> None:
+        if not isinstance(tables, dict):
+            hint = "write a table for each block: [blocks.NAME] and below it its kind"
+            self._refuse(Problem(message="must be a table", key="blocks", got=shown(tables), hint=hint), "blocks")
+            return
+        for name, table in tables.items():
+            if len(self.problems) > PROBLEMS:
+                return
+            kind = self._kind(name, table)
+            if kind is None:
+                self.doubtful.add(name)
+                continue
+            values = {key: value for key, value in table.items() if key not in BLOCK_KEYS}
+            try:
+                self.blocks[name] = _block(kind, name, values)
+            except ModelError as error:
+                self.doubtful.add(name)
+                self.problems += error.problems
+                try:
+                    self.blocks[name] = kind()
+                except ModelError:
+                    continue
+            if "rate" in table:
+                self.rates[name] = table["rate"]
+
+    def _refuse(self, problem: Problem, *path: str) -> None:
+        self.problems.append(replace(problem, path=path))
+
+    def _kind(self, name: str, table: object) -> type[Block] | None:
         key, path = f"blocks.{name}", ("blocks", name)
-        if not isinstance(table, dict) or not isinstance(table.get("kind"), str):
-            hint = f'write [{key}] and below it kind = "Gain"'
-            problems.append(Problem(message="a block needs a kind", key=key, got=shown(table), hint=hint, path=path))
-            continue
-        kind = find(table["kind"], own)
-        if kind is None:
-            hint = did_you_mean(table["kind"], all_blocks(own), "kind")
-            problems.append(
-                Problem(
-                    message="there is no such kind of block",
-                    key=f"{key}.kind",
-                    got=shown(table["kind"]),
-                    hint=hint + "; `proofmass blocks` lists them",
-                    path=(*path, "kind"),
-                )
-            )
-            continue
-        if "rate" in table:
-            rates[name] = table["rate"]
-        values = {k: v for k, v in table.items() if k not in ("kind", "rate")}
-        try:
-            blocks[name] = kind(**values)
-        except ModelError as error:
-            for problem in error.problems:
-                problems.append(_of_block(problem, name, values))
-            blocks[name] = kind()
-    return blocks, rates
+        if not isinstance(table, dict) or "kind" not in table:
+            meant = nearest("kind", table) if isinstance(table, dict) else ""
+            hint = f"did you mean kind instead of {meant}?" if meant else f'write [{key}] and below it kind = "Gain"'
+            self._refuse(Problem(message="a block needs a kind", key=key, got=shown(table), hint=hint), *path)
+            return None
+        kind = table["kind"]
+        if not isinstance(kind, str):
+            hint = 'write it in quotes, such as kind = "Gain"'
+            problem = Problem(message="must be a string", key=f"{key}.kind", got=shown(kind), hint=hint)
+            self._refuse(problem, *path, "kind")
+            return None
+        if kind not in self.kinds:
+            self.kinds[kind] = find(kind, self.own) if len(kind) <= TEXT_LENGTH else None
+        if self.kinds[kind] is None:
+            hint = like(kind[:TEXT_LENGTH], all_blocks(self.own), "the kinds") + " `proofmass blocks` shows them all"
+            message = "there is no such kind of block"
+            self._refuse(Problem(message=message, key=f"{key}.kind", got=shown(kind), hint=hint), *path, "kind")
+        return self.kinds[kind]
 
 
-def _of_block(problem: Problem, name: str, values: Mapping[str, Any]) -> Problem:
+def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
+    """The block of a table; its problems speak of the file's keys."""
+    path = ("blocks", name)
+    long = [key for key, value in values.items() if _has_long_text(value)]
+    if long:
+        message = f"a text of over {TEXT_LENGTH} characters"
+        raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
+    try:
+        return kind(**values)
+    except ModelError as error:
+        raise ModelError([_of_file(problem, kind, name) for problem in error.problems]) from None
+    except (ArithmeticError, ValueError) as error:
+        message = f"its parameters cannot be read: {error}"
+        raise ModelError([Problem(message=message, key=f"blocks.{name}", path=path)]) from None
+
+
+def _has_long_text(value: object) -> bool:
+    entries = value if isinstance(value, list) else [value]
+    return any(isinstance(entry, str) and len(entry) > TEXT_LENGTH for entry in entries)
+
+
+def _of_file(problem: Problem, kind: type[Block], name: str) -> Problem:
     parameter = problem.path[0]
     hint = problem.hint
-    if parameter in TOP_KEYS and isinstance(values.get(parameter), list):
-        hint = f"keys after [blocks.{name}] belong to that block: put {parameter} above the first [blocks. ...]"
+    if parameter not in kind.parameters:
+        if parameter in TOP_KEYS:
+            hint = f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
+        elif parameter in kind.inputs:
+            hint = f'{parameter} is an input: connect it in wires, as in "block.output -> {name}.{parameter}"'
+        elif parameter in kind.outputs:
+            hint = f'{parameter} is an output: record it in probes, as in "{name}.{parameter}"'
+        else:
+            hint = like(parameter, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}")
     return replace(problem, key=f"blocks.{name}.{parameter}", path=("blocks", name, parameter), hint=hint)
 
 

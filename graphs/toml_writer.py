@@ -1,12 +1,14 @@
 """A graph as TOML text that reads back to the same graph."""
 
+import re
 from collections.abc import Iterator
-from fractions import Fraction
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.units import same_unit
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.rates import write_rate
 
+_SIMPLE_BRACKET = re.compile(r"\((\w+)\)")
 SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
@@ -16,19 +18,19 @@ def write_graph(graph: Graph) -> str:
     if graph.description:
         lines.append(f"description = {_text(graph.description)}")
     if graph.rate is not None:
-        lines.append(f"rate = {_text(write_rate(Fraction(graph.rate)))}")
+        lines.append(f"rate = {_text(write_rate(graph.rate))}")
     if graph.duration is not None:
-        lines.append(f"duration = {_text(f'{Fraction(graph.duration)} s')}")
+        lines.append(f"duration = {_text(f'{graph.duration} s')}")
     if graph.samples is not None:
         lines.append(f"samples = {graph.samples}")
     if graph.seed:
         lines.append(f"seed = {graph.seed}")
     lines += _list("wires", [_text(str(wire)) for wire in graph.wires])
-    lines += _list("probes", [_probe(p.signal, p.every) for p in graph.probes])  # type: ignore[union-attr]
+    lines += _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
     for name, block in graph.blocks.items():
         lines += ["", f"[blocks.{name}]", f"kind = {_text(type(block).__name__)}"]
         if name in graph.rates:
-            lines.append(f"rate = {_text(write_rate(Fraction(graph.rates[name])))}")
+            lines.append(f"rate = {_text(write_rate(graph.rates[name]))}")
         lines += _parameters(block)
     return "\n".join(lines) + "\n"
 
@@ -36,11 +38,12 @@ def write_graph(graph: Graph) -> str:
 def _parameters(block: Block) -> Iterator[str]:
     for name, parameter in block.parameters.items():
         value = getattr(block, name)
-        if value == parameter.default:
+        if repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
             continue
-        unit = block.unit_of(parameter)
-        if parameter.kind is float and unit != "1":
-            yield f"{name} = {_text(f'{value!r} {unit}')}"
+        unit = _SIMPLE_BRACKET.sub(r"\1", block.unit_of(parameter))
+        quantity = f"{value!r} {unit}"
+        if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
+            yield f"{name} = {_text(quantity)}"
         elif parameter.kind is str:
             yield f"{name} = {_text(value)}"
         elif parameter.kind is bool:
@@ -62,4 +65,4 @@ def _list(key: str, entries: list[str]) -> list[str]:
 def _text(text: str) -> str:
     """A TOML basic string."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if c >= " " and c != "\x7f" else f"\\u{ord(c):04x}" for c in escaped) + '"'
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'
