@@ -1,0 +1,47 @@
+"""Chirp source: a sine whose frequency goes linearly from f0 to f1 over the sweep time T, and then stays at f1.
+
+Turns of phase since the start: f0 t + (f1 - f0) t^2 / (2 T) up to T, then f1 more per second; the phase never jumps.
+"""
+
+import math
+from typing import NamedTuple
+
+from proofmass.blocks.declare import Block, param
+from proofmass.blocks.elementary import sine_of_turns
+
+
+class Chirp(Block):
+    """A sine wave that sweeps through a band of frequencies once, to see a frequency response."""
+
+    amplitude: float = param(1.0, "{unit}", "Peak value about the offset.")
+    start_frequency: float = param(10.0, "Hz", "Frequency at the start.", at_least=0.0)
+    stop_frequency: float = param(1000.0, "Hz", "Frequency from the end of the sweep on.", at_least=0.0)
+    sweep_time: float = param(1.0, "s", "How long the sweep takes.", above=0.0)
+    phase: float = param(0.0, "rad", "Phase at the start.")
+    offset: float = param(0.0, "{unit}", "Mean value.")
+    unit: str = param("1", "", "Unit of the output.")
+
+
+class Constants(NamedTuple):
+    amplitude: float
+    start_frequency: float
+    half_slope: float
+    sweep_time: float
+    stop_frequency: float
+    phase_in_turns: float
+    offset: float
+
+
+@Chirp.constants
+def constants(p: Chirp, period: float) -> Constants:
+    half_slope = (p.stop_frequency - p.start_frequency) / (2.0 * p.sweep_time)
+    turns = p.phase / (2.0 * math.pi)
+    return Constants(p.amplitude, p.start_frequency, half_slope, p.sweep_time, p.stop_frequency, turns, p.offset)
+
+
+@Chirp.output("{unit}")
+def output(c: Constants, time: float) -> float:
+    """The swept sine wave."""
+    swept = time if time < c.sweep_time else c.sweep_time
+    turns = (c.start_frequency + c.half_slope * swept) * swept + c.stop_frequency * (time - swept)
+    return c.offset + c.amplitude * sine_of_turns(turns + c.phase_in_turns)

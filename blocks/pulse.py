@@ -1,0 +1,39 @@
+"""Pulse source: output = offset + amplitude while frac((t - delay) / repetition) < duty and t >= delay."""
+
+from typing import NamedTuple
+
+from proofmass.blocks.declare import Block, param
+from proofmass.blocks.rounding import round_half_even
+
+
+class Pulse(Block):
+    """A rectangular wave: high for a part of each repetition, low for the rest."""
+
+    amplitude: float = param(1.0, "{unit}", "Height of the pulses above the offset.")
+    offset: float = param(0.0, "{unit}", "Value between pulses, and before the first.")
+    repetition: float = param(1.0, "s", "Time from one pulse to the next.", above=0.0)
+    duty: float = param(0.5, "1", "Part of a repetition that is high.", at_least=0.0, at_most=1.0)
+    delay: float = param(0.0, "s", "When the first pulse begins.", at_least=0.0)
+    unit: str = param("1", "", "Unit of the output.")
+
+
+class Constants(NamedTuple):
+    offset: float
+    level: float
+    first: float
+    repetition: float
+    duty: float
+
+
+@Pulse.constants
+def constants(p: Pulse, period: float) -> Constants:
+    early = p.delay - 1.0e-6 * period  # a tick that rounding puts just before an edge is on it
+    return Constants(p.offset, p.offset + p.amplitude, early, p.repetition, p.duty)
+
+
+@Pulse.output("{unit}")
+def output(c: Constants, time: float) -> float:
+    """The rectangular wave."""
+    repetitions = (time - c.first) / c.repetition
+    part = repetitions - round_half_even(repetitions)
+    return c.level if repetitions >= 0.0 and (part if part >= 0.0 else part + 1.0) < c.duty else c.offset
