@@ -63,17 +63,23 @@ class Trace:
     signal: str
     unit: str
     doc: str
-    period: Fraction  # seconds from row to row
+    stride: int  # base ticks from row to row
+    base_rate: Fraction
     values: Array
 
     @property
+    def period(self) -> Fraction:
+        """Seconds from row to row."""
+        return self.stride / self.base_rate
+
+    @property
     def times(self) -> Array:
-        """Time of each row in seconds: n times the period, never accumulated."""
+        """Time of each row in seconds, as the blocks saw it: base ticks times the base period, never accumulated."""
         return self.times_of(0, len(self.values))
 
     def times_of(self, first: int, last: int) -> Array:
         """Time of the rows from `first` up to, not including, `last`."""
-        return np.arange(first, last) * float(self.period)
+        return np.arange(first, last) * self.stride * float(1 / self.base_rate)
 
     @property
     def entries(self) -> int:
@@ -216,7 +222,7 @@ class Recorder:
                     self._write_head(file, self.count)
             values = np.load(self._path, mmap_mode="r")
         probe = self.probe
-        return Trace(probe.signal, probe.unit, probe.doc, probe.stride / base_rate, values)
+        return Trace(probe.signal, probe.unit, probe.doc, probe.stride, base_rate, values)
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""

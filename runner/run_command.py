@@ -65,12 +65,12 @@ def run_graph(
     if as_json:
         click.echo(json.dumps(_data(result), indent=2))
     else:
-        _show(result)
+        show(result)
     if result.interrupted:
         return _interrupted(result, out, graph, save_checkpoint)
     if out is not None:
         remove_checkpoint(out)
-        written = _write(result, out, formats or ("netcdf",))
+        written = write(result, out, formats or ("netcdf",))
         click.echo(f"written to {out}: {', '.join(written)}", err=as_json)
     return 0
 
@@ -106,7 +106,7 @@ def _show_source(graph: Graph) -> int:
     return 0
 
 
-def _show(result: Any) -> None:
+def show(result: Any) -> None:
     seconds = float((result.ticks - 1) / result.base_rate)
     rate = write_rate(result.base_rate)
     engine = result.provenance["engine"]
@@ -146,7 +146,7 @@ def _data(result: Any) -> dict[str, Any]:
     }
 
 
-def _write(result: Any, out: Path, formats: tuple[str, ...]) -> list[str]:
+def write(result: Any, out: Path, formats: tuple[str, ...]) -> list[str]:
     from proofmass.runner import export
     from proofmass.runner.plot import save_plot
     from proofmass.runner.report import save_report

@@ -1,0 +1,69 @@
+"""The exact hold against mpmath and closed forms."""
+
+import random
+
+import mpmath
+import pytest
+
+from proofmass.runner.exact_hold import hold, matrix_exponential
+
+
+def reference(a: list[list[float]], b: list[list[float]], period: float) -> tuple[list[list[float]], list[list[float]]]:
+    """exp([[A, B], [0, 0]] T) with 50 digits."""
+    n, m = len(a), len(b[0])
+    with mpmath.workdps(50):
+        joined = mpmath.zeros(n + m, n + m)
+        for i in range(n):
+            for j, value in enumerate((*a[i], *b[i])):
+                joined[i, j] = mpmath.mpf(value) * mpmath.mpf(period)
+        result = mpmath.expm(joined)
+        return (
+            [[float(result[i, j]) for j in range(n)] for i in range(n)],
+            [[float(result[i, n + j]) for j in range(m)] for i in range(n)],
+        )
+
+
+@pytest.mark.parametrize("quality", [0.35257, 0.46499, 0.5, 0.7, 44.5, 1e5], ids=lambda q: f"Q={q}")
+def test_mass_spring_damper_in_all_damping_regimes(quality: float) -> None:
+    dice = random.Random(quality)
+    for _ in range(25):
+        mass, frequency = 10.0 ** dice.uniform(-9, 0), 10.0 ** dice.uniform(0, 5)
+        stiffness = mass * frequency**2
+        damping = mass * frequency / quality
+        period = 10.0 ** dice.uniform(-3, 0.3) / frequency
+        a, b = [[0.0, 1.0], [-stiffness / mass, -damping / mass]], [[0.0], [1.0 / mass]]
+        for found, expected in zip(hold(a, b, period), reference(a, b, period), strict=True):
+            size = [max(abs(v) for v in row) for row in expected]
+            for row, right, largest in zip(found, expected, size, strict=True):
+                assert row == pytest.approx(right, rel=1e-12, abs=1e-14 * largest)
+
+
+def test_random_systems_up_to_order_eight() -> None:
+    dice = random.Random(1)
+    for order in range(1, 9):
+        for _ in range(5):
+            scale = [10.0 ** dice.uniform(-6, 6) for _ in range(order)]
+            a = [[dice.gauss(0, 1) * scale[i] / scale[j] for j in range(order)] for i in range(order)]
+            b = [[dice.gauss(0, 1) * scale[i] for _ in range(2)] for i in range(order)]
+            transition, entry = hold(a, b, 0.3)
+            right, right_entry = reference(a, b, 0.3)
+            for i in range(order):
+                for j in range(order):
+                    assert abs(transition[i][j] - right[i][j]) < 1e-12 * scale[i] / scale[j]
+                for j in range(2):
+                    assert abs(entry[i][j] - right_entry[i][j]) < 1e-12 * scale[i]
+
+
+def test_two_steps_are_one_of_twice_the_length() -> None:
+    a, b = [[0.0, 1.0], [-9.828e8, -6.742e4]], [[0.0], [1.983e7]]
+    once, _ = hold(a, b, 1e-5)
+    twice, _ = hold(a, b, 2e-5)
+    product = [[sum(once[i][k] * once[k][j] for k in range(2)) for j in range(2)] for i in range(2)]
+    for row, expected in zip(product, twice, strict=True):
+        assert row == pytest.approx(expected, rel=1e-12)
+
+
+def test_exponential_of_nothing_and_of_zero() -> None:
+    assert matrix_exponential([]) == []
+    assert matrix_exponential([[0.0, 0.0], [0.0, 0.0]]) == [[1.0, 0.0], [0.0, 1.0]]
+    assert matrix_exponential([[0.0, 1.0], [0.0, 0.0]]) == [[1.0, 1.0], [0.0, 1.0]]
