@@ -8,7 +8,7 @@ from proofmass.blocks.units import same_unit
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.rates import write_rate
 
-_SIMPLE_BRACKET = re.compile(r"\((\w+)\)")
+_SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
