@@ -14,8 +14,21 @@ from proofmass.graphs.hints import like, syntax_hint
 from proofmass.graphs.limits import FILE_BYTES, PROBLEMS, TEXT_LENGTH
 from proofmass.graphs.locate_keys import LimitError, locate_keys
 
-TOP_KEYS = ("name", "description", "rate", "duration", "samples", "seed", "wires", "probes", "blocks")
-BLOCK_KEYS = ("kind", "rate")  # of every block, beside its parameters
+TOP_KEYS = {
+    "name": "Name of the graph, in plots and reports.",
+    "description": "What the graph is, in a few lines.",
+    "rate": 'Rate of every block that has none of its own: "50 kHz", or the period "20 us", or a number in hertz.',
+    "duration": 'How long a run lasts when nothing else is said: "20 s", or a number in seconds.',
+    "samples": "How many ticks of the base rate a run lasts, instead of a duration.",
+    "seed": "Seed of the noise when nothing else is said.",
+    "wires": 'Wires, "block.output -> block.input"; a wire to a parameter drives the parameter.',
+    "probes": 'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.',
+    "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind.",
+}
+BLOCK_KEYS = {  # of every block, beside its parameters
+    "kind": "Kind of the block; `proofmass blocks` lists them.",
+    "rate": "Rate of this block, where it differs from the graph's.",
+}
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:

@@ -16,7 +16,7 @@ def write_graph(graph: Graph) -> str:
     """The text of a graph file: only what differs from the defaults, numbers with their units."""
     lines = [SCHEMA_LINE, f"name = {_text(graph.name)}"]
     if graph.description:
-        lines.append(f"description = {_text(graph.description)}")
+        lines.append(f"description = {_long_text(graph.description)}")
     if graph.rate is not None:
         lines.append(f"rate = {_text(write_rate(graph.rate))}")
     if graph.duration is not None:
@@ -60,6 +60,14 @@ def _list(key: str, entries: list[str]) -> list[str]:
     if not entries:
         return []
     return ["", f"{key} = [", *(f"    {entry}," for entry in entries), "]"]
+
+
+def _long_text(text: str) -> str:
+    """A TOML string that keeps its lines."""
+    if "\n" not in text:
+        return _text(text)
+    lines = [_text(line)[1:-1] for line in text.split("\n")]
+    return '"""\n' + "\n".join(lines) + '"""'
 
 
 def _text(text: str) -> str:

@@ -1,0 +1,120 @@
+"""JSON Schema of graph files, for completion and checks in an editor; derived from the blocks, never written twice."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from proofmass.blocks.catalog import Own, all_blocks, facts
+from proofmass.blocks.declare import Block
+from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT, NAME
+from proofmass.graphs.limits import BLOCKS, TEXT_LENGTH, WIRES
+from proofmass.graphs.toml_reader import BLOCK_KEYS, TOP_KEYS
+
+Schema = dict[str, Any]
+
+_NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
+_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$"
+_SIGNAL = rf"{NAME.pattern.partition(')')[2]}\.{NAME.pattern.partition(')')[2]}"  # without the limit of its length
+_BOUNDS = {
+    "above": "exclusiveMinimum",
+    "at_least": "minimum",
+    "below": "exclusiveMaximum",
+    "at_most": "maximum",
+}
+_SIGNS = {"above": ">", "at_least": ">=", "below": "<", "at_most": "<="}
+_JSON_TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "string"}
+
+
+def schema(own: Own | None = None) -> Schema:
+    """JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
+    kinds = all_blocks(own)
+    rate = _quantity({"type": "number", "exclusiveMinimum": 0})
+    values: dict[str, Schema] = {
+        "name": {"type": "string", "maxLength": LONGEST_TEXT},
+        "description": {"type": "string", "maxLength": LONGEST_TEXT},
+        "rate": rate,
+        "duration": _quantity({"type": "number", "minimum": 0}),
+        "samples": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN},
+        "seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0},
+        "wires": {
+            "type": "array",
+            "maxItems": WIRES,
+            "items": {"type": "string", "pattern": rf"^\s*{_SIGNAL}\s*->\s*{_SIGNAL}\s*$"},
+        },
+        "probes": {"type": "array", "items": _probe()},
+        "blocks": {
+            "type": "object",
+            "minProperties": 1,
+            "maxProperties": BLOCKS,
+            "propertyNames": {"pattern": f"^{NAME.pattern}$"},
+            "additionalProperties": {"oneOf": [{"$ref": f"#/$defs/{name}"} for name in kinds]},
+        },
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "proofmass graph",
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
+        "required": ["blocks"],
+        "not": {"required": ["samples", "duration"]},
+        "additionalProperties": False,
+        "$defs": {
+            "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
+            **{name: _block(kind, rate) for name, kind in kinds.items()},
+        },
+    }
+
+
+def _block(kind: type[Block], rate: Schema) -> Schema:
+    known = facts(kind)
+    properties: dict[str, Schema] = {"kind": {"const": known["kind"], "description": known["doc"]}}
+    if not known["continuous"]:
+        properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
+    properties |= {name: _parameter(parameter) for name, parameter in known["parameters"].items()}
+    return {
+        "title": known["kind"],
+        "description": known["doc"],
+        "type": "object",
+        "properties": properties,
+        "required": ["kind"],
+        "additionalProperties": False,
+    }
+
+
+def _parameter(parameter: Mapping[str, Any]) -> Schema:
+    about = {"description": _description(parameter), "default": parameter["default"]}
+    bounds = {word: parameter[fact] for fact, word in _BOUNDS.items() if fact in parameter}
+    if "choices" in parameter:
+        return about | {"enum": parameter["choices"]}
+    if parameter["type"] == "list":
+        entry = _quantity({"type": "number"} | bounds)
+        return about | {"type": "array", "minItems": 1, "items": entry}
+    value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
+    if parameter["type"] == "str":
+        return about | value | {"maxLength": TEXT_LENGTH}
+    return about | (value if parameter["type"] == "bool" else _quantity(value))
+
+
+def _description(parameter: Mapping[str, Any]) -> str:
+    """Doc, unit and bounds, as an editor shows them beside the key."""
+    unit = parameter["unit"].replace("{", "").replace("}", "")
+    bounds = [f"{sign} {parameter[fact]:g}" for fact, sign in _SIGNS.items() if fact in parameter]
+    more = [f"in {unit}" if unit not in ("", "1") else "", " and ".join(bounds)]
+    about = ", ".join(part for part in more if part)
+    doc = str(parameter["doc"])
+    return f"{doc.rstrip('.')} ({about})." if about else doc
+
+
+def _quantity(number: Schema) -> Schema:
+    """A number in the declared unit, or a string of a number and a unit."""
+    return {"anyOf": [number, {"$ref": "#/$defs/quantity"}]}
+
+
+def _probe() -> Schema:
+    signal = {"type": "string", "pattern": f"^{_SIGNAL}$"}
+    table = {
+        "type": "object",
+        "properties": {"signal": signal, "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN}},
+        "required": ["signal"],
+        "additionalProperties": False,
+    }
+    return {"anyOf": [signal, table]}
