@@ -245,11 +245,14 @@ class Block:
 
     @classmethod
     def drivable(cls, parameter: str) -> bool:
-        """Whether a wire may drive the parameter: a number that no size, start or requirement rests on."""
+        """Whether a wire may drive the parameter: a number of a discrete block that no start or requirement rests on."""
         if cls.continuous() or cls.parameters[parameter].kind is not float:
             return False
-        start = cls.functions.get("start")
-        return start is None or parameter not in start.function.__code__.co_names
+        start, constants = (cls.functions.get(name) for name in ("start", "constants"))
+        once = [f for f in (start and start.function, cls.requirements) if f]
+        lists = {name for name, p in cls.parameters.items() if p.kind is tuple}
+        from_lists = constants is not None and lists & set(constants.function.__code__.co_names)
+        return not from_lists and not any(parameter in f.__code__.co_names for f in once)
 
     # -- registration --------------------------------------------------------------------------------------------
 
