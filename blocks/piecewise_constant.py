@@ -19,7 +19,7 @@ class PiecewiseConstant(Block):
 
 
 class State(NamedTuple):
-    index: int
+    entry: int
 
 
 class Constants(NamedTuple):
@@ -40,7 +40,7 @@ def constants(p: PiecewiseConstant, period: float) -> Constants:
 
 
 @PiecewiseConstant.start
-def start(p: PiecewiseConstant, knots, levels) -> State:
+def start(p: PiecewiseConstant, knots: list[float], levels: list[float]) -> State:
     for i in range(len(p.times)):
         knots[i] = p.times[i]
         levels[i] = p.values[i]
@@ -55,11 +55,11 @@ def index_at(time: float, index: int, times: Sequence[float]) -> int:
 
 
 @PiecewiseConstant.output("{unit}")
-def output(c: Constants, x: State, knots, levels, time: float) -> float:
+def output(c: Constants, x: State, knots: list[float], levels: list[float], time: float) -> float:
     """The value of the time."""
-    return levels[index_at(time + c.slack, x.index, knots)]
+    return levels[index_at(time + c.slack, x.entry, knots)]
 
 
 @PiecewiseConstant.update
-def update(c: Constants, x: State, knots, time: float) -> State:
-    return State(index_at(time + c.slack, x.index, knots))
+def update(c: Constants, x: State, knots: list[float], time: float) -> State:
+    return State(index_at(time + c.slack, x.entry, knots))

@@ -22,7 +22,7 @@ class RecordedSignal(Block):
 
 
 class State(NamedTuple):
-    index: int
+    entry: int
 
 
 class Constants(NamedTuple):
@@ -36,9 +36,9 @@ def constants(p: RecordedSignal, period: float) -> Constants:
 
 
 @RecordedSignal.output("{unit}")
-def output(c: Constants, x: State, times, values, time: float) -> float:
+def output(c: Constants, x: State, times: list[float], values: list[float], time: float) -> float:
     """The recorded value."""
-    i = index_at(time if c.interpolated else time + c.slack, x.index, times)
+    i = index_at(time if c.interpolated else time + c.slack, x.entry, times)
     if not c.interpolated or i + 1 >= len(times) or time <= times[i]:
         return values[i]
     part = (time - times[i]) / (times[i + 1] - times[i])
@@ -46,5 +46,5 @@ def output(c: Constants, x: State, times, values, time: float) -> float:
 
 
 @RecordedSignal.update
-def update(c: Constants, x: State, times, time: float) -> State:
-    return State(index_at(time if c.interpolated else time + c.slack, x.index, times))
+def update(c: Constants, x: State, times: list[float], time: float) -> State:
+    return State(index_at(time if c.interpolated else time + c.slack, x.entry, times))

@@ -17,6 +17,10 @@ PREFIXES = {
     "u": -6, "µ": -6, "μ": -6, "n": -9, "p": -12, "f": -15, "a": -18, "z": -21, "y": -24,
 }  # fmt: skip
 
+LARGEST_SIZE = 1000  # bits, about 10^300: the factors of all units fit a float
+
+SYNTAX = 'write it as in "kg*m^2/s" or "nV/sqrt(Hz)"'
+
 _PI = Fraction(math.pi)
 
 # name: (factor, exponents of m kg s A K mol cd, takes prefixes)
@@ -59,8 +63,10 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "inch": (Fraction(254, 10000), (1,), False),
 }
 
-_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*)|(?P<number>\d+(?:\.\d+)?)|(?P<mark>[*/^()+-]))")
-_QUANTITY = re.compile(r"\s*(?P<number>[+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?:/\d+)?)\s*(?P<unit>.*?)\s*")
+_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*)|(?P<number>[0-9]+(?:\.[0-9]+)?)|(?P<mark>[*/^()+-]))")
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[+-]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*"
+)
 
 
 class Unit(NamedTuple):
@@ -98,7 +104,7 @@ def unit(expression: str) -> Unit:
     tokens = _tokens(expression)
     result, rest = _product(tokens, 0)
     if rest != len(tokens):
-        raise UnitError(f"cannot read the unit {expression!r} at {tokens[rest]!r}")
+        raise UnitError(f"cannot read the unit {expression!r} at {tokens[rest]!r}", SYNTAX)
     return result
 
 
@@ -120,7 +126,10 @@ def convert(text: str, target: str) -> float:
     >>> convert("50 uN", "N")
     5e-05
     """
-    return float(convert_exactly(text, target))
+    try:
+        return float(convert_exactly(text, target))
+    except OverflowError:
+        raise UnitError("too large for a number") from None
 
 
 def convert_exactly(text: str, target: str) -> Fraction:
@@ -144,7 +153,7 @@ def convert_exactly(text: str, target: str) -> Fraction:
 
 def _number(text: str) -> Fraction:
     mantissa, _, divisor = text.replace("_", "").partition("/")
-    digits, _, exponent = mantissa.lower().partition("e")
+    _, _, exponent = mantissa.lower().partition("e")
     if len(exponent) > 4 or abs(int(exponent or 0)) > 400:
         raise UnitError("an exponent of ten beyond 400")
     return Fraction(mantissa) / (Fraction(divisor) if divisor else 1)
@@ -155,7 +164,7 @@ def _tokens(expression: str) -> list[str]:
     while expression[at:].strip():
         found = _TOKEN.match(expression, at)
         if found is None:
-            raise UnitError(f"cannot read the unit {expression!r} at {expression[at:].strip()!r}")
+            raise UnitError(f"cannot read the unit {expression!r} at {expression[at:].strip()!r}", SYNTAX)
         tokens.append(found[0].strip())
         at = found.end()
     if not tokens:
@@ -171,7 +180,7 @@ def _product(tokens: list[str], at: int) -> tuple[Unit, int]:
             sign = -1 if tokens[at] == "/" else 1
             at += 1
         right, at = _factor(tokens, at)
-        result = Unit(
+        result = _bounded(
             result.factor * right.factor**sign,
             tuple(a + sign * b for a, b in zip(result.exponents, right.exponents, strict=True)),
         )
@@ -180,8 +189,10 @@ def _product(tokens: list[str], at: int) -> tuple[Unit, int]:
 
 def _factor(tokens: list[str], at: int) -> tuple[Unit, int]:
     if at >= len(tokens):
-        raise UnitError("the unit ends too early")
+        raise UnitError("the unit ends too early", SYNTAX)
     token = tokens[at]
+    if token in "*/^)+-":
+        raise UnitError(f"a unit is missing before {token!r}", SYNTAX)
     if token == "sqrt" and at + 1 < len(tokens) and tokens[at + 1] == "(":
         inner, at = _bracket(tokens, at + 1)
         result = _raise(inner, Fraction(1, 2))
@@ -217,18 +228,38 @@ def _exponent(tokens: list[str], at: int) -> tuple[Fraction, int]:
 def _raise(base: Unit, exponent: Fraction) -> Unit:
     if abs(exponent) > 12:
         raise UnitError("an exponent beyond 12")
-    if exponent.denominator == 1:
-        factor = base.factor ** int(exponent)
-    else:
-        factor = _rational_power(base.factor, exponent)
-    return Unit(factor, tuple(e * exponent for e in base.exponents))
+    size = base.factor.numerator.bit_length() - base.factor.denominator.bit_length()
+    if abs(size * exponent) > LARGEST_SIZE:
+        raise UnitError("a unit beyond 10^300")
+    factor = base.factor ** int(exponent) if exponent.denominator == 1 else _rational_power(base.factor, exponent)
+    return _bounded(factor, tuple(e * exponent for e in base.exponents))
+
+
+def _bounded(factor: Fraction, exponents: tuple[Fraction, ...]) -> Unit:
+    """A unit whose numbers stay small: nested powers could make them fill the memory."""
+    up, down = factor.numerator.bit_length(), factor.denominator.bit_length()
+    if abs(up - down) > LARGEST_SIZE or up + down > 8 * LARGEST_SIZE:
+        raise UnitError("a unit beyond 10^300")
+    if any(abs(e) > 1000 or e.denominator > 1000 for e in exponents):
+        raise UnitError("a dimension with an exponent beyond 1000")
+    return Unit(factor, exponents)
 
 
 def _rational_power(base: Fraction, exponent: Fraction) -> Fraction:
     """Exact where the root is rational (sqrt(kHz^2)), the nearest float otherwise (sqrt(kHz))."""
-    root = Fraction(float(base) ** float(exponent))
-    near = root.limit_denominator(10**12)
-    return near if near**exponent.denominator == base**exponent.numerator else root
+    if exponent.denominator <= 12:
+        up, down = (_whole_root(n, exponent.denominator) for n in base.as_integer_ratio())
+        if up and down:
+            return Fraction(up, down) ** exponent.numerator
+    return Fraction(float(base) ** float(exponent))
+
+
+def _whole_root(number: int, degree: int) -> int:
+    """The root of a positive whole number by Newton's iteration; 0 where it is not whole."""
+    root = 1 << -(-number.bit_length() // degree)
+    while (lower := ((degree - 1) * root + number // root ** (degree - 1)) // degree) < root:
+        root = lower
+    return root if root**degree == number else 0
 
 
 @lru_cache(maxsize=4096)
@@ -247,7 +278,7 @@ def _like(name: str) -> str:
     from proofmass.blocks.problem import did_you_mean
 
     common = ("kHz", "MHz", "ms", "us", "ns", "mV", "uV", "pF", "fF", "kg", "mg", "um", "nm", "mm", "kohm", "uN", "mA")
-    return did_you_mean(name, (*_UNITS, *common), "unit")
+    return did_you_mean(name[:20], (*_UNITS, *common), "unit")
 
 
 def _padded(exponents: tuple[int, ...]) -> tuple[Fraction, ...]:
