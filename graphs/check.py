@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, Port
 from proofmass.blocks.parameter import Parameter
-from proofmass.blocks.problem import ModelError, Problem
+from proofmass.blocks.problem import ModelError, Problem, nearest
 from proofmass.blocks.units import Unit, UnitError, unit
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.hints import counted, like
@@ -93,15 +93,16 @@ def _rates(graph: Graph) -> Iterator[Problem]:
             got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
             expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
             hint="make the rates ratios of small numbers",
-            path=("blocks", next(iter(graph.rates)), "rate") if graph.rates else ("rate",),
+            path=next((("blocks", name, "rate") for name in graph.rates if name in discrete), ("rate",)),
         )
 
 
 class Missing(NamedTuple):
-    """Why a name in a wire or probe stands for nothing, and what to write instead."""
+    """Why a name in a wire or probe stands for nothing, what to write instead, and the signal that was meant."""
 
     message: str
     hint: str
+    meant: str = ""
 
 
 class _Wiring:
@@ -109,19 +110,22 @@ class _Wiring:
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
+        self.meant: set[str] = set()  # inputs that a misspelt wire meant: they are not reported twice
 
     def problems(self) -> Iterator[Problem]:
         return chain(self._wires(), self._unconnected())
 
     def _wires(self) -> Iterator[Problem]:
         driven_by: dict[str, str] = {}
-        for wire in self.graph.wires:
+        for wire in sorted(self.graph.wires, key=lambda wire: self.graph.place.line(("wires", str(wire)))):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
             out, into = find_output(self.graph, source), find_target(self.graph, target)
             for end in (out, into):
                 if isinstance(end, Missing):
                     yield Problem(message=end.message, key=key, hint=end.hint, path=path)
+            if isinstance(into, Missing):
+                self.meant.add(into.meant)
             if target in driven_by:
                 other = driven_by[target]
                 yield Problem(
@@ -139,7 +143,7 @@ class _Wiring:
                     yield mismatch.problem(key, path)
 
     def _unconnected(self) -> Iterator[Problem]:
-        connected = {wire.target for wire in self.graph.wires}
+        connected = {wire.target for wire in self.graph.wires} | self.meant
         for name, block in self.graph.blocks.items():
             for port, declared in block.inputs.items():
                 if declared.default is not None or f"{name}.{port}" in connected:
@@ -205,8 +209,9 @@ def find_target(graph: Graph, signal: str) -> tuple[Block, Port | Parameter] | M
         return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
     if port in block.outputs:
         return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", block.inputs))
-    driven = [name for name in block.parameters if block.drivable(name)]
-    return Missing(f"{signal} is no input or parameter", like(port, [*block.inputs, *driven], f"inputs of {name}"))
+    names = [*block.inputs, *(parameter for parameter in block.parameters if block.drivable(parameter))]
+    hint = like(port, names, f"inputs of {name}")
+    return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
 
 
 def _no_block(graph: Graph, name: str) -> Missing:
@@ -243,14 +248,15 @@ def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Paramete
         elif given != wanted:
             factor = f"{float(given.factor / wanted.factor):g}"
             yield _Mismatch(f"the units differ by a factor of {factor}", got, expected, convert)
-    kind = into.dtype if isinstance(into, Port) else float
-    if out.dtype is not kind:
-        yield _Mismatch("the types do not match", out.dtype.__name__, kind.__name__, _same_type(giver, kind))
     shape = taker.shape_of(into) if isinstance(into, Port) else ()
+    kind = into.dtype if isinstance(into, Port) else float
     if giver.shape_of(out) != shape:
         others = [name for name, port in giver.outputs.items() if giver.shape_of(port) == shape]
-        hint = f"outputs that fit: {', '.join(others)}" if others else "a vector is probed, or wired to a vector input"
+        hint = f"outputs that fit: {', '.join(others)}" if others else "record a vector in probes"
+        hint += ", or wire it to an input that takes a vector of the same length" if giver.shape_of(out) else ""
         yield _Mismatch("the shapes do not match", counted(giver.shape_of(out)), counted(shape), hint)
+    elif out.dtype is not kind:
+        yield _Mismatch("the types do not match", out.dtype.__name__, kind.__name__, _same_type(giver, kind))
 
 
 def _same_type(source: Block, kind: type) -> str:

@@ -49,13 +49,15 @@ def syntax_hint(message: str, line: str) -> str:
     if '"' in line and line.count('"') % 2:
         return "a quote is missing"
     if equals and value.startswith("["):
-        return 'a list is written as ["first", "second"]: look for a missing quote, comma or bracket'
+        return 'a list is written as ["first", "second"]: look for a missing quote, comma or bracket, here or above'
     if equals and _NUMBER_AND_UNIT.fullmatch(value):
         return f'a number with a unit is written in quotes: {key} = "{value}"'
     if equals and _WORD.fullmatch(value):
         return f'a text is written in quotes: {key} = "{value}"'
-    if not equals and "->" in line:
+    if not equals and "->" in line and '"' not in line:
         return 'a wire is a text in the list wires: wires = ["block.output -> block.input"]'
     if message.startswith("Unclosed array"):
-        return "a list ends with ]: look for a missing comma, quote or bracket above"
-    return ""
+        return "a list ends with ], with commas between its entries: look for a missing comma or bracket, here or above"
+    if equals and not value:
+        return f"the value is missing: {key} = ... and then a number, or a text in quotes"
+    return 'a line gives a key its value, as in bits = 16 or kind = "Gain"'

@@ -1,0 +1,67 @@
+"""Graph files for tests: the library, a small one to break, and what is said about a text."""
+
+from pathlib import Path
+
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.check import check
+from proofmass.graphs.toml_reader import read_graph, read_graph_text
+
+LIBRARY = sorted((Path(__file__).parents[1] / "graphs" / "library").glob("*.toml"))
+
+SMALL = """\
+name = "a mass and a converter"
+rate = "10 kHz"
+duration = "1 s"
+wires = [
+    "push.output -> mass.force",
+    "mass.displacement -> readout.input",
+    "readout.output -> adc.voltage",
+]
+probes = ["adc.code"]
+
+[blocks.push]
+kind = "Constant"
+value = "1 uN"
+unit = "N"
+
+[blocks.mass]
+kind = "MassSpringDamper"
+
+[blocks.readout]
+kind = "Gain"
+gain = "1e6 V/m"
+input_unit = "m"
+output_unit = "V"
+
+[blocks.adc]
+kind = "AnalogToDigital"
+bits = 16
+"""
+
+
+def problems_of(text: str, file: str = "model.toml") -> list[Problem]:
+    """Everything that reading and checking say about a text."""
+    try:
+        return check(read_graph_text(text, file))
+    except ModelError as error:
+        return list(error.problems)
+
+
+def said_about(path: Path) -> str:
+    """What a user sees, with the file's name instead of its path."""
+    try:
+        problems = check(read_graph(path))
+    except ModelError as error:
+        problems = list(error.problems)
+    return "\n".join(map(str, problems)).replace(str(path), path.name)
+
+
+def changed(text: str, old: str, new: str) -> str:
+    """The text with one piece replaced; the piece must be there once."""
+    assert text.count(old) == 1, f"{old!r} is there {text.count(old)} times"
+    return text.replace(old, new)
+
+
+def line_of(text: str, piece: str) -> int:
+    """Line of the first place of a piece."""
+    return text.count("\n", 0, text.index(piece)) + 1
