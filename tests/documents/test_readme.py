@@ -1,0 +1,113 @@
+"""Every block of the README runs, and what it prints is what the README says."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+GRAPH = next(text for language, text in BLOCKS if language == "toml")
+PYTHON = [text for language, text in BLOCKS if language == "python"]
+COMMANDS = [line for language, text in BLOCKS if language == "sh" for line in text.splitlines() if line.strip()]
+
+
+def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """A command in a folder, with the `proofmass` of this environment first on the path."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT / "src")}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with the README's graph file."""
+    (tmp_path / "accelerometer.toml").write_text(GRAPH, encoding="utf-8")
+    return tmp_path
+
+
+def test_there_is_something_to_test() -> None:
+    assert {language for language, _ in BLOCKS} == {"sh", "toml", "python", "text"}
+    assert len(PYTHON) == 2
+    assert len([c for c in COMMANDS if c.startswith("proofmass")]) >= 6
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_command(command: str, folder: Path) -> None:
+    words = command.partition("#")[0].split()
+    if words[0] == "make":
+        done = run([*words, "-n", "-C", str(ROOT)], folder)
+        assert "pip install" in done.stdout or "proofmass" in done.stdout or "pytest" in done.stdout
+    else:
+        done = run([sys.executable, "-m", "proofmass", *words[1:]], folder)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_files_that_the_text_promises(folder: Path) -> None:
+    done = run([sys.executable, "-m", "proofmass", "run", "accelerometer.toml", "--out", "results"], folder)
+    assert done.returncode == 0, done.stderr
+    assert {"traces.nc", "plot.svg", "report.html"} <= {path.name for path in (folder / "results").iterdir()}
+
+
+def test_messages_are_the_ones_printed(folder: Path) -> None:
+    promised = next(text for language, text in BLOCKS if language == "text")
+    wrong = GRAPH.replace("damping =", "dampign =").replace("-> adc.voltage", "-> adc.voltag")
+    (folder / "accelerometer.toml").write_text(wrong, encoding="utf-8")
+    done = run([sys.executable, "-m", "proofmass", "check", "accelerometer.toml"], folder)
+    assert done.returncode == 1
+    assert done.stderr == promised
+
+
+def test_python_example(folder: Path) -> None:
+    (folder / "example.py").write_text(PYTHON[0], encoding="utf-8")
+    done = run([sys.executable, "example.py"], folder)
+    assert done.returncode == 0, done.stderr
+    value, unit = done.stdout.split()
+    assert unit == "m"
+    assert float(value) == pytest.approx(1e-6 / 49.5627, rel=1e-9)
+
+
+def test_block_of_your_own(folder: Path) -> None:
+    (folder / "peak.py").write_text(PYTHON[1], encoding="utf-8")
+    graph = """
+name = "peak"
+rate = "1 kHz"
+samples = 2000
+wires = ["source.output -> detector.voltage"]
+probes = ["detector.peak"]
+[blocks.source]
+kind = "Pulse"
+unit = "V"
+[blocks.detector]
+kind = "PeakDetector"
+"""
+    (folder / "graph.toml").write_text(graph, encoding="utf-8")
+    for engine in ("python", "compiled"):
+        command = [sys.executable, "-m", "proofmass", "run", "graph.toml", "--blocks", "peak.py", "--engine", engine]
+        done = run(command, folder)
+        assert done.returncode == 0, done.stderr
+        assert "detector.peak" in done.stdout
+    refused = run([sys.executable, "-m", "proofmass", "run", "graph.toml"], folder)
+    assert refused.returncode == 1
+    assert "PeakDetector" in refused.stderr
+
+
+def test_links_and_pictures_exist() -> None:
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    local = [link for link in links if "://" not in link]
+    assert local
+    for link in local:
+        assert (ROOT / link).exists(), link
+
+
+def test_picture_is_what_draw_makes() -> None:
+    from proofmass.graphs.diagram import svg
+    from proofmass.graphs.toml_reader import read_graph
+
+    drawn = svg(read_graph(ROOT / "graphs" / "library" / "pn_self_test_accelerometer.toml"))
+    assert (ROOT / "docs" / "pictures" / "pn_self_test_accelerometer.svg").read_text(encoding="utf-8") == drawn

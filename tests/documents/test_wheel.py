@@ -1,0 +1,69 @@
+"""The built wheel: only `proofmass/` inside, and it works in a fresh environment where nothing else is in reach."""
+
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.documents.test_readme import GRAPH, PYTHON
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(folder), str(ROOT)]
+    subprocess.run(command, check=True, capture_output=True, timeout=300)
+    return next(folder.glob("*.whl"))
+
+
+def test_wheel_holds_only_proofmass(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"proofmass"}
+    for expected in ("blocks/gain.py", "graphs/graph.py", "runner/simulate.py", "py.typed"):
+        assert f"proofmass/{expected}" in names
+    library = sorted(path.name for path in (ROOT / "graphs" / "library").iterdir() if path.suffix in (".toml", ".csv"))
+    assert sorted(name.split("/")[-1] for name in names if "/library/" in name and not name.endswith(".py")) == library
+
+
+def test_every_folder_of_python_files_is_a_package_of_the_wheel() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    assert sorted(settings["packages"]) == sorted(settings["package-dir"])
+    for package, folder in settings["package-dir"].items():
+        assert (ROOT / folder).is_dir(), package
+    folders = {path.parent for name in ("blocks", "graphs", "runner") for path in (ROOT / name).rglob("*.py")}
+    assert {str(path.relative_to(ROOT)) for path in folders} <= set(settings["package-dir"].values())
+
+
+@pytest.mark.parametrize("name", ["blocks", "graphs", "runner"])
+def test_links_for_type_checkers_point_at_the_folders(name: str) -> None:
+    link = ROOT / "src" / "proofmass" / name
+    assert link.is_symlink()
+    assert link.resolve() == ROOT / name
+
+
+def test_a_fresh_environment_runs_the_readme(wheel: Path, tmp_path: Path) -> None:
+    """Only the dependencies come from this environment; a file `runner.py` and a folder `graphs` are in the way."""
+    venv.create(tmp_path / "environment", with_pip=True, symlinks=True)
+    python = tmp_path / "environment" / "bin" / "python"
+    subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", str(wheel)], check=True, timeout=300)
+    packages = next((tmp_path / "environment" / "lib").glob("python*/site-packages"))
+    (packages / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"] + "\n")
+    work = tmp_path / "work"
+    (work / "graphs").mkdir(parents=True)
+    (work / "runner.py").write_text("raise SystemExit('the wrong runner')\n")
+    (work / "accelerometer.toml").write_text(GRAPH)
+    (work / "example.py").write_text(PYTHON[0] + "\nimport proofmass\nprint(proofmass.__file__)\n")
+    done = subprocess.run([python, "example.py"], cwd=work, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1].startswith(str(packages))
+    command = [tmp_path / "environment" / "bin" / "proofmass", "run", "accelerometer.toml", "--out", "results"]
+    done = subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert (work / "results" / "report.html").exists()
