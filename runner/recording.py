@@ -91,7 +91,8 @@ def _read(path: Path, wanted: str) -> Played:
     except FileNotFoundError:
         raise RecordingError("there is no such file", hint=_near(path, list(readers))) from None
     except Exception as error:  # the libraries raise errors of many kinds on damaged files
-        raise RecordingError(f"cannot be read: {str(error).splitlines()[0] if str(error) else error!r}") from None
+        lines = str(error).splitlines() or [repr(error)]
+        raise RecordingError(f"cannot be read: {lines[0]}") from None
 
 
 def _near(path: Path, suffixes: list[str]) -> str:

@@ -166,10 +166,12 @@ class Result:
                 row["entries"] = trace.entries
             found = trace.statistics
             if found:
-                mean = found.mean.mean()
+                with np.errstate(over="ignore", invalid="ignore"):
+                    mean = found.mean.mean()
+                    std = np.sqrt((found.std**2 + (found.mean - mean) ** 2).mean())
                 row |= {
                     "mean": float(mean),
-                    "std": float(np.sqrt((found.std**2 + (found.mean - mean) ** 2).mean())),
+                    "std": float(std),
                     "min": float(found.lowest.min()),
                     "max": float(found.highest.max()),
                     "last": trace.values[-1].tolist(),
