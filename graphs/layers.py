@@ -1,0 +1,144 @@
+"""Columns of a block diagram: which wires lead back, which blocks form a return path, and the layer of each block."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+Edge = tuple[str, str]
+
+
+class Link(NamedTuple):
+    """A wire as the diagram sees it: from an output to an input, or to a parameter that it drives."""
+
+    source: str
+    output: str
+    target: str
+    port: str
+    driven: bool
+
+
+class Layers(NamedTuple):
+    """The layer of each block, counted from the left, and the blocks that face left because they lead back."""
+
+    of: Mapping[str, int]
+    mirrored: frozenset[str]
+
+
+def assign_layers(
+    names: Iterable[str], links: Iterable[Link], exits: Iterable[str] = (), noises: Iterable[str] = ()
+) -> Layers:
+    """Longest-path layers of the blocks once the feedback wires are set aside.
+
+    `exits` are blocks with an output that somebody looks at, `noises` are sources that no loop is there for: a loop
+    starts where another signal enters it. What comes in a loop after its last exit is a return path: it is drawn from
+    right to left below the forward path, as long as it is no longer than that.
+    """
+    wiring = _Wiring(sorted(names), sorted(links), frozenset(noises))
+    mirrored: frozenset[str] = frozenset()
+    for core, head in sorted(wiring.cores.items(), key=lambda item: item[1]):
+        steps = wiring.steps_to_the_end(core, head, set(exits))
+        fits, too_long = 0, max(steps.values(), default=0) + 1
+        while too_long - fits > 1:
+            tried = (fits + too_long) // 2
+            wanted = mirrored | wiring.with_sources({name for name, step in steps.items() if step <= tried})
+            fits, too_long = (tried, too_long) if wiring.layers(wanted) else (fits, tried)
+        if fits:
+            mirrored |= wiring.with_sources({name for name, step in steps.items() if step <= fits})
+    found = wiring.layers(mirrored) or {}
+    first = min(found.values(), default=0)
+    return Layers({name: layer - first for name, layer in found.items()}, mirrored)
+
+
+class _Wiring:
+    """Blocks and edges with the feedback edges told apart."""
+
+    def __init__(self, names: list[str], links: list[Link], noises: frozenset[str]) -> None:
+        import networkx
+
+        self.noises = noises
+        self.edges = sorted({(link.source, link.target) for link in links})
+        self.into: dict[str, list[Edge]] = {name: [] for name in names}
+        for edge in self.edges:
+            self.into[edge[1]].append(edge)
+        self.signals = {(link.source, link.target) for link in links if not link.driven}
+        self.back: set[Edge] = {edge for edge in self.edges if edge[0] == edge[1]}
+        self.cores: dict[frozenset[str], str] = {}  # loops that hang together, with the block each starts at
+        self._cut(names)
+        forward: networkx.DiGraph[str] = networkx.DiGraph()
+        forward.add_nodes_from(names)
+        forward.add_edges_from(edge for edge in self.edges if edge not in self.back)
+        self.order: list[str] = list(networkx.lexicographical_topological_sort(forward))
+        self.before = {name: sorted(forward.predecessors(name)) for name in names}
+        self.after = {name: sorted(forward.successors(name)) for name in names}
+
+    def _cut(self, names: list[str]) -> None:
+        """Set feedback edges aside: those into the block where a signal enters the loop, until no loop is left."""
+        import networkx
+
+        stack = [frozenset(names)]
+        while stack:
+            nodes = stack.pop()
+            graph: networkx.DiGraph[str] = networkx.DiGraph()
+            graph.add_edges_from(e for n in sorted(nodes) for e in self.into[n] if e not in self.back and e[0] in nodes)
+            for found in networkx.strongly_connected_components(graph):
+                core = frozenset(found)
+                if len(core) < 2:
+                    continue
+                head = min(core, key=lambda name: self._as_start(name, core))
+                if len(nodes) == len(names):
+                    self.cores[core] = head
+                self.back |= {edge for edge in self.into[head] if edge[0] in core}
+                stack.append(core)
+
+    def _as_start(self, name: str, core: frozenset[str]) -> tuple[bool, int, str]:
+        entries = self.into[name]
+        entered = any(edge[0] not in core and edge[0] not in self.noises for edge in entries if edge in self.signals)
+        cost = sum(2 if edge in self.signals else 1 for edge in entries if edge[0] in core and edge not in self.back)
+        return not entered, cost, name
+
+    def steps_to_the_end(self, core: frozenset[str], head: str, exits: set[str]) -> dict[str, int]:
+        """The blocks of a loop after its last exit, each with its place counted from the end of the loop."""
+        left = {edge[0] for edge in self.edges if edge[0] in core and edge[1] not in core} | (exits & core) | {head}
+        steps: dict[str, int] = {}
+        for name in reversed(self.order):
+            following = [after for after in self.after[name] if after in core]
+            if name in core and name not in left and all(after in steps for after in following):
+                steps[name] = max((steps[after] for after in following), default=0) + 1
+        return steps
+
+    def with_sources(self, mirrored: set[str]) -> frozenset[str]:
+        """Also those blocks without an input that feed nothing else than return paths."""
+        return frozenset(mirrored).union(
+            name
+            for name in self.order
+            if not self.before[name]
+            and self.after[name]
+            and all(after in mirrored and (name, after) in self.signals for after in self.after[name])
+        )
+
+    def layers(self, mirrored: frozenset[str]) -> dict[str, int] | None:
+        """A layer for every block, or None when a return path is longer than the way that it leads back."""
+        layer: dict[str, int] = {}
+        for name in self.order:
+            if name not in mirrored:
+                layer[name] = max((layer[u] + 1 for u in self.before[name] if u not in mirrored), default=0)
+        self._pull(layer, mirrored)
+        cores = {name: core for core in self.cores for name in core}
+        for name in self.order:
+            if name in mirrored and name in cores:
+                known = [layer[u] - (u in mirrored) for u in self.before[name] if u in cores[name] and u in layer]
+                if known:
+                    layer[name] = min(known)
+        for name in reversed(self.order):
+            if name in mirrored and name not in layer:
+                layer[name] = max((layer[v] for v in self.after[name] if v in layer), default=0) + 1
+        self._pull(layer, mirrored)
+        fits = all(layer[v] <= layer[u] for u, v in self.back if u in mirrored and v not in mirrored)
+        return layer if fits else None
+
+    def _pull(self, layer: dict[str, int], mirrored: frozenset[str]) -> None:
+        """Move blocks that feed more than they take towards what they feed: shorter wires."""
+        for name in reversed(self.order):
+            after = [v for v in self.after[name] if v in layer]
+            if name not in mirrored and after and len(self.before[name]) < len(self.after[name]):
+                nearest = min(layer[v] - (0 if v in mirrored and (name, v) in self.signals else 1) for v in after)
+                layer[name] = max(layer[name], nearest)
