@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
-from graphlib import CycleError, TopologicalSorter
-from heapq import heappop, heappush
 from itertools import pairwise
 
 from proofmass.blocks.problem import ModelError, Problem
@@ -55,19 +53,16 @@ def _needs(graph: Graph, drivers: dict[Node, Node]) -> dict[Node, list[Node]]:
 
 
 def _in_order(graph: Graph, needs: dict[Node, list[Node]], drivers: dict[Node, Node]) -> tuple[Node, ...]:
-    sorter = TopologicalSorter(needs)
+    import networkx  # here, since it is the largest part of what a check takes
+
+    wiring: networkx.DiGraph[Node] = networkx.DiGraph()
+    wiring.add_nodes_from(needs)
+    wiring.add_edges_from((before, after) for after, befores in needs.items() for before in befores)
     try:
-        sorter.prepare()
-    except CycleError as error:
-        raise ModelError([_loop(graph, error.args[1], drivers)]) from None
-    order: list[Node] = []
-    ready: list[Node] = []
-    while sorter.is_active():
-        for node in sorter.get_ready():
-            heappush(ready, node)
-        order.append(heappop(ready))
-        sorter.done(order[-1])
-    return tuple(order)
+        return tuple(networkx.lexicographical_topological_sort(wiring))
+    except networkx.NetworkXUnfeasible:
+        edges = networkx.find_cycle(wiring)
+        raise ModelError([_loop(graph, [*(edge[0] for edge in edges), edges[0][0]], drivers)]) from None
 
 
 def block_rate(graph: Graph, name: str) -> Fraction:
