@@ -8,6 +8,7 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.rates import base_rate
 
+_NAMED = 40  # wires of a loop
 Node = tuple[str, str]  # block and output port; the port is "" for the constants of a block with driven parameters
 
 
@@ -85,10 +86,11 @@ def _loop(graph: Graph, cycle: list[Node], drivers: dict[Node, Node]) -> Problem
         wires.append(f"{'.'.join(source)} -> {name}.{entry}")
     first = wires.index(min(wires))
     wires = wires[first:] + wires[:first]
+    named = wires if len(wires) <= _NAMED else [*wires[:_NAMED], f"and {len(wires) - _NAMED} more"]
     return Problem(
         message="algebraic loop: each of these outputs needs the one before it within the same tick",
         key="wires",
-        got=", ".join(wires),
+        got=", ".join(named),
         expected="at least one block in the loop whose output does not depend on its input in the same tick",
         hint=f"put a UnitDelay into one of these wires, for example into {wires[-1]}",
         path=("wires", wires[-1]),

@@ -31,8 +31,8 @@ def with_wire(wire: str, *changes: tuple[str, str]) -> str:
     return said((READOUT, f'{READOUT}\n    "{wire}",'), *changes)
 
 
-def with_block(kind: str) -> tuple[str, str]:
-    return ("[blocks.adc]", f'[blocks.more]\nkind = "{kind}"\n\n[blocks.adc]')
+def with_block(kind: str, name: str = "more") -> tuple[str, str]:
+    return ("[blocks.adc]", f'[blocks.{name}]\nkind = "{kind}"\n\n[blocks.adc]')
 
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
@@ -80,7 +80,7 @@ model.toml:8: wires: adc.code -> more.input: the types do not match
     assert "hint:     an AnalogToDigital makes codes of numbers" in said(
         (READOUT, f'{READOUT} "push.output -> more.code", "chips.bit -> more.bit",'),
         with_block("Correlator"),
-        with_block("ShiftRegister")[:1] + ('[blocks.chips]\nkind = "ShiftRegister"\n\n[blocks.adc]',),
+        with_block("ShiftRegister", "chips"),
         ('value = "1 uN"\nunit = "N"', ""),
     )
 
@@ -311,7 +311,7 @@ def test_units_too_long_to_compare_are_a_problem_and_no_crash() -> None:
     class Squared(Block):
         """A block whose output has a longer unit than its input."""
 
-        unit: str = param("1", "", "Unit of the input.")
+        unit: str = param("", "Unit of the input.", default="1")
         input = Input("{unit}", "Input.")
 
     def square(p: Any, input: float) -> float:
