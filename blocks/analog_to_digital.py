@@ -13,10 +13,10 @@ from proofmass.blocks.rounding import clip, round_half_even
 class AnalogToDigital(Block):
     """Bipolar analog-to-digital converter."""
 
-    bits: int = param(12, "bit", "Resolution.", at_least=2, at_most=32)
-    reference: float = param(10.0, "V", "Voltage of the code 2^(bits-1): half the span.", above=0.0)
-    offset_error: float = param(0.0, "V", "Voltage added before the conversion.")
-    gain_error: float = param(0.0, "1", "Relative error of the gain.", above=-1.0)
+    bits: int = param("bit", "Resolution.", default=12, at_least=2, at_most=32)
+    reference: float = param("V", "Voltage of the code 2^(bits-1): half the span.", default=10.0, above=0.0)
+    offset_error: float = param("V", "Voltage added before the conversion.", default=0.0)
+    gain_error: float = param("1", "Relative error of the gain.", default=0.0, above=-1.0)
 
     voltage = Input("V", "Voltage to convert.")
 

@@ -56,9 +56,7 @@ def facts(kind: type[Block]) -> dict[str, Any]:
         "continuous": kind.continuous(),
         "parameters": {name: _parameter(p) for name, p in kind.parameters.items()},
         "inputs": {name: _port(p) for name, p in kind.inputs.items()},
-        "outputs": {
-            name: _port(p) | {"feedthrough": list(kind.feedthrough(name))} for name, p in kind.outputs.items()
-        },
+        "outputs": {name: _port(p) | {"feedthrough": list(kind.feedthrough(name))} for name, p in kind.outputs.items()},
     }
 
 

@@ -13,13 +13,13 @@ from proofmass.blocks.elementary import sine_of_turns
 class Chirp(Block):
     """A sine wave that sweeps through a band of frequencies once, to see a frequency response."""
 
-    amplitude: float = param(1.0, "{unit}", "Peak value about the offset.")
-    start_frequency: float = param(10.0, "Hz", "Frequency at the start.", at_least=0.0)
-    stop_frequency: float = param(1000.0, "Hz", "Frequency from the end of the sweep on.", at_least=0.0)
-    sweep_time: float = param(1.0, "s", "How long the sweep takes.", above=0.0)
-    phase: float = param(0.0, "rad", "Phase at the start.")
-    offset: float = param(0.0, "{unit}", "Mean value.")
-    unit: str = param("1", "", "Unit of the output.")
+    amplitude: float = param("{unit}", "Peak value about the offset.", default=1.0)
+    start_frequency: float = param("Hz", "Frequency at the start.", default=10.0, at_least=0.0)
+    stop_frequency: float = param("Hz", "Frequency from the end of the sweep on.", default=1000.0, at_least=0.0)
+    sweep_time: float = param("s", "How long the sweep takes.", default=1.0, above=0.0)
+    phase: float = param("rad", "Phase at the start.", default=0.0)
+    offset: float = param("{unit}", "Mean value.", default=0.0)
+    unit: str = param("", "Unit of the output.", default="1")
 
 
 class Constants(NamedTuple):

@@ -10,10 +10,12 @@ from proofmass.blocks.declare import Block, Input, param
 class CombDrive(Block):
     """Electrostatic comb actuator; by default 100 finger pairs, 25 um high, gap 3 um, as a push-pull pair."""
 
-    bias: float = param(20.0, "V", "Constant voltage Vdc between the combs.")
-    capacitance_gradient: float = param(1.4757e-8, "F/m", "Change of capacitance per displacement, C'.", above=0.0)
-    push_pull: bool = param(True, "", "Whether a second comb pulls the other way with Vdc - v.")
-    linearised: bool = param(False, "", "Whether the terms above first order in v are left out.")
+    bias: float = param("V", "Constant voltage Vdc between the combs.", default=20.0)
+    capacitance_gradient: float = param(
+        "F/m", "Change of capacitance per displacement, C'.", default=1.4757e-8, above=0.0
+    )
+    push_pull: bool = param("", "Whether a second comb pulls the other way with Vdc - v.", default=True)
+    linearised: bool = param("", "Whether the terms above first order in v are left out.", default=False)
 
     voltage = Input("V", "Drive voltage v on top of the bias.")
 

@@ -6,8 +6,8 @@ from proofmass.blocks.declare import Block, param
 class Constant(Block):
     """A value that does not change."""
 
-    value: float = param(0.0, "{unit}", "Value of the output.")
-    unit: str = param("1", "", "Unit of the output.")
+    value: float = param("{unit}", "Value of the output.", default=0.0)
+    unit: str = param("", "Unit of the output.", default="1")
 
 
 @Constant.output("{unit}")

@@ -12,8 +12,8 @@ from proofmass.blocks.declare import Block, Buffer, Input, param
 class Correlator(Block):
     """Bank of correlation cells; one vector of sums per period, available from the tick after its last chip."""
 
-    cells: int = param(16, "1", "Number of lags, from 0.", at_least=1, at_most=4096)
-    chips: int = param(1023, "1", "Chips of a period.", at_least=1)
+    cells: int = param("1", "Number of lags, from 0.", default=16, at_least=1, at_most=4096)
+    chips: int = param("1", "Chips of a period.", default=1023, at_least=1)
 
     bit = Input("1", "Chip that excites the device.", dtype=bool)
     code = Input("1", "Response of the device in the same tick.", dtype=int)

@@ -8,8 +8,8 @@ from proofmass.blocks.declare import Block, Input, param
 class Decimator(Block):
     """Average over windows of `ratio` ticks; the output ticks once per window, in the tick after its last sample."""
 
-    ratio: int = param(10, "1", "Ticks of a window.", at_least=1, at_most=1_000_000_000)
-    unit: str = param("1", "", "Unit of input and output.")
+    ratio: int = param("1", "Ticks of a window.", default=10, at_least=1, at_most=1_000_000_000)
+    unit: str = param("", "Unit of input and output.", default="1")
 
     input = Input("{unit}", "What is averaged.")
 

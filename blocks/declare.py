@@ -2,7 +2,7 @@
 
     class Gain(Block):
         \"\"\"Amplifier.\"\"\"
-        gain: float = param(1.0, "1", "Factor.")
+        gain: float = param("1", "Factor.", default=1.0)
         input = Input("V", "What is amplified.")
 
     @Gain.output("V")
@@ -324,10 +324,10 @@ def block(unit: str) -> Callable[[Callable[..., Any]], type[Block]]: ...
 def block(unit: str, **inputs: str) -> Callable[[Callable[..., Any]], type[Block]]:
     """Make a stateless block of one function: every argument after the first is an input, its unit given by name.
 
-        @block("V", voltage="V")
-        def rectified(p, voltage: float) -> float:
-            \"\"\"Absolute value of a voltage.\"\"\"
-            return abs(voltage)
+    @block("V", voltage="V")
+    def rectified(p, voltage: float) -> float:
+        \"\"\"Absolute value of a voltage.\"\"\"
+        return abs(voltage)
     """
 
     def make(function: Callable[..., Any]) -> type[Block]:
@@ -345,7 +345,9 @@ def _parameter(owner: type, field: "dataclasses.Field[Any]", kind: Any) -> Param
     if kind not in (float, int, bool, str):
         kind = tuple if typing.get_origin(kind) is tuple else None
     if kind is None or "bounds" not in field.metadata:
-        raise TypeError(f"{owner.__name__}.{field.name} must be float, int, bool, str or tuple[float, ...] = param(...)")
+        raise TypeError(
+            f"{owner.__name__}.{field.name} must be float, int, bool, str or tuple[float, ...] = param(...)"
+        )
     if field.name in _RESERVED or field.name in Block.__dict__:
         raise TypeError(f"{owner.__name__}.{field.name}: the name is taken")
     m: Mapping[str, Any] = field.metadata

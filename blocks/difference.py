@@ -6,7 +6,7 @@ from proofmass.blocks.declare import Block, Input, param
 class Difference(Block):
     """Difference of two signals of one unit: setpoint minus measurement."""
 
-    unit: str = param("1", "", "Unit of inputs and output.")
+    unit: str = param("", "Unit of inputs and output.", default="1")
 
     first = Input("{unit}", "What is subtracted from.")
     second = Input("{unit}", "What is subtracted.")

@@ -12,8 +12,8 @@ from proofmass.blocks.rounding import clip, round_half_even
 class DigitalToAnalog(Block):
     """Bipolar digital-to-analog converter; drive `reference` for one that drifts."""
 
-    bits: int = param(20, "bit", "Resolution.", at_least=2, at_most=32)
-    reference: float = param(2.5, "V", "Voltage of the code 2^(bits-1): half the span.", above=0.0)
+    bits: int = param("bit", "Resolution.", default=20, at_least=2, at_most=32)
+    reference: float = param("V", "Voltage of the code 2^(bits-1): half the span.", default=2.5, above=0.0)
 
     number = Input("1", "Number to convert; rounded half to even and saturated.")
 

@@ -13,13 +13,13 @@ from proofmass.blocks.rounding import clip
 class DiscreteIntegrator(Block):
     """Integral of a sampled signal; the output does not depend on the input of the same tick."""
 
-    gain: float = param(1.0, "({output_unit})/({input_unit})/s", "Growth of the output per second and input.")
-    initial: float = param(0.0, "{output_unit}", "Output in tick 0.")
-    limited: bool = param(False, "", "Whether the output is held between the limits.")
-    lowest: float = param(-1.0, "{output_unit}", "Lower limit of the output.")
-    highest: float = param(1.0, "{output_unit}", "Upper limit of the output.")
-    input_unit: str = param("1", "", "Unit of the input.")
-    output_unit: str = param("s", "", "Unit of the output.")
+    gain: float = param("({output_unit})/({input_unit})/s", "Growth of the output per second and input.", default=1.0)
+    initial: float = param("{output_unit}", "Output in tick 0.", default=0.0)
+    limited: bool = param("", "Whether the output is held between the limits.", default=False)
+    lowest: float = param("{output_unit}", "Lower limit of the output.", default=-1.0)
+    highest: float = param("{output_unit}", "Upper limit of the output.", default=1.0)
+    input_unit: str = param("", "Unit of the input.", default="1")
+    output_unit: str = param("", "Unit of the output.", default="s")
 
     input = Input("{input_unit}", "What is integrated.")
 

@@ -11,10 +11,10 @@ from proofmass.blocks.declare import Block, Buffer, Input, param
 class DiscreteTransferFunction(Block):
     """Linear digital filter by its coefficients, of z^n first. Wire a loop through `strictly_proper_part`."""
 
-    numerator: tuple[float, ...] = param((1.0,), "1", "Coefficients of the powers of z, highest first.")
-    denominator: tuple[float, ...] = param((1.0, 0.0), "1", "Coefficients of the powers of z, highest first.")
-    input_unit: str = param("1", "", "Unit of the input.")
-    output_unit: str = param("1", "", "Unit of the output.")
+    numerator: tuple[float, ...] = param("1", "Coefficients of the powers of z, highest first.", default=(1.0,))
+    denominator: tuple[float, ...] = param("1", "Coefficients of the powers of z, highest first.", default=(1.0, 0.0))
+    input_unit: str = param("", "Unit of the input.", default="1")
+    output_unit: str = param("", "Unit of the output.", default="1")
 
     input = Input("{input_unit}", "What is filtered.")
 

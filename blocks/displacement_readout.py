@@ -9,8 +9,8 @@ from proofmass.blocks.declare import Block, Input, param
 class DisplacementReadout(Block):
     """Capacitive readout as one gain."""
 
-    gain: float = param(3.530e8, "V/m", "Voltage per displacement.")
-    offset: float = param(0.0, "V", "Voltage at rest.")
+    gain: float = param("V/m", "Voltage per displacement.", default=3.530e8)
+    offset: float = param("V", "Voltage at rest.", default=0.0)
 
     displacement = Input("m", "Displacement of the proof mass.")
 

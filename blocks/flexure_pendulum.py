@@ -8,9 +8,9 @@ from proofmass.blocks.declare import Block, Input, param
 class FlexurePendulum(Block):
     """Pendulous proof mass on a quartz flexure with gas damping."""
 
-    inertia: float = param(1.0e-7, "kg*m^2", "Moment of inertia about the flexure.", above=0.0)
-    damping: float = param(4.0e-4, "N*m*s/rad", "Viscous damping.", at_least=0.0)
-    stiffness: float = param(3.0e-3, "N*m/rad", "Stiffness of the flexure.", above=0.0)
+    inertia: float = param("kg*m^2", "Moment of inertia about the flexure.", default=1.0e-7, above=0.0)
+    damping: float = param("N*m*s/rad", "Viscous damping.", default=4.0e-4, at_least=0.0)
+    stiffness: float = param("N*m/rad", "Stiffness of the flexure.", default=3.0e-3, above=0.0)
 
     torque = Input("N*m", "Torque about the flexure.")
 

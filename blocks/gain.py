@@ -6,9 +6,9 @@ from proofmass.blocks.declare import Block, Input, param
 class Gain(Block):
     """Linear gain between any two units: an amplifier, a torquer, a resistor that turns voltage into current."""
 
-    gain: float = param(1.0, "({output_unit})/({input_unit})", "Output per input.")
-    input_unit: str = param("1", "", "Unit of the input.")
-    output_unit: str = param("1", "", "Unit of the output.")
+    gain: float = param("({output_unit})/({input_unit})", "Output per input.", default=1.0)
+    input_unit: str = param("", "Unit of the input.", default="1")
+    output_unit: str = param("", "Unit of the output.", default="1")
 
     input = Input("{input_unit}", "What is amplified.")
 

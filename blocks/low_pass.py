@@ -9,10 +9,10 @@ from proofmass.blocks.declare import Block, Input, param
 class LowPass(Block):
     """Analog low-pass of first order: an RC filter, the bandwidth of an amplifier."""
 
-    corner_frequency: float = param(20.0e3, "Hz", "Frequency at which the response is down by 3 dB.", above=0.0)
-    gain: float = param(1.0, "({output_unit})/({input_unit})", "Output per input at rest.")
-    input_unit: str = param("1", "", "Unit of the input.")
-    output_unit: str = param("1", "", "Unit of the output.")
+    corner_frequency: float = param("Hz", "Frequency at which the response is down by 3 dB.", default=20.0e3, above=0.0)
+    gain: float = param("({output_unit})/({input_unit})", "Output per input at rest.", default=1.0)
+    input_unit: str = param("", "Unit of the input.", default="1")
+    output_unit: str = param("", "Unit of the output.", default="1")
 
     input = Input("{input_unit}", "What is filtered.")
 

@@ -8,9 +8,9 @@ from proofmass.blocks.declare import Block, Input, param
 class MassSpringDamper(Block):
     """Proof mass, suspension and gas damping of a mechanical accelerometer."""
 
-    mass: float = param(50.43e-9, "kg", "Proof mass.", above=0.0)
-    damping: float = param(3.4e-3, "kg/s", "Viscous damping.", at_least=0.0)
-    stiffness: float = param(49.5627, "N/m", "Stiffness of the suspension.", above=0.0)
+    mass: float = param("kg", "Proof mass.", default=50.43e-9, above=0.0)
+    damping: float = param("kg/s", "Viscous damping.", default=3.4e-3, at_least=0.0)
+    stiffness: float = param("N/m", "Stiffness of the suspension.", default=49.5627, above=0.0)
 
     force = Input("N", "Force on the proof mass.")
 

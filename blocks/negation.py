@@ -6,7 +6,7 @@ from proofmass.blocks.declare import Block, Input, param
 class Negation(Block):
     """Change of sign: the minus of a feedback loop."""
 
-    unit: str = param("1", "", "Unit of input and output.")
+    unit: str = param("", "Unit of input and output.", default="1")
 
     input = Input("{unit}", "What is negated.")
 

@@ -6,8 +6,8 @@ from proofmass.blocks.declare import Block, Input, param
 class OneBitActuator(Block):
     """Turns the bits of a pseudorandom sequence into a force of two levels, or into a voltage with `unit` V."""
 
-    level: float = param(1.0e-6, "{unit}", "Size of the output, whatever the bit.", above=0.0)
-    unit: str = param("N", "", "Unit of the output.")
+    level: float = param("{unit}", "Size of the output, whatever the bit.", default=1.0e-6, above=0.0)
+    unit: str = param("", "Unit of the output.", default="N")
 
     bit = Input("1", "Bit to convert.", dtype=bool)
 

@@ -126,17 +126,17 @@ class ParameterProblem(ValueError):
 
 
 def param(
-    default: Any,
-    unit: str = "1",
-    doc: str = "",
+    unit: str,
+    doc: str,
     *,
+    default: Any,
     above: float | None = None,
     at_least: float | None = None,
     below: float | None = None,
     at_most: float | None = None,
     choices: tuple[str, ...] = (),
 ) -> Any:
-    """Declare a parameter of a block: its default, unit, doc and bounds.
+    """Declare a parameter of a block: its unit, doc, default and bounds.
 
     A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then works in any unit.
     """

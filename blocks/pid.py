@@ -16,15 +16,19 @@ from proofmass.blocks.rounding import clip
 class PID(Block):
     """Discrete PID controller with filtered derivative, output limits and anti-windup."""
 
-    proportional: float = param(0.06, "({output_unit})/({input_unit})", "Kp, output per error.")
-    integral: float = param(6.0, "({output_unit})/({input_unit})/s", "Ki, output per error and second.")
-    derivative_gain: float = param(2.0e-5, "({output_unit})*s/({input_unit})", "Kd, output per error per second.")
-    derivative_pole: float = param(2000.0, "Hz", "Frequency of the pole that filters the derivative.", above=0.0)
-    limited: bool = param(False, "", "Whether the output is held between the limits.")
-    lowest: float = param(-1.0, "{output_unit}", "Lower limit of the output.")
-    highest: float = param(1.0, "{output_unit}", "Upper limit of the output.")
-    input_unit: str = param("1", "", "Unit of the error.")
-    output_unit: str = param("1", "", "Unit of the output.")
+    proportional: float = param("({output_unit})/({input_unit})", "Kp, output per error.", default=0.06)
+    integral: float = param("({output_unit})/({input_unit})/s", "Ki, output per error and second.", default=6.0)
+    derivative_gain: float = param(
+        "({output_unit})*s/({input_unit})", "Kd, output per error per second.", default=2.0e-5
+    )
+    derivative_pole: float = param(
+        "Hz", "Frequency of the pole that filters the derivative.", default=2000.0, above=0.0
+    )
+    limited: bool = param("", "Whether the output is held between the limits.", default=False)
+    lowest: float = param("{output_unit}", "Lower limit of the output.", default=-1.0)
+    highest: float = param("{output_unit}", "Upper limit of the output.", default=1.0)
+    input_unit: str = param("", "Unit of the error.", default="1")
+    output_unit: str = param("", "Unit of the output.", default="1")
 
     error = Input("{input_unit}", "Setpoint minus measurement.")
 

@@ -10,9 +10,9 @@ from proofmass.blocks.declare import Block, Buffer, param
 class PiecewiseConstant(Block):
     """A value that changes at given times: switches, phases of a test, a set of operating points."""
 
-    times: tuple[float, ...] = param((0.0,), "s", "When each value begins, ascending.")
-    values: tuple[float, ...] = param((0.0,), "{unit}", "The values, one for each time.")
-    unit: str = param("1", "", "Unit of the output.")
+    times: tuple[float, ...] = param("s", "When each value begins, ascending.", default=(0.0,))
+    values: tuple[float, ...] = param("{unit}", "The values, one for each time.", default=(0.0,))
+    unit: str = param("", "Unit of the output.", default="1")
 
     knots = Buffer("The times.", float, ("times",))
     levels = Buffer("The values.", float, ("values",))

@@ -6,8 +6,8 @@ from proofmass.blocks.declare import Block, Input, param
 class Product(Block):
     """Multiplier: a mixer, a modulator, a gain that is itself a signal."""
 
-    first_unit: str = param("1", "", "Unit of the first factor.")
-    second_unit: str = param("1", "", "Unit of the second factor.")
+    first_unit: str = param("", "Unit of the first factor.", default="1")
+    second_unit: str = param("", "Unit of the second factor.", default="1")
 
     first = Input("{first_unit}", "First factor.")
     second = Input("{second_unit}", "Second factor.")

@@ -9,12 +9,12 @@ from proofmass.blocks.rounding import round_half_even
 class Pulse(Block):
     """A rectangular wave: high for a part of each repetition, low for the rest."""
 
-    amplitude: float = param(1.0, "{unit}", "Height of the pulses above the offset.")
-    offset: float = param(0.0, "{unit}", "Value between pulses, and before the first.")
-    repetition: float = param(1.0, "s", "Time from one pulse to the next.", above=0.0)
-    duty: float = param(0.5, "1", "Part of a repetition that is high.", at_least=0.0, at_most=1.0)
-    delay: float = param(0.0, "s", "When the first pulse begins.", at_least=0.0)
-    unit: str = param("1", "", "Unit of the output.")
+    amplitude: float = param("{unit}", "Height of the pulses above the offset.", default=1.0)
+    offset: float = param("{unit}", "Value between pulses, and before the first.", default=0.0)
+    repetition: float = param("s", "Time from one pulse to the next.", default=1.0, above=0.0)
+    duty: float = param("1", "Part of a repetition that is high.", default=0.5, at_least=0.0, at_most=1.0)
+    delay: float = param("s", "When the first pulse begins.", default=0.0, at_least=0.0)
+    unit: str = param("", "Unit of the output.", default="1")
 
 
 class Constants(NamedTuple):

@@ -6,10 +6,10 @@ from proofmass.blocks.declare import Block, param
 class Ramp(Block):
     """A value that grows linearly with time: a reference that drifts, a swept input."""
 
-    offset: float = param(0.0, "{unit}", "Value until the start.")
-    slope: float = param(1.0, "({unit})/s", "Growth per second after the start.")
-    start_time: float = param(0.0, "s", "When the growth begins.", at_least=0.0)
-    unit: str = param("1", "", "Unit of the output.")
+    offset: float = param("{unit}", "Value until the start.", default=0.0)
+    slope: float = param("({unit})/s", "Growth per second after the start.", default=1.0)
+    start_time: float = param("s", "When the growth begins.", default=0.0, at_least=0.0)
+    unit: str = param("", "Unit of the output.", default="1")
 
 
 @Ramp.output("{unit}")

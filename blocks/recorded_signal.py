@@ -12,10 +12,10 @@ from proofmass.blocks.piecewise_constant import index_at
 class RecordedSignal(Block):
     """A signal from a file: measured noise, a temperature log, the output of another program."""
 
-    file: str = param("", "", "CSV, Parquet or netCDF file; its first column is time in seconds.")
-    column: str = param("", "", "Column to play; empty for the first after time.")
-    interpolated: bool = param(False, "1", "Straight lines between the recorded values, not steps.")
-    unit: str = param("1", "", "Unit of the output.")
+    file: str = param("", "CSV, Parquet or netCDF file; its first column is time in seconds.", default="")
+    column: str = param("", "Column to play; empty for the first after time.", default="")
+    interpolated: bool = param("1", "Straight lines between the recorded values, not steps.", default=False)
+    unit: str = param("", "Unit of the output.", default="1")
 
     times = Recording("time", "Recorded times.")
     values = Recording("value", "Recorded values.")

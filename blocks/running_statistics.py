@@ -9,8 +9,8 @@ from proofmass.blocks.declare import Block, Input, param
 class RunningStatistics(Block):
     """Mean, standard deviation and range of all samples before the tick; all zero until there is one."""
 
-    skip: int = param(0, "1", "Ticks left out at the start, while a loop settles.", at_least=0)
-    unit: str = param("1", "", "Unit of the input.")
+    skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What is summed up.")
 

@@ -8,8 +8,8 @@ from proofmass.blocks.declare import Block, Input, param
 class SampleAndHold(Block):
     """Follows a signal, and keeps it on command: a latch, a frozen calibration value."""
 
-    initial: float = param(0.0, "{unit}", "Output when `hold` is true from tick 0 on.")
-    unit: str = param("1", "", "Unit of signal and output.")
+    initial: float = param("{unit}", "Output when `hold` is true from tick 0 on.", default=0.0)
+    unit: str = param("", "Unit of signal and output.", default="1")
 
     signal = Input("{unit}", "What is followed.")
     hold = Input("1", "Whether to keep the value.", dtype=bool)

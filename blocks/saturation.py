@@ -9,9 +9,9 @@ from proofmass.blocks.rounding import clip
 class Saturation(Block):
     """Limits of a signal: the supply rails of an amplifier, the range of an actuator."""
 
-    lowest: float = param(-1.0, "{unit}", "Lower limit.")
-    highest: float = param(1.0, "{unit}", "Upper limit.")
-    unit: str = param("1", "", "Unit of input and output.")
+    lowest: float = param("{unit}", "Lower limit.", default=-1.0)
+    highest: float = param("{unit}", "Upper limit.", default=1.0)
+    unit: str = param("", "Unit of input and output.", default="1")
 
     input = Input("{unit}", "What is limited.")
 

@@ -16,9 +16,9 @@ PRIMITIVE_TAPS = {
 class ShiftRegister(Block):
     """Maximal-length pseudorandom bits: the period is 2^length - 1 when the taps are a primitive polynomial."""
 
-    length: int = param(10, "bit", "Cells in the register.", at_least=2, at_most=24)
-    taps: int = param(0x240, "1", "Cells summed modulo 2 into the feedback: bit i for a[n-i-1].", at_least=1)
-    seed: int = param(0x3FF, "1", "Cells at the start, never all zero.", at_least=1)
+    length: int = param("bit", "Cells in the register.", default=10, at_least=2, at_most=24)
+    taps: int = param("1", "Cells summed modulo 2 into the feedback: bit i for a[n-i-1].", default=0x240, at_least=1)
+    seed: int = param("1", "Cells at the start, never all zero.", default=0x3FF, at_least=1)
 
 
 class State(NamedTuple):

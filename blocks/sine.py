@@ -10,11 +10,11 @@ from proofmass.blocks.elementary import sine_of_turns
 class Sine(Block):
     """A sine wave."""
 
-    amplitude: float = param(1.0, "{unit}", "Peak value about the offset.")
-    frequency: float = param(90.0, "Hz", "Frequency.", at_least=0.0)
-    phase: float = param(0.0, "rad", "Phase at the start.")
-    offset: float = param(0.0, "{unit}", "Mean value.")
-    unit: str = param("1", "", "Unit of the output.")
+    amplitude: float = param("{unit}", "Peak value about the offset.", default=1.0)
+    frequency: float = param("Hz", "Frequency.", default=90.0, at_least=0.0)
+    phase: float = param("rad", "Phase at the start.", default=0.0)
+    offset: float = param("{unit}", "Mean value.", default=0.0)
+    unit: str = param("", "Unit of the output.", default="1")
 
 
 class Constants(NamedTuple):

@@ -11,11 +11,11 @@ from proofmass.blocks.declare import Block, param
 class Step(Block):
     """A value that jumps once and stays, or comes back after a duration."""
 
-    amplitude: float = param(1.0, "{unit}", "Height of the step above the offset.")
-    start_time: float = param(0.0, "s", "When the step begins: at the first tick not before it.", at_least=0.0)
-    duration: float = param(0.0, "s", "How long the step lasts; 0 for ever.", at_least=0.0)
-    offset: float = param(0.0, "{unit}", "Value before and after the step.")
-    unit: str = param("1", "", "Unit of the output.")
+    amplitude: float = param("{unit}", "Height of the step above the offset.", default=1.0)
+    start_time: float = param("s", "When the step begins: at the first tick not before it.", default=0.0, at_least=0.0)
+    duration: float = param("s", "How long the step lasts; 0 for ever.", default=0.0, at_least=0.0)
+    offset: float = param("{unit}", "Value before and after the step.", default=0.0)
+    unit: str = param("", "Unit of the output.", default="1")
 
 
 class Constants(NamedTuple):

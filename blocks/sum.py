@@ -8,7 +8,7 @@ NOTHING = -0.0  # adding it changes no number, not even the sign of a zero, so t
 class Sum(Block):
     """Sum of two to four signals; a Negation before an input, or a Difference, subtracts."""
 
-    unit: str = param("1", "", "Unit of inputs and output.")
+    unit: str = param("", "Unit of inputs and output.", default="1")
 
     first = Input("{unit}", "First term.")
     second = Input("{unit}", "Second term.")

@@ -8,8 +8,8 @@ from proofmass.blocks.declare import Block, Input, param
 class UnitDelay(Block):
     """Delay of one tick: a register, the computing time of a controller; it breaks a loop without delay."""
 
-    initial: float = param(0.0, "{unit}", "Output in tick 0.")
-    unit: str = param("1", "", "Unit of input and output.")
+    initial: float = param("{unit}", "Output in tick 0.", default=0.0)
+    unit: str = param("", "Unit of input and output.", default="1")
 
     input = Input("{unit}", "What is delayed.")
 

@@ -12,8 +12,8 @@ from proofmass.blocks.declare import Block, param
 class WhiteNoise(Block):
     """Gaussian noise, independent from tick to tick and from block to block."""
 
-    density: float = param(1.0, "({unit})/sqrt(Hz)", "One-sided spectral density of amplitude.", at_least=0.0)
-    unit: str = param("1", "", "Unit of the output.")
+    density: float = param("({unit})/sqrt(Hz)", "One-sided spectral density of amplitude.", default=1.0, at_least=0.0)
+    unit: str = param("", "Unit of the output.", default="1")
 
 
 class Constants(NamedTuple):

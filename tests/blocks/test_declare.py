@@ -21,12 +21,12 @@ from tests.by_hand import drive
 class Mixer(Block):
     """Two inputs, two outputs, state and a buffer."""
 
-    depth: int = param(3, "1", "Entries of the buffer.", at_least=1)
-    scale: float = param(2.0, "{unit}", "A factor.")
-    start_value: float = param(0.0, "{unit}", "A start.")
-    weights: tuple[float, ...] = param((1.0, 2.0), "1", "A list.")
-    active: bool = param(True, "", "A switch.")
-    unit: str = param("V", "", "Unit.")
+    depth: int = param("1", "Entries of the buffer.", default=3, at_least=1)
+    scale: float = param("{unit}", "A factor.", default=2.0)
+    start_value: float = param("{unit}", "A start.", default=0.0)
+    weights: tuple[float, ...] = param("1", "A list.", default=(1.0, 2.0))
+    active: bool = param("", "A switch.", default=True)
+    unit: str = param("", "Unit.", default="V")
 
     left = Input("{unit}", "Left.")
     right = Input("{unit}", "Right.", default=0.0)
@@ -236,7 +236,7 @@ def _fresh() -> Any:
     class Fresh(Block):
         """A block to register functions on."""
 
-        factor: float = param(1.0)
+        factor: float = param("1", "A factor.", default=1.0)
         voltage = Input("V", "In.")
         cells = Buffer("Cells.", float, (2,))
 
@@ -246,7 +246,7 @@ def _fresh() -> Any:
 @pytest.mark.parametrize("name", ["p", "c", "x", "time", "tick", "normal", "out", "period", "rate", "kind", "graph"])
 def test_reserved_names(name: str) -> None:
     with pytest.raises(TypeError, match=f"{name}: the name is taken"):
-        type("Taken", (Block,), {name: param(1.0), "__annotations__": {name: float}})
+        type("Taken", (Block,), {name: param("1", "A factor.", default=1.0), "__annotations__": {name: float}})
     for port in (Input("1", "In."), Buffer("Cells.", float, (2,))):
         _refused_as_taken(lambda port=port: type("Taken", (Block,), {name: port}))  # type: ignore[misc]
 
@@ -260,7 +260,7 @@ def test_reserved_names(name: str) -> None:
 @pytest.mark.parametrize("name", ["start", "update", "output", "size", "parameters", "inputs", "linear", "drivable"])
 def test_names_of_the_declaration_itself(name: str) -> None:
     with pytest.raises(TypeError, match=f"{name}: the name is taken"):
-        type("Taken", (Block,), {name: param(1.0), "__annotations__": {name: float}})
+        type("Taken", (Block,), {name: param("1", "A factor.", default=1.0), "__annotations__": {name: float}})
     _refused_as_taken(lambda: type("Taken", (Block,), {name: Input("1", "In.")}))
     _refused_as_taken(lambda: type("Taken", (Block,), {name: Buffer("Cells.", float, (2,))}))
 
@@ -352,7 +352,7 @@ def test_an_output_returns_one_number_or_writes_a_vector() -> None:
 @pytest.mark.parametrize("annotation", [complex, list, "int | None"])
 def test_parameters_have_one_of_five_types(annotation: Any) -> None:
     with pytest.raises(TypeError, match=r"must be float, int, bool, str or tuple\[float, ...\] = param"):
-        type("Wrong", (Block,), {"factor": param(1.0), "__annotations__": {"factor": annotation}})
+        type("Wrong", (Block,), {"factor": param("1", "A factor.", default=1.0), "__annotations__": {"factor": annotation}})
 
 
 def test_a_parameter_needs_its_declaration() -> None:

@@ -19,18 +19,18 @@ NAN, INFINITY = math.nan, math.inf
 class Sample(Block):
     """One parameter of every type."""
 
-    mass: float = param(2.0, "kg", "A bounded number.", above=0.0, at_most=10.0)
-    angle: float = param(0.0, "rad", "A number without bounds.")
-    ratio: float = param(0.5, "1", "A plain number.", at_least=0.0, below=1.0)
-    bits: int = param(8, "bit", "An integer.", at_least=2, at_most=32)
-    taps: int = param(1, "1", "A large integer.")
-    enabled: bool = param(True, "", "A truth value.")
-    shape: str = param("sine", "", "A choice.", choices=("sine", "square"))
-    label: str = param("", "", "Any text.")
-    gain: float = param(1.0, "({output_unit})/({input_unit})", "A number in units of its own.")
-    knots: tuple[float, ...] = param((0.0, 1.0), "s", "A list.", at_least=0.0)
-    input_unit: str = param("1", "", "A unit.")
-    output_unit: str = param("1", "", "Another unit.")
+    mass: float = param("kg", "A bounded number.", default=2.0, above=0.0, at_most=10.0)
+    angle: float = param("rad", "A number without bounds.", default=0.0)
+    ratio: float = param("1", "A plain number.", default=0.5, at_least=0.0, below=1.0)
+    bits: int = param("bit", "An integer.", default=8, at_least=2, at_most=32)
+    taps: int = param("1", "A large integer.", default=1)
+    enabled: bool = param("", "A truth value.", default=True)
+    shape: str = param("", "A choice.", default="sine", choices=("sine", "square"))
+    label: str = param("", "Any text.", default="")
+    gain: float = param("({output_unit})/({input_unit})", "A number in units of its own.", default=1.0)
+    knots: tuple[float, ...] = param("s", "A list.", default=(0.0, 1.0), at_least=0.0)
+    input_unit: str = param("", "A unit.", default="1")
+    output_unit: str = param("", "Another unit.", default="1")
 
 
 def refusal(**values: Any) -> str:
