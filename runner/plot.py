@@ -98,10 +98,14 @@ def plot_traces(result: Result) -> "Figure":
 
 def save_plot(result: Result, path: str | Path) -> Path:
     """Write the plot; the name ends in .svg, .png or .pdf. Raises `ValueError` for another ending."""
+    return save_figure(plot_traces(result), path)
+
+
+def save_figure(figure: "Figure", path: str | Path) -> Path:
+    """Write any figure likewise: whole or not at all, without a date in it."""
     kind = Path(path).suffix.lower().removeprefix(".")
     if kind not in _NO_DATE:
         raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'ending')}")
-    figure = plot_traces(result)
     with whole_file(path) as file:
         write_figure(figure, file, kind)
     return Path(path)

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -146,7 +147,7 @@ def _data(result: Any) -> dict[str, Any]:
     }
 
 
-def write(result: Any, out: Path, formats: tuple[str, ...]) -> list[str]:
+def write(result: Any, out: Path, formats: tuple[str, ...], extra: Sequence[tuple[str, str]] = ()) -> list[str]:
     from proofmass.runner import export
     from proofmass.runner.plot import save_plot
     from proofmass.runner.report import save_report
@@ -163,7 +164,7 @@ def write(result: Any, out: Path, formats: tuple[str, ...]) -> list[str]:
         save_plot(result, out / "plot.svg")
         written.append("plot.svg")
     export.save_summary(result, out / "summary.json")
-    save_report(result, out / "report.html")
+    save_report(result, out / "report.html", extra)
     return [*written, "summary.json", "report.html"]
 
 

@@ -2,12 +2,14 @@
 
     python -m proofmass.runner.self_test [OUT]
 
-Analytic: the device held over a chip and sampled at the chips, y = C x, has h[k] = C A^(k-1) B (A, B by the zero-order
-hold of SciPy). Correlated with a maximal-length sequence of N chips the sums are (N+1) h[k] - sum of h: the second term
+Analytic: the device held over a chip and sampled at the chips, y = C x, has h[k] = C A^(k-1) B (A, B by SciPy's matrix
+exponential). Correlated with a maximal-length sequence of N chips the sums are (N+1) h[k] - sum of h: the second term
 is the constant that the autocorrelation of -1 beside the peak leaves in every cell (Sarraf et al. 2012, eq. 2 and 3).
 """
 
+import io
 import sys
+from html import escape
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +18,7 @@ import numpy as np
 
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.progress import progress_bar, time_text
+from proofmass.runner.progress import progress_bar
 from proofmass.runner.result import Result
 from proofmass.runner.simulate import simulate
 
@@ -54,18 +56,19 @@ def judge(result: Result) -> Verdict:
 
 def analytic_response(graph: Graph, cells: int = 1023) -> Any:
     """Codes at the output, per chip of the sequence, k chips after it."""
-    from scipy.signal import cont2discrete
+    from scipy.linalg import expm
 
     p: Any = graph.blocks
     device = p["accelerometer"]
     stiffness, damping = device.stiffness / device.mass, device.damping / device.mass
-    matrices = ([[0.0, 1.0], [-stiffness, -damping]], [[0.0], [1.0 / device.mass]], [[1.0, 0.0]], [[0.0]])
-    a, b, c, _, _ = cont2discrete(tuple(map(np.array, matrices)), 1.0 / float(graph.rate), method="zoh")
+    joined = np.array([[0.0, 1.0, 0.0], [-stiffness, -damping, 1.0 / device.mass], [0.0, 0.0, 0.0]])
+    held = expm(joined / float(graph.rate or 1))
+    a, x = held[:2, :2], held[:2, 2]
     force = 2.0 * p["comb"].capacitance_gradient * p["comb"].bias * p["dac"].level
     codes = p["readout"].gain * 2.0 ** (p["adc"].bits - 1) / p["adc"].reference
-    response, x = [0.0], b
+    response = [0.0]
     for _ in range(cells - 1):
-        response.append(float((c @ x)[0, 0]) * force * codes)
+        response.append(float(x[0]) * force * codes)
         x = a @ x
     return np.array(response)
 
@@ -109,7 +112,7 @@ def picture(verdict: Verdict) -> Any:
 
 def main(out: Path) -> int:
     """Run the self-test, print the comparison, write the report files; 0 when every cell is within 1 %."""
-    from proofmass.runner.plot import save_figure
+    from proofmass.runner.plot import save_figure, write_figure
     from proofmass.runner.run_command import show, write
 
     with as_file(files("proofmass.graphs") / "library" / GRAPH) as path:
@@ -123,11 +126,14 @@ def main(out: Path) -> int:
     print("\n".join(table(verdict, finer)))
     good = bool((np.abs(verdict.error[1:11]) <= 0.01).all())
     print(f"self-test {'passed' if good else 'FAILED'}: cells 1 to 10 within 1 % of the analytic response\n")
-    save_figure(picture(verdict), out / "impulse_response.svg")
-    save_figure(picture(verdict), out / "impulse_response.png")
-    written = write(result, out, ("netcdf",))
-    print(f"report in {out}: {', '.join(['impulse_response.svg', 'impulse_response.png', *written])}")
-    print(f"the loop took {time_text(result.seconds)}")
+    figure = picture(verdict)
+    pictures = [save_figure(figure, out / f"impulse_response.{ending}").name for ending in ("svg", "png")]
+    drawn = io.BytesIO()
+    write_figure(figure, drawn, "svg")
+    fragment = f"<figure><svg{drawn.getvalue().decode().partition('<svg')[2]}</figure>"
+    lines = escape("\n".join(table(verdict, finer)))
+    written = write(result, out, ("netcdf",), [("Impulse response", f"{fragment}\n<pre>{lines}</pre>")])
+    print(f"written to {out}: {', '.join([*written, *pictures])}")
     return 0 if good else 1
 
 
