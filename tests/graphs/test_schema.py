@@ -1,0 +1,143 @@
+"""The schema of graph files takes what the reader takes, and refuses misspellings and numbers out of range."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from proofmass.blocks.catalog import all_blocks, facts
+from proofmass.blocks.declare import block
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.schema import schema
+from proofmass.graphs.toml_reader import TOP_KEYS
+from proofmass.graphs.toml_writer import write_graph
+from tests.graph_texts import LIBRARY, SMALL, changed
+
+SCHEMA = schema()
+VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
+KINDS = all_blocks()
+
+
+def valid(text: str) -> bool:
+    return bool(VALIDATOR.is_valid(tomllib.loads(text)))
+
+
+def test_it_is_a_schema() -> None:
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+def test_the_library_is_valid(path: Path) -> None:
+    assert [error.message for error in VALIDATOR.iter_errors(tomllib.loads(path.read_text(encoding="utf-8")))] == []
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.__name__)
+def test_every_block_as_it_is_written_is_valid(kind: Any) -> None:
+    assert valid(write_graph(Graph(name="", blocks={"block": kind()})))
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.__name__)
+def test_every_parameter_has_its_doc_default_and_bounds(kind: Any) -> None:
+    properties = SCHEMA["$defs"][kind.__name__]["properties"]
+    assert set(properties) - {"kind", "rate"} == set(kind.parameters)
+    assert ("rate" in properties) != kind.continuous()
+    for name, parameter in facts(kind)["parameters"].items():
+        described = properties[name]
+        assert described["description"].startswith(parameter["doc"].rstrip("."))
+        assert described["default"] == parameter["default"]
+        assert (
+            parameter["unit"].replace("{", "").replace("}", "") in described["description"] or parameter["unit"] == "1"
+        )
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.__name__)
+def test_defaults_are_valid_and_what_is_out_of_bounds_is_not(kind: Any) -> None:
+    for name, parameter in kind.parameters.items():
+        own = jsonschema.Draft202012Validator(
+            SCHEMA["$defs"][kind.__name__]["properties"][name] | {"$defs": SCHEMA["$defs"]}
+        )
+        default = list(parameter.default) if isinstance(parameter.default, tuple) else parameter.default
+        assert own.is_valid(default), name
+        if parameter.kind not in (float, int):
+            continue
+        step = 1 if parameter.kind is int else 1e-9
+        outside = [parameter.above, parameter.below]
+        outside += [bound - step for bound in [parameter.at_least] if bound is not None]
+        outside += [bound + step for bound in [parameter.at_most] if bound is not None]
+        for bound in outside:
+            assert bound is None or not own.is_valid(bound), name
+        assert not own.is_valid([1]), name
+        assert not own.is_valid(True), name
+
+
+def test_every_key_of_the_top_is_described() -> None:
+    assert list(SCHEMA["properties"]) == list(TOP_KEYS)
+    assert all(entry["description"] for entry in SCHEMA["properties"].values())
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('name = "a mass', 'nmae = "a mass'),
+        ('"Gain"', '"Gian"'),
+        ('kind = "Gain"', ""),
+        ('kind = "Gain"', 'knid = "Gain"'),
+        ("bits = 16", "bist = 16"),
+        ("bits = 16", "bits = 33"),
+        ("bits = 16", "bits = 1"),
+        ("bits = 16", "bits = 16.5"),
+        ("bits = 16", "reference = 0.0"),
+        ("bits = 16", 'reference = "five volts"'),
+        ("bits = 16", "reference = true"),
+        ("bits = 16", "rate = -1"),
+        ('kind = "MassSpringDamper"', 'kind = "MassSpringDamper"\nrate = "1 kHz"'),
+        ("[blocks.adc]", "[blocks.Adc]"),
+        ("[blocks.adc]", f"[blocks.{'a' * 65}]"),
+        ('"push.output -> mass.force"', '"push.output > mass.force"'),
+        ('"push.output -> mass.force"', "5"),
+        ('probes = ["adc.code"]', 'probes = ["adc"]'),
+        ('probes = ["adc.code"]', 'probes = [{ signal = "adc.code", every = 0 }]'),
+        ('probes = ["adc.code"]', 'probes = [{ signal = "adc.code", evry = 2 }]'),
+        ('duration = "1 s"', "samples = 0"),
+        ('duration = "1 s"', 'duration = "1 s"\nsamples = 5'),
+        ('duration = "1 s"', "duration = -1"),
+        ('duration = "1 s"', "seed = -1"),
+    ],
+)
+def test_mistakes_are_not_valid(old: str, new: str) -> None:
+    assert valid(SMALL)
+    assert not valid(changed(SMALL, old, new))
+
+
+@pytest.mark.parametrize(
+    "text", ["5 V", "5V", " 5.0 mV ", "-1e-3", "+.5 µV", "1_000 V", "1/3 V", "5 kg*m^2/(s^3 A)", "3 1/s", "0.1 %"]
+)
+def test_quantities_are_valid(text: str) -> None:
+    assert jsonschema.Draft202012Validator(SCHEMA["$defs"]["quantity"]).is_valid(text)
+
+
+@pytest.mark.parametrize("text", ["", "V", "five", "e5 V", "5 V; x", "5 $", "--5", "1/ V\n"])
+def test_what_is_no_quantity_is_not(text: str) -> None:
+    assert not jsonschema.Draft202012Validator(SCHEMA["$defs"]["quantity"]).is_valid(text)
+
+
+def test_choices_and_own_blocks() -> None:
+    from proofmass.blocks.declare import Block, param
+
+    class Chooser(Block):
+        """A block with a choice."""
+
+        mode: str = param("", "Which.", default="fast", choices=("fast", "slow"))
+
+    @block("V", voltage="V")
+    def doubled(p: Any, voltage: float) -> float:
+        """Twice the voltage."""
+        return 2.0 * voltage
+
+    own = schema({"Chooser": Chooser, "Doubled": doubled})
+    validator = jsonschema.Draft202012Validator(own)
+    assert validator.is_valid({"blocks": {"a": {"kind": "Chooser", "mode": "slow"}, "b": {"kind": "Doubled"}}})
+    assert not validator.is_valid({"blocks": {"a": {"kind": "Chooser", "mode": "slwo"}}})
+    assert own["$defs"]["Chooser"]["properties"]["mode"]["description"] == "Which."
