@@ -29,14 +29,16 @@ class State(NamedTuple):
 
 
 @Correlator.output("1", shape=("cells",), dtype=int, every="chips")
-def impulse_response(c, finished, out) -> None:
+def impulse_response(c: Correlator, finished: list[int], out: list[int]) -> None:
     """Sums of the last whole period, one per lag: the impulse response times chips + 1, less a constant."""
     for k in range(len(finished)):
         out[k] = finished[k]
 
 
 @Correlator.update
-def update(c, x: State, history, sums, finished, bit: bool, code: int) -> State:
+def update(
+    c: Correlator, x: State, history: list[int], sums: list[int], finished: list[int], bit: bool, code: int
+) -> State:
     for k in range(len(history) - 1, 0, -1):
         history[k] = history[k - 1]
     history[0] = 0 if bit else -1

@@ -20,7 +20,7 @@ import inspect
 import typing
 from collections import namedtuple
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
+from typing import Any, ClassVar, TypeVar, dataclass_transform
 
 from proofmass.blocks.parameter import Parameter, fill, param, read_parameters
 from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
@@ -70,11 +70,11 @@ class Input:
     def __init__(
         self, unit: str, doc: str, dtype: Number = float, shape: tuple[Size, ...] = (), default: float | None = None
     ) -> None:
-        self._make = lambda name: Port(name, unit, doc, dtype, shape, default)
+        self._port = Port("", unit, doc, dtype, shape, default)
 
     def __set_name__(self, owner: "type[Block]", name: str) -> None:
         _refuse_taken(owner, name, Block.__dict__)
-        owner.inputs = {**owner.inputs, name: self._make(name)}
+        owner.inputs = {**owner.inputs, name: dataclasses.replace(self._port, name=name)}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -89,14 +89,14 @@ class BufferPort:
 
 
 class Buffer:
-    """Declare a vector of state (delay line, cells, coefficients); `start` may fill it, `update` changes it in place."""
+    """Declare a vector of state: a delay line, cells. `start` may fill it, `update` changes it in place."""
 
     def __init__(self, doc: str, dtype: Number, shape: tuple[Size, ...]) -> None:
-        self._make = lambda name: BufferPort(name, doc, dtype, shape)
+        self._buffer = BufferPort("", doc, dtype, shape)
 
     def __set_name__(self, owner: "type[Block]", name: str) -> None:
         _refuse_taken(owner, name, Block.__dict__)
-        owner.buffers = {**owner.buffers, name: self._make(name)}
+        owner.buffers = {**owner.buffers, name: dataclasses.replace(self._buffer, name=name)}
 
 
 class Recording(Buffer):
@@ -106,7 +106,7 @@ class Recording(Buffer):
     """
 
     def __init__(self, quantity: str, doc: str) -> None:
-        self._make = lambda name: BufferPort(name, doc, float, (), quantity)
+        self._buffer = BufferPort("", doc, float, (), quantity)
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(param,))
@@ -245,7 +245,7 @@ class Block:
 
     @classmethod
     def drivable(cls, parameter: str) -> bool:
-        """Whether a wire may drive the parameter: a number of a discrete block that no start or requirement rests on."""
+        """Whether a wire may drive the parameter: a number of a discrete block that no start or requirement uses."""
         if cls.continuous() or cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
@@ -288,7 +288,7 @@ class Block:
     @classmethod
     def requires(cls, function: Function) -> Function:
         """Register `requires(p)`, which yields (parameter, what is expected) where parameters do not go together."""
-        cls.requirements = staticmethod(function)  # type: ignore[assignment]
+        cls.requirements = staticmethod(function)
         return function
 
     @classmethod
@@ -317,24 +317,23 @@ class Block:
         return register
 
 
-@overload
-def block(unit: str, **inputs: str) -> Callable[[Callable[..., Any]], type[Block]]: ...
-@overload
-def block(unit: str) -> Callable[[Callable[..., Any]], type[Block]]: ...
-def block(unit: str, **inputs: str) -> Callable[[Callable[..., Any]], type[Block]]:
-    """Make a stateless block of one function: every argument after the first is an input, its unit given by name.
+def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]]:
+    """Make a stateless block of one function: inputs by name with their unit, parameters by name with `param`.
 
-    @block("V", voltage="V")
+    @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
     def rectified(p, voltage: float) -> float:
-        \"\"\"Absolute value of a voltage.\"\"\"
-        return abs(voltage)
+        \"\"\"Absolute value of a voltage, less a threshold.\"\"\"
+        return abs(voltage) - p.threshold
     """
 
     def make(function: Callable[..., Any]) -> type[Block]:
         name = "".join(part.title() for part in function.__name__.split("_"))
-        body: dict[str, Any] = {n: Input(u, f"The {n}.") for n, u in inputs.items()}
-        body |= {"__doc__": function.__doc__, "__module__": function.__module__}
-        made = type(name, (Block,), body)
+        parameters = {n: value for n, value in named.items() if isinstance(value, dataclasses.Field)}
+        inputs = {n: Input(u, f"The {n}.") for n, u in named.items() if n not in parameters}
+        kinds = {n: type(p.default) for n, p in parameters.items()}
+        body: dict[str, Any] = {"__doc__": function.__doc__, "__module__": function.__module__}
+        body |= {"__annotations__": kinds, **parameters, **inputs}
+        made = typing.cast("type[Block]", type(name, (Block,), body))
         made.output(unit)(function)
         return made
 
@@ -351,7 +350,7 @@ def _parameter(owner: type, field: "dataclasses.Field[Any]", kind: Any) -> Param
     if field.name in _RESERVED or field.name in Block.__dict__:
         raise TypeError(f"{owner.__name__}.{field.name}: the name is taken")
     m: Mapping[str, Any] = field.metadata
-    return Parameter(field.name, kind, field.default, m["unit"], m["doc"], *m["bounds"], m["choices"])
+    return Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], choices=m["choices"])
 
 
 def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]) -> Behaviour:

@@ -44,17 +44,17 @@ class Parameter:
     def read(self, value: object, unit: str) -> Any:
         """The value as the type of the parameter, strings converted to its unit.
 
-        Raises `ParameterProblem` when the value is of the wrong type, not finite or out of bounds.
+        Raises `ParameterError` when the value is of the wrong type, not finite or out of bounds.
         """
         if self.kind is tuple:
             if not isinstance(value, list | tuple):
-                raise ParameterProblem("must be a list of numbers")
+                raise ParameterError("must be a list of numbers")
             if not value:
-                raise ParameterProblem("must not be empty")
+                raise ParameterError("must not be empty")
             return tuple(self._number(entry, unit) for entry in value)
         if self.kind is bool:
             if not isinstance(value, bool):
-                raise ParameterProblem("must be true or false")
+                raise ParameterError("must be true or false")
             return value
         if self.kind is str:
             return self._text(value)
@@ -62,9 +62,9 @@ class Parameter:
 
     def _text(self, value: object) -> str:
         if not isinstance(value, str):
-            raise ParameterProblem("must be a string")
+            raise ParameterError("must be a string")
         if self.choices and value not in self.choices:
-            raise ParameterProblem("is not one of the choices")
+            raise ParameterError("is not one of the choices")
         return value
 
     def _number(self, value: object, unit: str) -> float | int:
@@ -72,37 +72,37 @@ class Parameter:
         if isinstance(value, str):
             number = self._converted(value, unit)
         elif not _is_number(value):
-            raise ParameterProblem("must be a number" if self.kind is not int else "must be an integer")
+            raise ParameterError("must be a number" if self.kind is not int else "must be an integer")
         elif self.kind is int:
             if not isinstance(value, int):
-                raise ParameterProblem("must be an integer", "write it without a decimal point")
+                raise ParameterError("must be an integer", "write it without a decimal point")
             number = value
         else:
             try:
                 number = float(value)
             except OverflowError:
-                raise ParameterProblem("is too large for a number") from None
+                raise ParameterError("is too large for a number") from None
         if isinstance(number, int) and abs(number) > LARGEST_INTEGER:
-            raise ParameterProblem("is beyond 62 bits")
+            raise ParameterError("is beyond 62 bits")
         if not math.isfinite(number):
-            raise ParameterProblem("must be finite")
+            raise ParameterError("must be finite")
         if not self._inside(number):
-            raise ParameterProblem(f"must be {self.bounds()}")
+            raise ParameterError(f"must be {self.bounds()}")
         return number
 
     def _converted(self, text: str, unit: str) -> float | int:
         try:
             exact = convert_exactly(text, unit)
         except UnitError as error:
-            raise ParameterProblem(str(error), error.hint) from None
+            raise ParameterError(str(error), error.hint) from None
         if self.kind is int:
             if exact.denominator != 1:
-                raise ParameterProblem("must be an integer")
+                raise ParameterError("must be an integer")
             return int(exact)
         try:
             return float(exact)
         except OverflowError:
-            raise ParameterProblem("is too large for a number") from None
+            raise ParameterError("is too large for a number") from None
 
     def _inside(self, number: float) -> bool:
         return (
@@ -117,7 +117,7 @@ def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-class ParameterProblem(ValueError):
+class ParameterError(ValueError):
     """Why a value is refused, in the words that follow the parameter's name."""
 
     def __init__(self, message: str, hint: str = "") -> None:
@@ -140,7 +140,7 @@ def param(
 
     A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then works in any unit.
     """
-    bounds = (above, at_least, below, at_most)
+    bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, "bounds": bounds, "choices": choices})
 
 
@@ -158,7 +158,7 @@ def read_parameters(
         unit = fill(parameter.unit, texts)
         try:
             values[name] = parameter.read(given[name], unit)
-        except ParameterProblem as error:
+        except ParameterError as error:
             values[name] = parameter.default
             problems.append(
                 Problem(

@@ -82,7 +82,7 @@ def table(verdict: Verdict, finer: Verdict) -> list[str]:
         lines.append(f"{k:4} {measured:14,.1f} {analytic:14,.1f} {100 * error:9.4f} %")
     worst, finest = (float(np.abs(v.measured - v.analytic).max()) for v in (verdict, finer))
     lines += [
-        f"Sums in codes. {verdict.constant:,.0f} of each is the -1 of the autocorrelation times the sum of the response.",
+        f"Sums in codes. {verdict.constant:,.0f} in each is the -1 of the autocorrelation times the whole response.",
         f"The largest difference is {worst:,.1f} codes; rounding to codes explains it: with a converter of 32 bits",
         f"it is {finest * verdict.constant / finer.constant:,.3f} of the same codes.",
     ]

@@ -352,7 +352,11 @@ def test_an_output_returns_one_number_or_writes_a_vector() -> None:
 @pytest.mark.parametrize("annotation", [complex, list, "int | None"])
 def test_parameters_have_one_of_five_types(annotation: Any) -> None:
     with pytest.raises(TypeError, match=r"must be float, int, bool, str or tuple\[float, ...\] = param"):
-        type("Wrong", (Block,), {"factor": param("1", "A factor.", default=1.0), "__annotations__": {"factor": annotation}})
+        type(
+            "Wrong",
+            (Block,),
+            {"factor": param("1", "A factor.", default=1.0), "__annotations__": {"factor": annotation}},
+        )
 
 
 def test_a_parameter_needs_its_declaration() -> None:
@@ -374,3 +378,19 @@ def test_defaults_pass_their_own_checks_and_units_can_be_read(kind: type[Block])
     for parameter in kind.parameters.values():
         assert parameter.doc.endswith(".")
         assert parameter.kind in (str, bool) or unit(made.unit_of(parameter)).factor > 0
+
+
+@block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1, at_least=0.0))
+def rectified(p: Any, voltage: float) -> float:
+    """Absolute value of a voltage, less a threshold."""
+    return abs(voltage) - p.threshold
+
+
+def test_a_block_of_one_function_with_a_parameter() -> None:
+    made: Any = rectified
+    assert made.__name__ == "Rectified"
+    assert list(made.inputs) == ["voltage"]
+    assert made.parameters["threshold"].unit == "V"
+    assert drive(made(threshold=0.5), [{"voltage": -2.0}]) == [{"rectified": 1.5}]
+    with pytest.raises(ModelError, match="must be >= 0"):
+        made(threshold=-1.0)

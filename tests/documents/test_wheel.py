@@ -1,5 +1,6 @@
 """The built wheel: only `proofmass/` inside, and it works in a fresh environment where nothing else is in reach."""
 
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -18,7 +19,10 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(folder), str(ROOT)]
+    keep_out = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "__pycache__", "demo")
+    shutil.copytree(ROOT, folder / "source", symlinks=True, ignore=keep_out)
+    source = str(folder / "source")
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(folder), source]
     subprocess.run(command, check=True, capture_output=True, timeout=300)
     return next(folder.glob("*.whl"))
 

@@ -54,7 +54,9 @@ def test_all_3201_slow_ticks_of_a_second_coincide(engine: str) -> None:
         ("20 us", "7/3 Hz", Fraction(350_000), (7, 150_000)),
     ],
 )
-def test_base_rate_is_the_least_common_multiple(fast: str, slow: str, base: Fraction, divisors: tuple[int, int]) -> None:
+def test_base_rate_is_the_least_common_multiple(
+    fast: str, slow: str, base: Fraction, divisors: tuple[int, int]
+) -> None:
     scheduled = plan(two_rates(fast, slow)).schedule
     assert scheduled.base_rate == base
     assert (scheduled.divisors["fast"], scheduled.divisors["slow"]) == divisors
