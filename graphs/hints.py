@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from proofmass.blocks.problem import nearest
 
 _LISTED = 12
+_LONGEST_LINE = 400  # characters
 _COMPARED = 2000  # names; comparing takes some microseconds each
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\.?\d.*[A-Za-zµμΩ%]")
 _WORD = re.compile(r"[A-Za-z_][\w ./-]*")
@@ -44,6 +45,8 @@ def syntax_hint(message: str, line: str) -> str:
     'a number with a unit is written in quotes: rate = "50 kHz"'
     """
     key, equals, value = (part.strip() for part in line.partition("#")[0].partition("="))
+    if len(line) > _LONGEST_LINE:
+        return ""
     if message.startswith(("Cannot declare", "Cannot overwrite", "Duplicate", "Cannot mutate")):
         return "the same name is given twice: rename or remove one of them"
     if '"' in line and line.count('"') % 2:

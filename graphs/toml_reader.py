@@ -191,13 +191,18 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
     if long:
         message = f"a text of over {TEXT_LENGTH} characters"
         raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
+    problems = [_unknown(kind, name, key) for key in values if key not in kind.parameters]
     try:
-        return kind(**values)
+        made = kind(**{key: value for key, value in values.items() if key in kind.parameters})
     except ModelError as error:
-        raise ModelError([_of_file(problem, kind, name) for problem in error.problems]) from None
+        for problem in error.problems:
+            where = (*path, *problem.path)
+            problems.append(replace(problem, key=".".join(where), path=where))
     except (ArithmeticError, ValueError) as error:
-        message = f"its parameters cannot be read: {error}"
-        raise ModelError([Problem(message=message, key=f"blocks.{name}", path=path)]) from None
+        problems.append(Problem(message=f"its parameters cannot be read: {error}", key=f"blocks.{name}", path=path))
+    if problems:
+        raise ModelError(problems)
+    return made
 
 
 def _has_long_text(value: object) -> bool:
@@ -205,19 +210,19 @@ def _has_long_text(value: object) -> bool:
     return any(isinstance(entry, str) and len(entry) > TEXT_LENGTH for entry in entries)
 
 
-def _of_file(problem: Problem, kind: type[Block], name: str) -> Problem:
-    parameter = problem.path[0]
-    hint = problem.hint
-    if parameter not in kind.parameters:
-        if parameter in TOP_KEYS:
-            hint = f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
-        elif parameter in kind.inputs:
-            hint = f'{parameter} is an input: connect it in wires, as in "block.output -> {name}.{parameter}"'
-        elif parameter in kind.outputs:
-            hint = f'{parameter} is an output: record it in probes, as in "{name}.{parameter}"'
-        else:
-            hint = like(parameter, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}")
-    return replace(problem, key=f"blocks.{name}.{parameter}", path=("blocks", name, parameter), hint=hint)
+def _unknown(kind: type[Block], name: str, key: str) -> Problem:
+    """A key of a block that is no parameter of its kind: misspelt, misplaced, or a port."""
+    if key in TOP_KEYS:
+        hint = f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
+    elif key in kind.inputs:
+        hint = f'{key} is an input: connect it in wires, as in "block.output -> {name}.{key}"'
+    elif key in kind.outputs:
+        hint = f'{key} is an output: record it in probes, as in "{name}.{key}"'
+    else:
+        hint = like(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}")
+    path = ("blocks", name, key)
+    message = f"{kind.__name__} has no such parameter"
+    return Problem(message=message, key=".".join(path), got=shown(key), hint=hint, path=path)
 
 
 def _with_wire_lines(place: Place, wires: list[Any]) -> Place:

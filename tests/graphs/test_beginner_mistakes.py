@@ -14,7 +14,7 @@ MISTAKES = {
         [("bits = 16", "bist = 16")],
         """\
 model.toml:27: blocks.adc.bist: AnalogToDigital has no such parameter
-  got:      bist
+  got:      'bist'
   hint:     did you mean bits?""",
     ),
     "unconnected input": (
@@ -164,6 +164,6 @@ model.toml:20: blocks.readout.kind: there is no such kind of block
   got:      'Gian'
   hint:     did you mean Gain? `proofmass blocks` shows them all
 model.toml:27: blocks.adc.bist: AnalogToDigital has no such parameter
-  got:      bist
+  got:      'bist'
   hint:     did you mean bits?"""
     )

@@ -101,7 +101,7 @@ def test_a_key_after_the_first_block_is_told_where_it_belongs(key: str) -> None:
         said(('kind = "MassSpringDamper"', f'kind = "MassSpringDamper"\n{key} = {value}'))
         == f"""\
 model.toml:18: blocks.mass.{key}: MassSpringDamper has no such parameter
-  got:      {key}
+  got:      '{key}'
   hint:     after [blocks.mass] it belongs to that block: move it above the first [blocks. ...]"""
     )
 
@@ -111,10 +111,10 @@ def test_ports_given_as_parameters_are_told_what_they_are() -> None:
         said(("bits = 16", 'bits = 16\nvoltage = "5 V"\ncode = 3'))
         == """\
 model.toml:28: blocks.adc.voltage: AnalogToDigital has no such parameter
-  got:      voltage
+  got:      'voltage'
   hint:     voltage is an input: connect it in wires, as in "block.output -> adc.voltage"
 model.toml:29: blocks.adc.code: AnalogToDigital has no such parameter
-  got:      code
+  got:      'code'
   hint:     code is an output: record it in probes, as in "adc.code\""""
     )
 
@@ -262,3 +262,9 @@ def test_problems_beyond_a_hundred_are_counted_as_more() -> None:
 def test_dates_are_no_numbers() -> None:
     (problem,) = problems_of(changed(SMALL, "bits = 16", "bits = 2020-01-01"))
     assert problem.got == repr(datetime.date(2020, 1, 1))
+
+
+@pytest.mark.parametrize("key", ["self", "class", "kind_", "__init__", "_parameters", "mass "])
+def test_keys_that_python_keeps_for_itself_are_no_parameters(key: str) -> None:
+    text = changed(SMALL, "bits = 16", f'"{key}" = 16')
+    assert [(p.line, p.message) for p in problems_of(text)] == [(27, "AnalogToDigital has no such parameter")]

@@ -73,7 +73,7 @@ def test_the_library_reads_back(path: Any) -> None:
 
 
 @given(graphs())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_any_graph_reads_back(graph: Graph) -> None:
     assert_same(graph)
 

@@ -1,0 +1,137 @@
+"""The source itself: nothing evaluates, unpickles or imports what a file names, but at the two known places."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCES = sorted(file for folder in ("blocks", "graphs", "runner") for file in (ROOT / folder).rglob("*.py"))
+
+FORBIDDEN_MODULES = {
+    "pickle",
+    "cPickle",
+    "marshal",
+    "shelve",
+    "yaml",
+    "dill",
+    "cloudpickle",
+    "joblib",
+    "code",
+    "codeop",
+}
+FORBIDDEN_CALLS = {"eval", "__import__", "execfile", "breakpoint", "input"}
+FORBIDDEN_METHODS = {("os", "system"), ("os", "popen"), ("builtins", "exec")}
+
+# Where a name may run: the block catalog imports blocks and the caller's own file, the compiler its generated loop.
+KNOWN = {
+    ("blocks/catalog.py", "find", "importlib.import_module"),
+    ("blocks/catalog.py", "all_blocks", "importlib.import_module"),
+    ("blocks/catalog.py", "load_own_blocks", "importlib.util.spec_from_file_location"),
+    ("blocks/catalog.py", "load_own_blocks", "importlib.util.module_from_spec"),
+    ("blocks/catalog.py", "load_own_blocks", "spec.loader.exec_module"),
+    ("runner/compile.py", "_compiled", "exec"),
+    ("runner/compile.py", "_compiled", "compile"),
+}
+
+
+def dotted(node: ast.expr) -> str:
+    """The name of what is called, as in "os.path.join"; empty for anything else."""
+    if isinstance(node, ast.Name):
+        return node.id
+    if isinstance(node, ast.Attribute):
+        return f"{dotted(node.value)}.{node.attr}"
+    return ""
+
+
+def calls(tree: ast.AST, function: str = "") -> Iterator[tuple[str, ast.Call]]:
+    """Every call, with the function that it stands in."""
+    for node in ast.iter_child_nodes(tree):
+        inner = node.name if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) else function
+        if isinstance(node, ast.Call):
+            yield inner, node
+        yield from calls(node, inner)
+
+
+def faults(source: str, file: str) -> list[str]:
+    """Everything in a source that must not be there."""
+    tree = ast.parse(source)
+    found = []
+    for node in ast.walk(tree):
+        imported = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom):
+            imported = [node.module or "", *(f"{node.module}.{alias.name}" for alias in node.names)]
+        found += [f"{file}:{node.lineno}: import {name}" for name in imported if _module_is_forbidden(name)]
+    for function, call in calls(tree):
+        name = dotted(call.func)
+        last_two = tuple(name.split(".")[-2:])
+        runs = name in ("exec", "compile") or name.startswith("importlib.") or name.endswith("exec_module")
+        known = (file, function, name) in KNOWN
+        shell = any(k.arg == "shell" and not _is_false(k.value) for k in call.keywords)
+        unpickles = any(k.arg == "allow_pickle" and not _is_false(k.value) for k in call.keywords)
+        if name in FORBIDDEN_CALLS or last_two in FORBIDDEN_METHODS or (runs and not known) or shell or unpickles:
+            found.append(f"{file}:{call.lineno}: {name} in {function or 'the module'}")
+    return found
+
+
+def _module_is_forbidden(name: str) -> bool:
+    return name.split(".")[0] in FORBIDDEN_MODULES or name in (
+        "os.system",
+        "os.popen",
+        "builtins.eval",
+        "builtins.exec",
+    )
+
+
+def _is_false(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and node.value is False
+
+
+def test_the_three_folders_are_scanned() -> None:
+    assert len(SOURCES) > 40
+    assert {file.relative_to(ROOT).parts[0] for file in SOURCES} == {"blocks", "graphs", "runner"}
+
+
+@pytest.mark.parametrize("file", SOURCES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_nothing_runs_what_a_file_names(file: Path) -> None:
+    assert faults(file.read_text(encoding="utf-8"), str(file.relative_to(ROOT))) == []
+
+
+def test_the_known_places_are_there() -> None:
+    there = set()
+    for file in SOURCES:
+        name = str(file.relative_to(ROOT))
+        there |= {(name, function, dotted(call.func)) for function, call in calls(ast.parse(file.read_text("utf-8")))}
+    assert there >= KNOWN
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "eval('1')",
+        "exec('1')",
+        "x = compile('1', '', 'eval')",
+        "__import__('os')",
+        "import pickle",
+        "import marshal as m",
+        "from pickle import loads",
+        "from os import system",
+        "import os\nos.system('true')",
+        "import yaml",
+        "import subprocess\nsubprocess.run('true', shell=True)",
+        "import numpy as np\nnp.load('x.npy', allow_pickle=True)",
+        "import importlib\nimportlib.import_module('os')",
+        "class A:\n    def f(self):\n        return eval('1')",
+        "import builtins\nbuiltins.exec('1')",
+    ],
+)
+def test_the_scan_finds_what_it_looks_for(source: str) -> None:
+    assert faults(source, "runner/some.py")
+
+
+@pytest.mark.parametrize(
+    "source", ["import re\nre.compile('a')", "numba.njit(f)", "text.format(1)", "np.load('x.npy')"]
+)
+def test_the_scan_passes_what_is_harmless(source: str) -> None:
+    assert faults(source, "runner/some.py") == []
