@@ -59,9 +59,11 @@ def faults(source: str, file: str) -> list[str]:
     tree = ast.parse(source)
     found = []
     for node in ast.walk(tree):
-        imported = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if not isinstance(node, ast.Import | ast.ImportFrom):
+            continue
+        imported = [alias.name for alias in node.names]
         if isinstance(node, ast.ImportFrom):
-            imported = [node.module or "", *(f"{node.module}.{alias.name}" for alias in node.names)]
+            imported = [node.module or "", *(f"{node.module}.{name}" for name in imported)]
         found += [f"{file}:{node.lineno}: import {name}" for name in imported if _module_is_forbidden(name)]
     for function, call in calls(tree):
         name = dotted(call.func)
