@@ -1,7 +1,7 @@
 """The largest graph and file that are read, and what a TOML text looks like before it is parsed."""
 
 FILE_BYTES = 1 << 20
-WORDS = 150_000  # names, numbers, texts and marks of a file
+WORDS = 100_000  # names, numbers, texts and marks of a file
 NESTING = 32
 KEY_PARTS = 8
 KEY_LENGTH = 64

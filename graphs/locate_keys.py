@@ -44,26 +44,26 @@ def locate_keys(text: str) -> dict[Path, int]:
 
 def _tokens(text: str) -> Iterator[Token]:
     at, line, depth, words = 0, 1, 0, 0
-    while found := _TOKEN.match(text, at):
-        kind = str(found.lastgroup)
-        piece = found[kind]
+    match = _TOKEN.match
+    while found := match(text, at):
+        kind, piece, at = found.lastgroup or "", found[found.lastindex or 0], found.end()
         words += 1
         if words > WORDS:
             raise LimitError(f"more than {WORDS} words", line)
-        if kind == "bare" and len(piece) > NUMBER_LENGTH:
-            raise LimitError(f"a word of {len(piece)} characters; at most {NUMBER_LENGTH} are read", line)
         if kind == "mark":
-            kind = piece
+            yield piece, piece, line
             if piece in "[{":
                 depth += 1
                 if depth > NESTING:
                     raise LimitError(f"nested deeper than {NESTING} levels", line)
             elif piece in "]}":
                 depth = max(depth - 1, 0)
+            continue
+        if kind == "bare" and len(piece) > NUMBER_LENGTH:
+            raise LimitError(f"a word of {len(piece)} characters; at most {NUMBER_LENGTH} are read", line)
         yield kind, piece, line
         if kind in ("newline", "long"):
             line += piece.count("\n")
-        at = found.end()
 
 
 class _Locator:

@@ -192,6 +192,7 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
         message = f"a text of over {TEXT_LENGTH} characters"
         raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
     problems = [_unknown(kind, name, key) for key in values if key not in kind.parameters]
+    made = None
     try:
         made = kind(**{key: value for key, value in values.items() if key in kind.parameters})
     except ModelError as error:
@@ -200,7 +201,7 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
             problems.append(replace(problem, key=".".join(where), path=where))
     except (ArithmeticError, ValueError) as error:
         problems.append(Problem(message=f"its parameters cannot be read: {error}", key=f"blocks.{name}", path=path))
-    if problems:
+    if problems or made is None:
         raise ModelError(problems)
     return made
 

@@ -87,7 +87,7 @@ def test_a_bomb_is_refused_or_read_at_once(name: str) -> None:
         ("nested brackets", "bomb.toml:1: nested deeper than 32 levels"),
         ("dotted key", "bomb.toml:1: a key of more than 8 parts"),
         ("long integer", "bomb.toml:1: a word of 10000 characters; at most 400 are read"),
-        ("tables", "bomb.toml:37501: more than 150000 words"),
+        ("tables", "bomb.toml:25001: more than 100000 words"),
         ("long key", "bomb.toml:1: a word of 1000000 characters; at most 400 are read"),
         ("long quoted key", "bomb.toml:1: a name of more than 64 characters"),
     ],
@@ -133,10 +133,9 @@ def test_characters_of_several_bytes_count_as_several() -> None:
 
 def test_a_graph_of_thousands_of_blocks_is_read_within_seconds() -> None:
     text = 'name = "long"\nrate = 1\nwires = [\n'
-    text += "".join(f'"b{n}.output -> b{n + 1}.input",\n' for n in range(7_000))
-    text += '"b0.output -> b0.gain",\n]\nprobes = ["b7000.output"]\n'
-    text += "".join(f'[blocks.b{n}]\nkind = "UnitDelay"\n' for n in range(7_001))
-    text = text.replace("b0.gain", "b0.input")
+    text += "".join(f'"b{n}.output -> b{n + 1}.input",\n' for n in range(6_000))
+    text += '"b0.output -> b0.input",\n]\nprobes = ["b6000.output"]\n'
+    text += "".join(f'[blocks.b{n}]\nkind = "UnitDelay"\n' for n in range(6_001))
     began = time.process_time()
     assert check(read_graph_text(text)) == []
     assert time.process_time() - began < 4.0
