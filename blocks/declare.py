@@ -128,7 +128,7 @@ class Block:
         hints = typing.get_type_hints(cls)
         cls.parameters = {f.name: _parameter(cls, f, hints[f.name]) for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, /, **values: Any) -> None:
         kind = type(self)
         unknown = [
             Problem(

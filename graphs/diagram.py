@@ -7,7 +7,6 @@ not exist are left out: `check` speaks about them.
 import inspect
 import re
 from collections.abc import Iterator, Mapping
-from fractions import Fraction
 from html import escape
 from typing import Any
 
@@ -65,7 +64,7 @@ def svg(graph: Graph) -> str:
     ]
     if graph.name:
         rate = (
-            f' <tspan class="soft small">{write_rate(Fraction(graph.rate))}</tspan>' if graph.rate is not None else ""
+            f' <tspan class="soft small">{write_rate(graph.rate)}</tspan>' if graph.rate is not None else ""
         )
         lines.append(f'<text class="title" x="{_MARGIN}" y="{_MARGIN + 10}">{_text(graph.name)}{rate}</text>')
     if not graph.blocks:
@@ -160,7 +159,7 @@ def _probed(graph: Graph) -> list[tuple[str, str]]:
 def _rate(graph: Graph, name: str) -> str:
     """The rate of a block that has another one than the graph."""
     rate = graph.rates.get(name)
-    return "" if rate is None or rate == graph.rate else write_rate(Fraction(rate))
+    return "" if rate is None or rate == graph.rate else write_rate(rate)
 
 
 def _unit(block: Block, what: Any) -> str:
@@ -248,8 +247,8 @@ def _block_tooltip(graph: Graph, name: str, drivers: Mapping[str, str]) -> str:
     lines = [f"{name}: {type(block).__name__}", inspect.getdoc(type(block)) or ""]
     if block.continuous():
         lines.append("continuous")
-    elif graph.rates.get(name, graph.rate) is not None:
-        lines.append(f"at {write_rate(Fraction(graph.rates.get(name, graph.rate)))}")  # type: ignore[arg-type]
+    elif rate := graph.rates.get(name, graph.rate):
+        lines.append(f"at {write_rate(rate)}")
     for parameter, declared in block.parameters.items():
         value, unit = getattr(block, parameter), _unit(block, declared)
         shown = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"

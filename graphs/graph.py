@@ -178,7 +178,7 @@ class Graph:
     def _repr_svg_(self) -> str:
         from proofmass.graphs.diagram import svg
 
-        return svg(self)
+        return svg(self)  # pyright: ignore[reportArgumentType]  # it sees this file twice, by its folder and by its link
 
 
 def split(signal: str) -> tuple[str, str]:
