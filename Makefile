@@ -24,6 +24,7 @@ lint: $(VENV)/installed-dev
 
 benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/compare_with_c.py
+	$(BIN)/python benchmarks/startup.py
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -1,0 +1,56 @@
+"""Whole-process times of the command line, beside their limits: `python benchmarks/startup.py`.
+
+Each command runs in a process of its own, three times; the least is shown. "Cold" is an empty folder of compiled loops.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+LIBRARY = Path(__file__).parent.parent / "graphs" / "library"
+CLOSED_LOOP = str(LIBRARY / "closed_loop_accelerometer.toml")
+
+
+def main() -> None:
+    """Measure and print."""
+    with tempfile.TemporaryDirectory() as folder:
+        chain = Path(folder) / "twenty_blocks.toml"
+        chain.write_text(twenty_blocks())
+        rows = [
+            ("proofmass --help", ["--help"], False, 0.25),
+            ("check, 20 blocks", ["check", str(chain)], False, 0.5),
+            ("first 1,000 samples, cold", ["run", CLOSED_LOOP, "--samples", "1000"], True, 0.8),
+            ("1,000,000 samples, cold", ["run", CLOSED_LOOP], True, 6.0),
+            ("1,000,000 samples, warm", ["run", CLOSED_LOOP], False, 2.5),
+        ]
+        print(f"{'command':28} {'seconds':>8} {'limit':>6}")
+        for name, arguments, cold, limit in rows:
+            print(f"{name:28} {min(_seconds(arguments, folder, cold) for _ in range(3)):8.2f} {limit:6.2f}")
+
+
+def twenty_blocks() -> str:
+    """A source and nineteen gains in a row."""
+    lines = ['name = "chain"', 'rate = "10 kHz"', "wires = ["]
+    lines += [f'    "b{n}.output -> b{n + 1}.input",' for n in range(19)]
+    lines += ["]", 'probes = ["b19.output"]', "[blocks.b0]", 'kind = "Sine"']
+    for n in range(1, 20):
+        lines += [f"[blocks.b{n}]", 'kind = "Gain"', f"gain = {n}"]
+    return "\n".join(lines) + "\n"
+
+
+def _seconds(arguments: list[str], folder: str, cold: bool) -> float:
+    with tempfile.TemporaryDirectory() as empty:
+        cache = empty if cold else f"{folder}/cache"
+        environment = os.environ | {"PROOFMASS_CACHE": cache}
+        began = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "proofmass", *arguments], env=environment, check=True, capture_output=True
+        )
+        return time.perf_counter() - began
+
+
+if __name__ == "__main__":
+    main()
