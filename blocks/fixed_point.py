@@ -1,0 +1,374 @@
+"""Fixed-point numbers: an integer mantissa with a number of fraction bits; value = mantissa / 2**fraction.
+
+`+ - *`, negation, shifts and comparisons are exact: the result has as many bits as it needs. Bits are lost in one
+place only, where the author writes `value.to(format, rounding, overflow)`:
+
+    total = (x.total + c.gain * error).to(TOTAL, "half_up", "saturate")
+
+Every rule is written in integer operators alone. The mantissa may therefore be a Python integer, which is the
+reference, or a signal of a trace (`proofmass.runner.trace`), from which the compiled code is made: both follow the
+same lines. A mantissa has no unit; a port's unit belongs to the value.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Literal, TypeAlias, get_args
+
+Rounding = Literal["half_even", "half_up", "floor", "toward_zero"]
+Overflow = Literal["saturate", "wrap", "refuse"]
+Integer: TypeAlias = Any  # a Python integer, or a signal of a trace: it has the operators of one
+Condition: TypeAlias = Any  # a Python truth value, or a signal
+
+MOST_BITS = 512  # of a format: far beyond any register, small enough that no shift can fill the memory
+
+
+@dataclass(frozen=True, repr=False)
+class Fixed:
+    """A fixed-point format: `width` bits in all, the sign included, `fraction` of them after the binary point.
+
+    Written (32, 30) in System Generator's notation: -2 to almost 2 in steps of 2**-30. `fraction` may be negative or
+    exceed the width. Raises ValueError for a width or fraction out of bounds.
+
+    >>> Fixed(16, 12).lowest, Fixed(16, 12).highest, Fixed(16, 12).resolution
+    (-32768, 32767, Fraction(1, 4096))
+    """
+
+    width: int
+    fraction: int = 0
+    signed: bool = True
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.width <= MOST_BITS:
+            raise ValueError(f"a format of {self.width} bits: the width is 1 to {MOST_BITS}")
+        if abs(self.fraction) > MOST_BITS:
+            raise ValueError(f"a format with {self.fraction} fraction bits: they are -{MOST_BITS} to {MOST_BITS}")
+
+    @cached_property
+    def lowest(self) -> int:
+        """The lowest mantissa."""
+        return -(1 << (self.width - 1)) if self.signed else 0
+
+    @cached_property
+    def highest(self) -> int:
+        """The highest mantissa."""
+        return (1 << (self.width - 1 if self.signed else self.width)) - 1
+
+    @property
+    def resolution(self) -> Fraction:
+        """The value of one step of the mantissa."""
+        return Fraction(2) ** -self.fraction
+
+    def load(self, mantissa: Integer) -> "FixedValue":
+        """The value that a register of this format holds as `mantissa`."""
+        return FixedValue(mantissa, self.fraction)
+
+    def store(self, value: "FixedValue | Integer") -> Integer:
+        """The mantissa that a register of this format holds for a value, which must have a place in it.
+
+        Raises TypeError for a value with more fraction bits, OverflowError for one outside the range.
+        """
+        value = _lifted(value)
+        if value.fraction > self.fraction:
+            raise TypeError(f"{value.fraction} fraction bits do not go into {self}: round with .to({self})")
+        return _held(value.mantissa << (self.fraction - value.fraction), self)
+
+    def __repr__(self) -> str:
+        return f"Fixed({self.width}, {self.fraction}{'' if self.signed else ', signed=False'})"
+
+
+class OverflowCount:
+    """How many casts saturated or wrapped; `total` is a signal while a step is traced."""
+
+    def __init__(self) -> None:
+        self.total: Integer = 0
+
+
+_counting: ContextVar[OverflowCount | None] = ContextVar("_counting", default=None)
+
+
+@contextmanager
+def counting_overflows() -> Iterator[OverflowCount]:
+    """Count the casts that saturate or wrap inside the `with` block, of both arms where `where` chooses one.
+
+    >>> with counting_overflows() as overflows:
+    ...     FixedValue(300, 4).to(Fixed(8, 4))
+    FixedValue(127, 4)
+    >>> overflows.total
+    1
+    """
+    count = OverflowCount()
+    token = _counting.set(count)
+    try:
+        yield count
+    finally:
+        _counting.reset(token)
+
+
+class FixedValue:
+    """A number mantissa / 2**fraction with exact arithmetic; integers mix in, floats do not (see `fixed`)."""
+
+    __slots__ = ("fraction", "mantissa")
+
+    def __init__(self, mantissa: Integer, fraction: int = 0) -> None:
+        self.mantissa = mantissa
+        self.fraction = fraction
+
+    def to(self, format: Fixed, rounding: Rounding = "half_even", overflow: Overflow = "saturate") -> "FixedValue":
+        """The value in a format: rounded to its steps, then brought into its range.
+
+        `half_even` and `half_up` take the nearest step, a tie to the even mantissa or upwards; `floor` drops bits;
+        `toward_zero` drops bits of the magnitude. `wrap` keeps the low bits; `refuse` raises OverflowError.
+        """
+        mantissa = _rounded(self.mantissa, self.fraction - format.fraction, rounding)
+        return FixedValue(_fitted(mantissa, format, overflow), format.fraction)
+
+    def __add__(self, other: Any) -> "FixedValue":
+        a, b, fraction = _aligned(self, other)
+        return FixedValue(a + b, fraction)
+
+    def __radd__(self, other: Any) -> "FixedValue":
+        return _lifted(other) + self
+
+    def __sub__(self, other: Any) -> "FixedValue":
+        a, b, fraction = _aligned(self, other)
+        return FixedValue(a - b, fraction)
+
+    def __rsub__(self, other: Any) -> "FixedValue":
+        return _lifted(other) - self
+
+    def __mul__(self, other: Any) -> "FixedValue":
+        other = _lifted(other)
+        return FixedValue(self.mantissa * other.mantissa, self.fraction + other.fraction)
+
+    def __rmul__(self, other: Any) -> "FixedValue":
+        return _lifted(other) * self
+
+    def __truediv__(self, other: Any) -> "FixedValue":
+        raise TypeError("a quotient has no exact fixed-point value: multiply by a constant reciprocal")
+
+    __rtruediv__ = __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = __truediv__
+
+    def __neg__(self) -> "FixedValue":
+        return FixedValue(-self.mantissa, self.fraction)
+
+    def __pos__(self) -> "FixedValue":
+        return self
+
+    def __abs__(self) -> "FixedValue":
+        return where(self.mantissa < 0, -self, self)  # type: ignore[no-any-return]
+
+    def __lshift__(self, places: int) -> "FixedValue":
+        """Times 2**places: the binary point moves, the mantissa stays, nothing is lost."""
+        return FixedValue(self.mantissa, self.fraction - _constant_shift(places))
+
+    def __rshift__(self, places: int) -> "FixedValue":
+        """Divided by 2**places: the binary point moves, the mantissa stays, nothing is lost."""
+        return FixedValue(self.mantissa, self.fraction + _constant_shift(places))
+
+    def __lt__(self, other: Any) -> Condition:
+        a, b, _ = _aligned(self, other)
+        return a < b
+
+    def __le__(self, other: Any) -> Condition:
+        a, b, _ = _aligned(self, other)
+        return a <= b
+
+    def __gt__(self, other: Any) -> Condition:
+        a, b, _ = _aligned(self, other)
+        return a > b
+
+    def __ge__(self, other: Any) -> Condition:
+        a, b, _ = _aligned(self, other)
+        return a >= b
+
+    def __eq__(self, other: object) -> Condition:
+        a, b, _ = _aligned(self, other)
+        return a == b
+
+    def __ne__(self, other: object) -> Condition:
+        a, b, _ = _aligned(self, other)
+        return a != b
+
+    __hash__ = None  # type: ignore[assignment]  # equal values may have different mantissas
+
+    def __bool__(self) -> bool:
+        return bool(self.mantissa != 0)
+
+    @property
+    def value(self) -> Fraction:
+        """The number itself; only where the mantissa is a Python integer."""
+        return Fraction(self.mantissa) / Fraction(2) ** self.fraction
+
+    def __float__(self) -> float:
+        return float(self.value)
+
+    def __repr__(self) -> str:
+        return f"FixedValue({self.mantissa}, {self.fraction})"
+
+
+def fixed(value: int | float | Fraction, format: Fixed, rounding: Rounding | Literal["exact"] = "exact") -> FixedValue:
+    """A constant in a format. Raises ValueError where it is no step of it and no rounding is given, or does not fit.
+
+    >>> fixed(0.75, Fixed(8, 4)), fixed(0.1, Fixed(16, 12), "half_even")
+    (FixedValue(12, 4), FixedValue(410, 12))
+    """
+    try:
+        scaled = Fraction(value) * Fraction(2) ** format.fraction
+    except (OverflowError, ValueError):
+        raise ValueError(f"{value} is no number that {format} could hold") from None
+    if rounding == "exact" and scaled.denominator != 1:
+        raise ValueError(f'{value} is no multiple of {format.resolution}: say a rounding, as in "half_even"')
+    # Two bits below the step, the lowest set where anything follows, are enough for every rule of rounding.
+    below, left = divmod(scaled.numerator * 4, scaled.denominator)
+    mantissa = _rounded(below | (left != 0), 2, "floor" if rounding == "exact" else rounding)
+    if not format.lowest <= mantissa <= format.highest:
+        raise ValueError(f"{value} does not fit {_range(format)}")
+    return FixedValue(mantissa, format.fraction)
+
+
+def where(condition: Condition, chosen: Any, otherwise: Any) -> Any:
+    """`chosen` where the condition holds, else `otherwise`; both are computed, as hardware does.
+
+    A plain `if` does the same; this one stays cheap where many follow each other. Values are FixedValue or integers.
+    """
+    if isinstance(chosen, FixedValue) or isinstance(otherwise, FixedValue):
+        a, b, fraction = _aligned(_lifted(chosen), otherwise)
+        return FixedValue(where(condition, a, b), fraction)
+    if isinstance(condition, bool | int):
+        return chosen if condition else otherwise
+    if isinstance(condition, FixedValue):
+        raise TypeError("a condition is a comparison: write value != 0")
+    return condition.select(chosen, otherwise)
+
+
+def clip(value: Any, low: Any, high: Any) -> Any:
+    """The value held between two bounds, `high` where they cross; FixedValue or integers, exact.
+
+    >>> clip(FixedValue(100, 4), -1, 2)
+    FixedValue(32, 4)
+    """
+    if any(isinstance(each, FixedValue) for each in (value, low, high)):
+        values = [_lifted(each) for each in (value, low, high)]
+        fraction = max(each.fraction for each in values)
+        value, low, high = (each.mantissa << (fraction - each.fraction) for each in values)
+        return FixedValue(clip(value, low, high), fraction)
+    return _minimum(_maximum(value, low), high)
+
+
+def wrap(value: Any, format: Fixed) -> Any:
+    """The low bits of a value, as two's complement of the format's width; an integer, or a FixedValue of its fraction.
+
+    Unlike `.to(format, overflow="wrap")` this is meant to happen, and is not counted as an overflow.
+
+    >>> wrap(16, Fixed(4, 0, signed=False)), wrap(9, Fixed(4))
+    (0, -7)
+    """
+    if isinstance(value, FixedValue):
+        if value.fraction != format.fraction:
+            raise TypeError(f"{value.fraction} fraction bits do not wrap in {format}: bring them there with .to()")
+        return FixedValue(wrap(value.mantissa, format), format.fraction)
+    low_bits = value & ((1 << format.width) - 1)
+    if not format.signed:
+        return low_bits
+    sign = 1 << (format.width - 1)
+    return (low_bits ^ sign) - sign
+
+
+def _rounded(mantissa: Integer, dropped: int, rounding: Rounding) -> Integer:
+    """mantissa / 2**dropped as an integer."""
+    if rounding not in get_args(Rounding):
+        raise TypeError(f"rounding is one of {', '.join(get_args(Rounding))}, not {rounding!r}")
+    if dropped <= 0:
+        return mantissa << -dropped
+    half, below = 1 << (dropped - 1), (1 << dropped) - 1
+
+    def rule(m: Integer) -> Integer:
+        if rounding == "half_even":  # one less than a half, and one more where that makes an odd quotient even
+            return (m + (half - 1) + ((m >> dropped) & 1)) >> dropped
+        if rounding == "half_up":
+            return (m + half) >> dropped
+        if rounding == "toward_zero":
+            return (m + where(m < 0, below, 0)) >> dropped
+        return m >> dropped
+
+    return _monotone(rule, mantissa)
+
+
+def _fitted(mantissa: Integer, format: Fixed, overflow: Overflow) -> Integer:
+    if overflow == "refuse":
+        return _held(mantissa, format)
+    if overflow not in get_args(Overflow):
+        raise TypeError(f"overflow is one of {', '.join(get_args(Overflow))}, not {overflow!r}")
+    count = _counting.get()
+    if count is not None:
+        count.total = count.total + ((mantissa < format.lowest) | (mantissa > format.highest))
+    return clip(mantissa, format.lowest, format.highest) if overflow == "saturate" else wrap(mantissa, format)
+
+
+# -- what a signal of a trace does in its own way ------------------------------------------------------------------
+
+
+def _monotone(rule: Callable[[Integer], Integer], mantissa: Integer) -> Integer:
+    """The value of a rule that never decreases; a signal takes its interval from the rule at both ends."""
+    return rule(mantissa) if isinstance(mantissa, int) else mantissa.monotone(rule)
+
+
+def _held(mantissa: Integer, format: Fixed) -> Integer:
+    """The mantissa, which must be one of the format: a signal is refused for what it could become."""
+    if not isinstance(mantissa, int):
+        return mantissa.held(format.lowest, format.highest, _range(format))
+    if not format.lowest <= mantissa <= format.highest:
+        raise OverflowError(f"{_shown(mantissa * format.resolution)} does not fit {_range(format)}")
+    return mantissa
+
+
+def _minimum(a: Integer, b: Integer) -> Integer:
+    if isinstance(a, int):
+        return min(a, b) if isinstance(b, int) else b.minimum(a)
+    return a.minimum(b)
+
+
+def _maximum(a: Integer, b: Integer) -> Integer:
+    if isinstance(a, int):
+        return max(a, b) if isinstance(b, int) else b.maximum(a)
+    return a.maximum(b)
+
+
+# -- operands ------------------------------------------------------------------------------------------------------
+
+
+def _lifted(value: Any) -> FixedValue:
+    if isinstance(value, FixedValue):
+        return value
+    if isinstance(value, int) or hasattr(value, "monotone"):
+        return FixedValue(value, 0)
+    raise TypeError(f"a {type(value).__name__} has no fixed-point format: write fixed(value, format, rounding)")
+
+
+def _aligned(a: FixedValue, other: Any) -> tuple[Integer, Integer, int]:
+    """Both mantissas at the finer of the two fractions, and that fraction."""
+    b = _lifted(other)
+    if a.fraction == b.fraction:
+        return a.mantissa, b.mantissa, a.fraction
+    if a.fraction < b.fraction:
+        return a.mantissa << (b.fraction - a.fraction), b.mantissa, b.fraction
+    return a.mantissa, b.mantissa << (a.fraction - b.fraction), a.fraction
+
+
+def _constant_shift(places: int) -> int:
+    if not isinstance(places, int):
+        raise TypeError("the binary point moves by a constant number of places: shift the mantissa, or multiply")
+    return places
+
+
+def _range(format: Fixed) -> str:
+    lowest, highest = (_shown(mantissa * format.resolution) for mantissa in (format.lowest, format.highest))
+    return f"{format}, which holds {lowest} to {highest}"
+
+
+def _shown(value: Fraction) -> str:
+    return f"{float(value):.10g}" if abs(value) < 10**300 else "a number of over 300 digits"
