@@ -9,7 +9,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from proofmass.blocks.elementary import cosine_of_turns, logarithm_of_fraction, sine_of_turns
+from proofmass.blocks.elementary import (
+    cosine_of_turns,
+    exponential,
+    logarithm_of_fraction,
+    logarithm_of_one_plus,
+    sine_of_turns,
+)
 from tests.by_hand import compiled
 
 turns = st.one_of(
@@ -62,7 +68,32 @@ def test_logarithm_within_0_9_ulp(value: float) -> None:
         assert ulps(logarithm_of_fraction(value), mpmath.log(mpmath.mpf(value))) < 0.9
 
 
-@pytest.mark.parametrize("function", [sine_of_turns, cosine_of_turns, logarithm_of_fraction])
+@given(st.one_of(st.floats(0.0, 2.0**63), st.floats(-300.0, 18.9).map(lambda decades: 10.0**decades)))
+@example(0.4025218609757173)
+@example(0.41421356237309515)
+def test_logarithm_of_one_plus_within_1_ulp(value: float) -> None:
+    with mpmath.workprec(3000):
+        exact = mpmath.log1p(mpmath.mpf(value))
+        assert ulps(logarithm_of_one_plus(value), exact) < 1.0
+
+
+@given(st.one_of(st.floats(-354.0, 354.0), st.floats(-1.0, 1.0)))
+@example(-25.99242316005818)
+def test_exponential_within_1_ulp(value: float) -> None:
+    with mpmath.workprec(200):
+        assert ulps(exponential(value), mpmath.exp(mpmath.mpf(value))) < 1.0
+
+
+def test_exponential_is_held_at_both_ends_and_hides_no_nan() -> None:
+    assert exponential(math.inf) == exponential(354.0) == pytest.approx(math.exp(354.0), rel=3e-16)
+    assert exponential(-math.inf) == exponential(-354.0) == pytest.approx(math.exp(-354.0), rel=3e-16)
+    assert math.isnan(exponential(math.nan))
+
+
+ALL = [sine_of_turns, cosine_of_turns, logarithm_of_fraction, logarithm_of_one_plus, exponential]
+
+
+@pytest.mark.parametrize("function", ALL)
 def test_compiled_to_the_same_bits(function: Callable[[float], float]) -> None:
     fast = compiled(function)
     values = (np.random.default_rng(1).uniform(2.0**-10, 1.0, 5000) ** 4.0).tolist()
