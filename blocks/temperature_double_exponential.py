@@ -1,6 +1,6 @@
 """Temperature law of two exponentials: value = nominal (1 + a1 exp(b1 V) + a2 exp(b2 V)), V of a temperature sensor.
 
-The law that fits the bias of a gyroscope against its temperature sensor; see also its compensation by CORDIC.
+With b1 < 0 < b2 it fits the bias of inertial sensors from cold to hot better than a polynomial of third degree.
 """
 
 from proofmass.blocks.declare import Block, Input, param

@@ -1,0 +1,47 @@
+"""Temperature cycle: T = low + min(pace t, S) - clip(pace (t - U), 0, S), S = high - low, U = S / pace + soak_time.
+
+t counts from the start of each cycle: up, soak, down, soak. A cycle takes 2 U.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from proofmass.blocks.declare import Block, param
+from proofmass.blocks.rounding import clip, round_half_even
+
+
+class TemperatureCycle(Block):
+    """A climatic chamber that cycles between two temperatures, with ramps of constant pace and soaks at both ends."""
+
+    low: float = param("K", "Lower temperature, where it starts.", default=233.15, above=0.0)
+    high: float = param("K", "Upper temperature.", default=358.15, above=0.0)
+    pace: float = param("K/s", "How fast the temperature changes.", default=1.0 / 60.0, above=0.0)
+    soak_time: float = param("s", "How long it stays at either end.", default=3600.0, at_least=0.0)
+
+
+class Constants(NamedTuple):
+    low: float
+    span: float
+    pace: float
+    half: float  # s
+
+
+@TemperatureCycle.requires
+def requires(p: TemperatureCycle) -> Iterator[tuple[str, str]]:
+    if p.high <= p.low:
+        yield "high", "above low"
+
+
+@TemperatureCycle.constants
+def constants(p: TemperatureCycle, period: float) -> Constants:
+    span = p.high - p.low
+    return Constants(p.low, span, p.pace, span / p.pace + p.soak_time)
+
+
+@TemperatureCycle.output("K")
+def temperature(c: Constants, time: float) -> float:
+    """The temperature."""
+    cycles = time / (2.0 * c.half)
+    part = cycles - round_half_even(cycles)
+    elapsed = (part if part >= 0.0 else part + 1.0) * (2.0 * c.half)
+    return c.low + (clip(c.pace * elapsed, 0.0, c.span) - clip(c.pace * (elapsed - c.half), 0.0, c.span))
