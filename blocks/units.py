@@ -40,6 +40,7 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "Pa": (Fraction(1), (-1, 1, -2), True),
     "bar": (Fraction(100000), (-1, 1, -2), True),
     "J": (Fraction(1), (2, 1, -2), True),
+    "eV": (Fraction("1.602176634e-19"), (2, 1, -2), True),
     "W": (Fraction(1), (2, 1, -3), True),
     "C": (Fraction(1), (0, 0, 1, 1), True),
     "V": (Fraction(1), (2, 1, -3, -1), True),
