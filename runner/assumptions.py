@@ -64,7 +64,7 @@ class Assumptions:
                     low, high = self.interval(node)
                     self._cut(node, low + (low == other.constant), high - (high == other.constant))
 
-    def _cut(self, node: Node, low: int | None, high: int | None) -> None:
+    def _cut(self, node: Node, low: int | None, high: int | None, reach: int = REACH) -> None:
         """Take what is below `low` and above `high` from a node, and from what it was made of where that is exact."""
         before = self.interval(node)
         low = before[0] if low is None else max(low, before[0])
@@ -73,27 +73,27 @@ class Assumptions:
             return  # an empty interval: the assumptions contradict each other, and this path is never taken
         self._known[node] = low, high
         self._found = {}
-        if not node.operands:
+        if not node.operands or not reach:
             return
-        first = node.operands[0]
+        first, reach = node.operands[0], reach - 1
         if node.operation == "narrow":
-            self._cut(first, low, high)
+            self._cut(first, low, high, reach)
         elif node.operation == "negate":
-            self._cut(first, -high, -low)
+            self._cut(first, -high, -low, reach)
         elif len(node.operands) == 2:
             second = node.operands[1]
             if node.operation == "add" and second.constant is not None:
-                self._cut(first, low - second.constant, high - second.constant)
+                self._cut(first, low - second.constant, high - second.constant, reach)
             elif node.operation == "add" and first.constant is not None:
-                self._cut(second, low - first.constant, high - first.constant)
+                self._cut(second, low - first.constant, high - first.constant, reach)
             elif node.operation == "subtract" and second.constant is not None:
-                self._cut(first, low + second.constant, high + second.constant)
+                self._cut(first, low + second.constant, high + second.constant, reach)
             elif node.operation == "subtract" and first.constant is not None:
-                self._cut(second, first.constant - high, first.constant - low)
+                self._cut(second, first.constant - high, first.constant - low, reach)
             elif node.operation == "shift_left" and second.constant is not None:
-                self._cut(first, -(-low >> second.constant), high >> second.constant)
+                self._cut(first, -(-low >> second.constant), high >> second.constant, reach)
             elif node.operation == "shift_right" and second.constant is not None:
-                self._cut(first, low << second.constant, ((high + 1) << second.constant) - 1)
+                self._cut(first, low << second.constant, ((high + 1) << second.constant) - 1, reach)
 
     def _interval(self, node: Node, reach: int) -> Interval:
         """From the operands' intervals, as far as the reach goes."""

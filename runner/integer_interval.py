@@ -2,6 +2,7 @@
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Literal
 
 Interval = tuple[int, int]
@@ -27,6 +28,7 @@ Operation = Literal[
     "select",  # the second operand where the first is not 0, else the third
 ]
 
+_TRUTHS = ((0, 0), (0, 1), (1, 1))
 COMPARISONS = frozenset({"less", "less_equal", "equal", "not_equal"})
 COMMUTATIVE = frozenset({"add", "multiply", "and", "or", "xor", "equal", "not_equal", "minimum", "maximum"})
 
@@ -98,8 +100,19 @@ def _comparison(operation: str, a: Interval, b: Interval) -> Interval:
     return int(always), int(not never)
 
 
+@lru_cache(maxsize=4096)
 def _bitwise(operation: str, a: Interval, b: Interval) -> Interval:
-    """Greedy from the sign bit down; an operand is held by its bounds only while all its bits so far equal theirs."""
+    """Greedy from the sign bit down; an operand is held by its bounds only while all its bits so far equal theirs.
+
+    That takes time, so the usual cases, truth values and a mask of low bits, are seen to first.
+    """
+    if operation == "and" and a[0] == a[1] >= 0 and a[0] & (a[0] + 1) == 0:
+        a, b = b, a
+    if a in _TRUTHS and b in _TRUTHS:
+        return _corners(operation, (a, b))
+    if operation == "and" and b[0] == b[1] >= 0 and b[0] & (b[0] + 1) == 0:
+        one_block = a[0] | b[0] == a[1] | b[0]  # the bits above the mask are the same in the whole interval
+        return (a[0] & b[0], a[1] & b[0]) if one_block else (0, b[0])
     return _extreme(operation, a, b, greatest=False), _extreme(operation, a, b, greatest=True)
 
 

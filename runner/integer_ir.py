@@ -18,7 +18,7 @@ from proofmass.runner.integer_interval import (
     signed_width,
 )
 
-MOST_NODES = 100_000  # a step of this size comes from a loop that was not meant to be unrolled
+MOST_NODES = 20_000  # a step of this size comes from a loop that was not meant to be unrolled
 
 
 class Place(NamedTuple):
@@ -71,6 +71,7 @@ class Program:
     """The nodes of a step in the order of making; `place` tells the line of Python that is being traced."""
 
     place: Callable[[], Place | None] = lambda: None
+    name: str = ""
     nodes: list[Node] = field(default_factory=list)
     _made: dict[tuple[object, ...], Node] = field(default_factory=dict)
 
@@ -119,7 +120,7 @@ class Program:
             place = self.place()
             if len(self.nodes) >= MOST_NODES:
                 hint = "a loop of a traced step is unrolled: make it shorter, or keep it in a block of plain integers"
-                raise TraceError(f"the step needs more than {MOST_NODES} operations", place, hint=hint)
+                raise TraceError(f"the step needs more than {MOST_NODES} operations", place, hint=hint, key=self.name)
             self._made[key] = Node(len(self.nodes), operation, operands, low, high, name, place)
             self.nodes.append(self._made[key])
         return self._made[key]

@@ -77,7 +77,7 @@ class _Tracer:
     """One trace: the program under way, and the path through the function's branches that is being followed."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        self.program = Program(self._place)
+        self.program = Program(self._place, function.__name__)
         self.paths = 0
         self._name = self._key = function.__name__
         code = function.__code__
@@ -176,6 +176,7 @@ class _Tracer:
             frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _MACHINERY]
             place = Place(Path(frames[-1].filename).name, frames[-1].lineno or 0) if frames else self._defined
             message, _, hint = str(error).partition(": ")
+            hint = hint or "a step takes and returns integers and fixed-point values of its formats, and nothing else"
             raise TraceError(message, place, hint=hint, key=self._key) from error
 
     def _known(self, node: Node) -> Node:
