@@ -23,6 +23,8 @@ Overflow = Literal["saturate", "wrap", "refuse"]
 Integer: TypeAlias = Any  # a Python integer, or a signal of a trace: it has the operators of one
 Condition: TypeAlias = Any  # a Python truth value, or a signal
 
+_ROUNDINGS, _OVERFLOWS = get_args(Rounding), get_args(Overflow)
+
 MOST_BITS = 512  # of a format: far beyond any register, small enough that no shift can fill the memory
 
 
@@ -280,8 +282,8 @@ def wrap(value: Any, format: Fixed) -> Any:
 
 def _rounded(mantissa: Integer, dropped: int, rounding: Rounding) -> Integer:
     """mantissa / 2**dropped as an integer."""
-    if rounding not in get_args(Rounding):
-        raise TypeError(f"rounding is one of {', '.join(get_args(Rounding))}, not {rounding!r}")
+    if rounding not in _ROUNDINGS:
+        raise TypeError(f"rounding is one of {', '.join(_ROUNDINGS)}, not {rounding!r}")
     if dropped <= 0:
         return mantissa << -dropped
     half, below = 1 << (dropped - 1), (1 << dropped) - 1
@@ -301,8 +303,8 @@ def _rounded(mantissa: Integer, dropped: int, rounding: Rounding) -> Integer:
 def _fitted(mantissa: Integer, format: Fixed, overflow: Overflow) -> Integer:
     if overflow == "refuse":
         return _held(mantissa, format)
-    if overflow not in get_args(Overflow):
-        raise TypeError(f"overflow is one of {', '.join(get_args(Overflow))}, not {overflow!r}")
+    if overflow not in _OVERFLOWS:
+        raise TypeError(f"overflow is one of {', '.join(_OVERFLOWS)}, not {overflow!r}")
     count = _counting.get()
     if count is not None:
         count.total = count.total + ((mantissa < format.lowest) | (mantissa > format.highest))

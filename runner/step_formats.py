@@ -4,7 +4,8 @@ A format is `Fixed`, `int` or `bool`. Formats stand in the place of the values: 
 constants, a tuple, or a list for a buffer that the step updates in place. Anything else is a constant of the step.
 """
 
-from collections.abc import Callable, Iterator
+import inspect
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue
@@ -44,84 +45,93 @@ def parts(formats: "tuple[Formats, ...] | list[Formats]", text: str) -> Iterator
     return (f"{text}[{i}]" for i in range(len(formats)))
 
 
-def loaded(formats: Formats, text: str, mantissa: Callable[[str, Format], Any]) -> Any:
-    """The value that a step function gets, from the mantissas of its numbers."""
-    if isinstance(formats, Fixed):
-        return formats.load(mantissa(text, formats))
+def mantissas(formats: Formats, raw: Any, text: str) -> Iterator[tuple[str, Any]]:
+    """The mantissas of a raw value, in the order of `leaves` and with their texts."""
+    if is_format(formats):
+        yield text, raw
+    elif isinstance(formats, tuple | list):
+        for each, entry, part in zip(formats, raw, parts(formats, text), strict=True):
+            yield from mantissas(each, entry, part)
+
+
+def filled(formats: Formats, text: str, mantissa: Callable[[str, Format], Any]) -> Any:
+    """A raw value: the formats' form, with a mantissa for each format."""
     if is_format(formats):
         return mantissa(text, formats)
-    if isinstance(formats, list):
-        return [loaded(e, t, mantissa) for e, t in zip(formats, parts(formats, text), strict=True)]
-    if isinstance(formats, tuple):
-        entries = [loaded(e, t, mantissa) for e, t in zip(formats, parts(formats, text), strict=True)]
-        return type(formats)(*entries) if hasattr(formats, "_fields") else tuple(entries)
+    if isinstance(formats, tuple | list):
+        return _maker(formats)(
+            [filled(e, part, mantissa) for e, part in zip(formats, parts(formats, text), strict=True)]
+        )
     return formats
 
 
-def stored(formats: Formats, value: Any, text: str, at: Callable[[str], None] = lambda text: None) -> list[Any]:
-    """The mantissas of a step's result, in the order of `leaves`; each must fit. `at` is told which one is next.
-
-    Raises TypeError for a value of another form, OverflowError for a number outside its format.
-    """
-    at(text)
+def loader(formats: Formats) -> Callable[[Any], Any]:
+    """What makes the value that a step function gets from the raw one, which has mantissas in it."""
     if isinstance(formats, Fixed):
-        return [formats.store(value)]
+        fraction = formats.fraction
+        return lambda raw: FixedValue(raw, fraction)
     if is_format(formats):
-        if isinstance(value, FixedValue | float):
-            raise TypeError(f"a {type(value).__name__} for a number of type {formats.__name__}")
-        low, high = bounds(formats)
-        if isinstance(value, int):
-            if not low <= value <= high:
-                raise OverflowError(f"{value} is outside {low} to {high}")
-            return [formats(value)]
-        return [value.held(low, high, formats.__name__)]
-    if not isinstance(formats, tuple | list):
-        return []
-    if not isinstance(value, tuple | list) or len(value) != len(formats):
-        raise TypeError(f"{len(formats)} values are expected, not {value!r}")
-    entries = zip(formats, value, parts(formats, text), strict=True)
-    return [mantissa for each, v, t in entries for mantissa in stored(each, v, t, at)]
+        return lambda raw: raw
+    if isinstance(formats, tuple | list):
+        make, loaders = _maker(formats), [loader(each) for each in formats]
+        return lambda raw: make([load(entry) for load, entry in zip(loaders, raw, strict=True)])
+    return lambda raw: formats
 
 
-def reference_step(function: Callable[..., Any], formats: dict[str, Formats]) -> Callable[..., Any]:
-    """The step function itself on Python integers, taking and returning mantissas: what compiled code must equal.
+def storer(formats: Formats, text: str, at: Callable[[str], object] = lambda text: None) -> Callable[[Any], Any]:
+    """What makes the raw value from a step function's result; `at` is told which number is next.
 
-    Lists are changed in place. Raises OverflowError where a result does not fit its format.
+    It raises TypeError for a result of another form, OverflowError for a number outside its format.
     """
-    names = [name for name in formats if name != "return"]
+    if isinstance(formats, Fixed):
+        store_fixed = formats.store
+        return lambda value: at(text) or store_fixed(value)
+    if is_format(formats):
+        return lambda value: at(text) or _stored_integer(formats, value)
+    if isinstance(formats, tuple | list):
+        make = _maker(formats)
+        storers = [storer(each, part, at) for each, part in zip(formats, parts(formats, text), strict=True)]
+
+        def store(value: Any) -> Any:
+            at(text)
+            if not isinstance(value, tuple | list) or len(value) != len(storers):
+                raise TypeError(f"{len(storers)} values are expected, not {value!r}")
+            return make([each(entry) for each, entry in zip(storers, value, strict=True)])
+
+        return store
+    return lambda value: None
+
+
+def reference_step(function: Callable[..., Any], formats: Mapping[str, Formats]) -> Callable[..., Any]:
+    """The step function itself on Python integers, taking and returning raw values: what compiled code must equal.
+
+    Lists are changed in place. The result raises OverflowError where it does not fit its format.
+    """
+    names = tuple(inspect.signature(function).parameters)
+    loaders = [loader(formats[name]) for name in names]
+    buffers = [(i, storer(formats[name], name)) for i, name in enumerate(names) if isinstance(formats[name], list)]
+    store = storer(formats.get("return"), "return")
 
     def step(*arguments: Any) -> Any:
-        values = {}
-        for name, argument in zip(names, arguments, strict=True):
-            given = dict(_mantissas(formats[name], argument, name))
-            values[name] = loaded(formats[name], name, lambda text, _, given=given: given[text])  # type: ignore[misc]
-        result = function(**values)
-        for name, argument in zip(names, arguments, strict=True):
-            if isinstance(formats[name], list):
-                argument[:] = stored(formats[name], values[name], name)
-        returned = formats.get("return")
-        mantissas = dict(
-            zip((t for _, t in leaves(returned, "return")), stored(returned, result, "return"), strict=True)
-        )
-        return _raw(returned, "return", mantissas)
+        values = [load(raw) for load, raw in zip(loaders, arguments, strict=True)]
+        result = store(function(*values))
+        for i, store_buffer in buffers:
+            arguments[i][:] = store_buffer(values[i])
+        return result
 
     return step
 
 
-def _mantissas(formats: Formats, value: Any, text: str) -> Iterator[tuple[str, Any]]:
-    """The mantissas of an argument, by the text of each leaf."""
-    if is_format(formats):
-        yield text, value
-    elif isinstance(formats, tuple | list):
-        for each, entry, part in zip(formats, value, parts(formats, text), strict=True):
-            yield from _mantissas(each, entry, part)
+def _stored_integer(format: Any, value: Any) -> Any:
+    if isinstance(value, FixedValue | float):
+        raise TypeError(f"a {type(value).__name__} for a number of type {format.__name__}")
+    low, high = bounds(format)
+    if not isinstance(value, int):
+        return value.held(low, high, format.__name__)
+    if not low <= value <= high:
+        raise OverflowError(f"{value} is outside {low} to {high}")
+    return format(value)
 
 
-def _raw(formats: Formats, text: str, mantissas: dict[str, Any]) -> Any:
-    """A value of the formats' form with raw mantissas in it."""
-    if is_format(formats):
-        return mantissas[text]
-    if not isinstance(formats, tuple | list):
-        return None
-    entries = [_raw(e, t, mantissas) for e, t in zip(formats, parts(formats, text), strict=True)]
-    return type(formats)(*entries) if hasattr(formats, "_fields") else type(formats)(entries)
+def _maker(formats: "tuple[Formats, ...] | list[Formats]") -> Callable[[list[Any]], Any]:
+    return formats._make if hasattr(formats, "_make") else type(formats)

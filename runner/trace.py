@@ -19,7 +19,7 @@ from proofmass.runner import integer_interval, integer_ir, step_formats
 from proofmass.runner.assumptions import Assumptions
 from proofmass.runner.integer_interval import Operation
 from proofmass.runner.integer_ir import Node, Place, Program, TraceError
-from proofmass.runner.step_formats import Formats, bounds, leaves, loaded, stored
+from proofmass.runner.step_formats import Formats, bounds, filled, leaves, loader, mantissas, storer
 
 MOST_PATHS = 256
 USE_WHERE = "write where(condition, a, b) for those that only choose a value"
@@ -50,12 +50,13 @@ def trace(function: Callable[..., Any], formats: Mapping[str, Formats]) -> Trace
     tracer = _Tracer(function)
 
     def run() -> list[Node]:
-        values = {name: loaded(formats[name], name, tracer.input) for name in arguments}
+        values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
         with counting_overflows() as overflows:
             result = function(**values)
-        found = stored(formats.get("return"), result, "return", tracer.storing)
-        for name in buffers:
-            found += stored(formats[name], values[name], name, tracer.storing)
+        found = []
+        for name, value in {"return": result, **{name: values[name] for name in buffers}}.items():
+            raw = storer(formats.get(name), name, tracer.storing)(value)
+            found += [mantissa for _, mantissa in mantissas(formats.get(name), raw, name)]
         return [tracer.node(value) for value in (*found, overflows.total)]
 
     nodes = tracer.follow(run)

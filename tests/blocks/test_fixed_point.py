@@ -81,8 +81,9 @@ def test_casts_of_every_word_against_fractions_and_compiled(target: Fixed) -> No
     formats = {"a": SOURCE, "b": SOURCE, "return": (target,) * len(modes)}
     found = over_vectors(casts, formats, words)
     scale = Fraction(2) ** (target.fraction - SOURCE.fraction)
+    exact = [m * scale for m in EVERY]
     for r, rounding in enumerate(ROUNDINGS):
-        rounded = [round_exactly(m * scale, rounding) for m in EVERY]
+        rounded = [round_exactly(value, rounding) for value in exact]
         for o, overflow in enumerate(OVERFLOWS):
             assert found[2 * r + o].tolist() == [fit_exactly(m, target, overflow) for m in rounded], modes[2 * r + o]
     for m in EVERY[::131]:
