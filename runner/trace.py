@@ -173,10 +173,11 @@ class _Tracer:
             return run()
         except TraceError:
             raise
-        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
             frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _MACHINERY]
             place = Place(Path(frames[-1].filename).name, frames[-1].lineno or 0) if frames else self._defined
-            message, _, hint = str(error).partition(": ")
+            text = "an assertion that could fail" if isinstance(error, AssertionError) else str(error)
+            message, _, hint = text.partition(": ")
             hint = hint or "a step takes and returns integers and fixed-point values of its formats, and nothing else"
             raise TraceError(message, place, hint=hint, key=self._key) from error
 

@@ -145,8 +145,21 @@ def test_conditions_narrow_what_they_were_made_of() -> None:
     def shifted(a: Any) -> Any:
         return a.mantissa if a.mantissa >> 2 >= 3 else 31
 
+    def shifted_below(a: Any) -> Any:
+        return a.mantissa if a.mantissa >> 2 <= 3 else -40
+
+    def of_negative(a: Any) -> Any:
+        return a.mantissa if -a > 5 else -40
+
+    def of_difference(a: Any) -> Any:
+        return a.mantissa if 7 - a > 3 else -40
+
+    def of_either(a: Any) -> Any:
+        return -40 if (a < -6) | (a - 1 > 6) else a.mantissa
+
     expected = {of_sum: (8, 31), of_aligned: (1, 31), of_both: (4, 9), of_equal: (4, 5), not_zero: (1, 31)}
-    for function, interval in {**expected, shifted: (12, 31)}.items():
+    expected |= {shifted: (12, 31), shifted_below: (-40, 15), of_negative: (-40, -6), of_difference: (-40, 3)}
+    for function, interval in {**expected, of_either: (-40, 7)}.items():
         assert result_interval(function, a=WORD) == interval, function
         results = [function(WORD.load(m)) for m in span(-32, 31)]
         assert (min(results), max(results)) == interval
@@ -292,7 +305,12 @@ def test_what_has_no_place_in_integer_code_is_refused() -> None:
             raise ValueError("too large: stay below")
         return a
 
+    def asserts(a: Any) -> Any:
+        assert a > 3
+        return a
+
     cases = [
+        (asserts, "assert a", "an assertion that could fail", "integers and fixed-point values"),
         (loop, "range(", "a signal bounds a loop or indexes a list", "constant length"),
         (index, "return table", "a signal bounds a loop or indexes a list", "where()"),
         (quotient, "a / 3", "a quotient has no exact fixed-point value", "constant reciprocal"),
