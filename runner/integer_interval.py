@@ -3,7 +3,7 @@
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 Interval = tuple[int, int]
 Operation = Literal[
@@ -32,7 +32,7 @@ _TRUTHS = ((0, 0), (0, 1), (1, 1))
 COMPARISONS = frozenset({"less", "less_equal", "equal", "not_equal"})
 COMMUTATIVE = frozenset({"add", "multiply", "and", "or", "xor", "equal", "not_equal", "minimum", "maximum"})
 
-EVALUATE: Mapping[str, Callable[..., int]] = {
+EVALUATE: Mapping[str, Callable[..., Any]] = {
     "narrow": lambda a: a,
     "add": operator.add,
     "subtract": operator.sub,

@@ -38,7 +38,7 @@ def leaves(formats: Formats, text: str) -> Iterator[tuple[Format, str]]:
             yield from leaves(each, part)
 
 
-def parts(formats: "tuple[Formats, ...] | list[Formats]", text: str) -> Iterator[str]:
+def parts(formats: Formats, text: str) -> Iterator[str]:
     """How Python reads the entries of a NamedTuple, a tuple or a list called `text`."""
     if hasattr(formats, "_fields"):
         return (f"{text}.{name}" for name in formats._fields)
@@ -133,5 +133,5 @@ def _stored_integer(format: Any, value: Any) -> Any:
     return format(value)
 
 
-def _maker(formats: "tuple[Formats, ...] | list[Formats]") -> Callable[[list[Any]], Any]:
+def _maker(formats: Formats) -> Callable[[list[Any]], Any]:
     return formats._make if hasattr(formats, "_make") else type(formats)
