@@ -83,7 +83,7 @@ def some(format: Any, rng: random.Random) -> int:
     )
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_steps_are_equal_in_every_engine(seed: int) -> None:
     function = random_step(seed)
     step = compile_step(function, FORMATS, count_overflows=True).function
@@ -102,7 +102,7 @@ def test_random_steps_are_equal_in_every_engine(seed: int) -> None:
 
 
 def test_random_steps_without_the_count_are_equal() -> None:
-    for seed in range(100, 125):
+    for seed in range(100, 120):
         function = random_step(seed)
         step, reference = compile_step(function, FORMATS).function, reference_step(function, FORMATS)
         rng = random.Random(seed)
