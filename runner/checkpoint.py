@@ -1,84 +1,147 @@
 """An interrupted run on disk: what moves, and the rows recorded so far, to go on from to the same bits."""
 
+import difflib
+import hashlib
 import json
 import math
 import os
+from array import array
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.toml_writer import write_graph
 from proofmass.runner.memory import Memory
-from proofmass.runner.plan import Plan
-from proofmass.runner.provenance import graph_hash
-from proofmass.runner.result import Result
+from proofmass.runner.plan import Plan, PlannedProbe
+from proofmass.runner.result import Recorder, Result
 
 FILE = "checkpoint.json"
 
 
-def save_checkpoint(result: Result, folder: Path) -> None:
+class Checkpoint(NamedTuple):
+    """What a run goes on from: what moves, and the number of rows of each trace in the folder."""
+
+    memory: Memory
+    rows: Mapping[str, int]
+
+
+def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
     """Write the memory of an interrupted run and its traces as `.npy` files into the folder."""
     memory = result.memory
     if memory is None:
         raise ValueError("the run was not interrupted")
     folder.mkdir(parents=True, exist_ok=True)
     for trace in result.traces.values():
-        path = folder / f"{trace.signal}.npy"
+        path = _trace(folder, trace.signal)
         if not isinstance(trace.values, np.memmap):
             np.save(path, trace.values)
+        with path.open("r+b") as file:
+            os.fsync(file.fileno())
     data = {
-        "graph_hash": graph_hash(result.graph),
-        "seed": result.seed,
-        "planned_ticks": result.planned_ticks,
+        "run": _run(planned, result.seed, result.planned_ticks),
         "tick": memory.tick,
+        "rows": {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes},
         "states": {name: None if x is None else [_text(v) for v in x] for name, x in memory.states.items()},
-        "buffers": [[*node, [_text(v) for v in values]] for node, values in memory.buffers.items()],
+        "buffers": [[*node, _text(held)] for node, held in memory.buffers.items() if node not in planned.recorded],
         "wires": [[*node, _text(value)] for node, value in memory.wires.items()],
     }
     temporary = folder / (FILE + ".partial")
-    with temporary.open("w") as file:
+    with temporary.open("w", encoding="utf-8") as file:
         json.dump(data, file)
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(folder / FILE)
 
 
-def load_checkpoint(folder: Path, plan: Plan, seed: int, ticks: int) -> tuple[Memory, dict[str, Any]]:
-    """Memory and rows of a checkpoint; raises `ModelError` when it belongs to another graph, seed or length."""
+def load_checkpoint(folder: Path, planned: Plan, seed: int, ticks: int) -> Checkpoint:
+    """The checkpoint in a folder; raises `ModelError` when it belongs to another graph, seed or length."""
     try:
-        data = json.loads((folder / FILE).read_text())
-        fits = (data["graph_hash"], data["seed"], data["planned_ticks"])
-        wanted = (graph_hash(plan.graph), seed, ticks)
-        if fits != wanted:
-            names = ("the graph", "the seed", "the length")
-            changed = [name for name, a, b in zip(names, fits, wanted, strict=True) if a != b]
-            raise _refused(folder, f"{' and '.join(changed)} changed since the checkpoint", "run without --resume")
-        rows = {p.signal: np.load(folder / f"{p.signal}.npy") for p in plan.probes}
-        return _memory(data, plan), rows
+        data = json.loads((folder / FILE).read_text(encoding="utf-8"))
+        kept, wanted = data["run"], _run(planned, seed, ticks)
+        if kept != wanted:
+            raise _changed(folder, kept, wanted)
+        rows = {p.signal: int(data["rows"][p.signal]) for p in planned.probes}
+        for probe in planned.probes:
+            path = _trace(folder, probe.signal)
+            if path.stat().st_size < _head_length(path) + _bytes(probe, rows[probe.signal]):
+                raise ValueError(f"{probe.signal}.npy is too short")
+        return Checkpoint(_memory(data, planned), rows)
     except FileNotFoundError as error:
-        missing = Path(error.filename).name
-        raise _refused(folder, f"there is no {missing} to resume from", "run without --resume") from None
-    except (KeyError, TypeError, ValueError) as error:
+        raise _refused(folder, f"there is no {Path(error.filename).name} to resume from") from None
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
         if isinstance(error, ModelError):
             raise
-        raise _refused(folder, f"the checkpoint is damaged: {error}", "run without --resume") from None
+        raise _refused(folder, f"the checkpoint is damaged: {error}") from None
 
 
-def remove_checkpoint(folder: Path) -> None:
-    """Take the checkpoint away once the run is whole."""
-    (folder / FILE).unlink(missing_ok=True)
+def remove_checkpoint(result: Result, folder: Path) -> None:
+    """Take the checkpoint away once the run is whole, and with it the traces that are results of another form."""
+    if not (folder / FILE).exists():
+        return
+    (folder / FILE).unlink()
+    for trace in result.traces.values():
+        if not isinstance(trace.values, np.memmap):
+            _trace(folder, trace.signal).unlink(missing_ok=True)
 
 
-def _memory(data: dict[str, Any], plan: Plan) -> Memory:
+def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, kept: int) -> Recorder:
+    """A recorder that goes on behind the first rows in a folder; a file of rows is not copied."""
+    path = _trace(folder, probe.signal)
+    if not streamed:
+        made = Recorder(probe, rows, None)
+        made.keep(np.load(path)[:kept])
+        return made
+    aside = path.with_suffix(".kept")
+    path.replace(aside)
+    made = Recorder(probe, rows, folder)
+    head = path.read_bytes()
+    with aside.open("r+b") as file:
+        file.write(head)  # of the whole run: that of the interrupted run told fewer rows
+        file.truncate(len(head) + _bytes(probe, kept))
+    aside.replace(path)
+    made.count = kept
+    return made
+
+
+def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
+    """What a run to the same bits must agree in."""
+    from proofmass.runner.compile import content_of
+    from proofmass.runner.generate import generate
+
+    recordings = hashlib.sha256()
+    for node in sorted(planned.recorded):
+        recordings.update(array("d", planned.buffers[node]).tobytes())
+    return {
+        "graph": write_graph(planned.graph),
+        "the seed": seed,
+        "the number of ticks": ticks,
+        "the recordings": recordings.hexdigest(),
+        "the program or the code of a block": content_of(generate(planned)),
+    }
+
+
+def _changed(folder: Path, kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> ModelError:
+    if kept["graph"] != wanted["graph"]:
+        lines = difflib.unified_diff(kept["graph"].splitlines(), wanted["graph"].splitlines(), n=0, lineterm="")
+        changed = list(lines)[2:]
+        before, now = (" ".join(line[1:] for line in changed if line.startswith(sign)) for sign in "-+")
+        return _refused(folder, "the graph changed since the checkpoint", now, before)
+    name = next(name for name in wanted if kept[name] != wanted[name])
+    shown = (str(wanted[name]), str(kept[name])) if isinstance(wanted[name], int) else ("", "")
+    return _refused(folder, f"{name} changed since the checkpoint", *shown)
+
+
+def _memory(data: dict[str, Any], planned: Plan) -> Memory:
     states: dict[str, Any] = {}
-    for name, block in plan.blocks.items():
+    for name, block in planned.blocks.items():
         made: Any = block.state_class()
-        kept = data["states"][name]
-        states[name] = None if made is None else made(*map(_number, kept))
-    buffers = {(name, buffer): [_number(v) for v in values] for name, buffer, values in data["buffers"]}
-    wires = {(name, port): _number(value) for name, port, value in data["wires"]}
-    return Memory(data["tick"], states, buffers, wires)
+        states[name] = None if made is None else made(*map(_number, data["states"][name]))
+    buffers = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
+    buffers |= {node: planned.buffers[node] for node in planned.recorded}
+    return Memory(data["tick"], states, buffers, {(name, port): _number(value) for name, port, value in data["wires"]})
 
 
 def _text(value: Any) -> Any:
@@ -91,13 +154,25 @@ def _text(value: Any) -> Any:
 def _number(value: Any) -> Any:
     if isinstance(value, list):
         return [_number(entry) for entry in value]
-    number = float.fromhex(value) if isinstance(value, str) else value
-    if not math.isfinite(number):
-        raise ValueError("a number is not finite")
-    return number
+    return float.fromhex(value) if isinstance(value, str) else value
 
 
-def _refused(folder: Path, message: str, hint: str) -> ModelError:
-    return ModelError([Problem(message=message, file=str(folder / FILE), hint=hint)])
+def _trace(folder: Path, signal: str) -> Path:
+    return folder / f"{signal}.npy"
 
 
+def _bytes(probe: PlannedProbe, rows: int) -> int:
+    return rows * math.prod(probe.shape) * np.dtype(probe.dtype).itemsize
+
+
+def _head_length(path: Path) -> int:
+    with path.open("rb") as file:
+        np.lib.format.read_magic(file)
+        np.lib.format.read_array_header_1_0(file)
+        return file.tell()
+
+
+def _refused(folder: Path, message: str, got: str = "", expected: str = "") -> ModelError:
+    place = str(folder / FILE)
+    problem = Problem(message=message, file=place, got=got[:200], expected=expected[:200], hint="run without --resume")
+    return ModelError([problem])

@@ -3,6 +3,7 @@
 Exit codes: 0 done, 1 the model is wrong, 2 usage, 3 the run failed, 130 interrupted.
 """
 
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -23,12 +24,14 @@ class Commands(click.Group):
         except click.UsageError:
             from proofmass.blocks.problem import did_you_mean
 
-            raise click.UsageError(f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'command')}", ctx) from None
+            raise click.UsageError(
+                f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'command')}", ctx
+            ) from None
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
 @click.version_option(__version__, prog_name="proofmass")
-@click.option("--traceback", is_flag=True, help="Show Python's traceback of an error.")
+@click.option("--traceback", is_flag=True, help="Show Python's traceback of an error; it may stand anywhere.")
 def cli(traceback: bool) -> None:
     """Block-diagram dataflow simulator for inertial sensors.
 
@@ -41,7 +44,10 @@ def cli(traceback: bool) -> None:
 
 graph_argument = click.argument("graph", type=click.Path(dir_okay=False, path_type=Path))
 blocks_option = click.option(
-    "--blocks", "own", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Python file of your own blocks; it is run."
+    "--blocks",
+    "own",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Python file of your own blocks; it is run.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
@@ -55,13 +61,15 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the an
 @click.option("--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter.")
 @click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for traces, plot and report.")
-@click.option("--format", "formats", multiple=True, type=click.Choice(["netcdf", "csv", "parquet"]), help="Files of traces.")
+@click.option(
+    "--format", "formats", multiple=True, type=click.Choice(["netcdf", "csv", "parquet"]), help="Files of traces."
+)
 @click.option("--resume", is_flag=True, help="Go on from the checkpoint of an interrupted run in --out.")
 @click.option("--show-source", is_flag=True, help="Print the generated loop instead of running it.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 @blocks_option
 @json_option
-def run(**options: Any) -> None:
+def run(**options: Any) -> int:
     """Run a graph once and show what its probes recorded.
 
     \b
@@ -70,14 +78,14 @@ def run(**options: Any) -> None:
     """
     from proofmass.runner.run_command import run_graph
 
-    sys.exit(run_graph(**options))
+    return run_graph(**options)
 
 
 @cli.command()
 @graph_argument
 @blocks_option
 @json_option
-def check(graph: Path, own: Path | None, as_json: bool) -> None:
+def check(graph: Path, own: Path | None, as_json: bool) -> int:
     """Say everything that is wrong with a graph; exit 1 when it cannot run.
 
     \b
@@ -103,13 +111,17 @@ def check(graph: Path, own: Path | None, as_json: bool) -> None:
             click.echo(f"{graph}: {len(read.blocks)} blocks, {len(tuple(read.wires))} wires, ready to run")
         else:
             click.echo(f"{_count(len(wrong), 'problem')} in {graph}", err=True)
-    sys.exit(WRONG_MODEL if wrong else DONE)
+    return WRONG_MODEL if wrong else DONE
 
 
 @cli.command()
 @graph_argument
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else to the screen.")
-@click.option("--format", "form", type=click.Choice(["svg", "mermaid", "dot"]), help="Default: by the file's ending, or svg.")
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else to the screen."
+)
+@click.option(
+    "--format", "form", type=click.Choice(["svg", "mermaid", "dot"]), help="Default: by the file's ending, or svg."
+)
 @blocks_option
 def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -> None:
     """Draw the block diagram of a graph.
@@ -156,14 +168,14 @@ def blocks(kind: str | None, own: Path | None, as_json: bool) -> None:
             for name, block in found.items():
                 click.echo(f"{name:<{width}}  {(block.__doc__ or '').strip().splitlines()[0]}")
         return
-    block = find(kind, mine)
-    if block is None:
+    shown = find(kind, mine)
+    if shown is None:
         hint = did_you_mean(kind, all_blocks(mine), "kind")
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
     if as_json:
-        _print_json(facts(block))
+        _print_json(facts(shown))
     else:
-        click.echo(block_text(block))
+        click.echo(block_text(shown))
 
 
 @cli.command()
@@ -181,12 +193,14 @@ def new(file: Path) -> None:
         with file.open("x", encoding="utf-8") as target:
             target.write(text)
     except FileExistsError:
-        raise click.ClickException(f"{file} exists already; nothing was written") from None
+        raise click.UsageError(f"{file} exists already; nothing was written") from None
     click.echo(f"wrote {file}; run it with: proofmass run {file}")
 
 
 @cli.command()
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else to the screen.")
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else to the screen."
+)
 @blocks_option
 def schema(output: Path | None, own: Path | None) -> None:
     """Write the JSON Schema of graph files, for completion and checks in an editor.
@@ -209,29 +223,24 @@ def schema(output: Path | None, own: Path | None) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; a user's error is a message and an exit code, never a traceback unless it is asked for."""
     given = sys.argv[1:] if arguments is None else arguments
+    plain = [word for word in given if word != "--traceback"]
     try:
-        cli.main(given, prog_name="proofmass", standalone_mode=False)
+        code = cli.main(plain, prog_name="proofmass", standalone_mode=False)
+        sys.stdout.flush()
+        return code or DONE
+    except SystemExit:
+        return DONE  # click's answer to a reader that has gone away, as in `proofmass blocks | head -1`
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more at its end
         return DONE
-    except SystemExit as error:
-        return int(error.code or 0)
-    except click.exceptions.Exit as error:
-        return error.exit_code
     except click.Abort:
-        return INTERRUPTED
-    except KeyboardInterrupt:
         click.echo("interrupted", err=True)
         return INTERRUPTED
     except click.UsageError as error:
         error.show()
         return USAGE
-    except click.ClickException as error:
-        error.show()
-        return FAILED
-    except BrokenPipeError:
-        sys.stderr.close()
-        return DONE
     except Exception as error:
-        if "--traceback" in given:
+        if plain != given:
             raise
         return _explain(error)
 
@@ -247,6 +256,8 @@ def _explain(error: Exception) -> int:
     name = type(error).__name__
     if isinstance(error, OSError):
         click.echo(f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}", err=True)
+    elif isinstance(error, MemoryError):
+        click.echo("out of memory\n  hint:     fewer samples, or thin a probe: every = 1000", err=True)
     elif name == "RunError":
         click.echo(f"the run failed\n{error}", err=True)
     else:
@@ -257,9 +268,9 @@ def _explain(error: Exception) -> int:
 def _own(path: Path | None) -> Any:
     if path is None:
         return None
-    from proofmass.blocks.catalog import load_own_blocks
+    from proofmass.runner.run_command import own_blocks
 
-    return load_own_blocks(path)
+    return own_blocks(path)
 
 
 def _print_json(data: Any) -> None:

@@ -1,26 +1,29 @@
 """Machine code of a generated loop: made once by Numba, kept in the user's own folder, loaded without Numba.
 
-The object file is named by the hash of everything that went in: the generated source, the source of every module it
-calls, the versions of Python, Numba and llvmlite, and the processor. A damaged file is made anew; a folder that
-others could write to is refused. No fast-math, no contraction to fused multiply-add, no vector library: the code
-computes the same bits as plain Python.
+The object file is named by the hash of everything that went in: the generated source, every function that it calls
+as this process holds it, the versions of Python, Numba and llvmlite, and the processor. A damaged file is made anew;
+a folder that others could write to is not read. No fast-math, no contraction to fused multiply-add, no vector
+library: the code computes the same bits as plain Python.
 """
 
 import ctypes
 import dis
 import hashlib
 import os
+import re
 import stat
 import sys
 import tempfile
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
 
+from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.generate import Generated
 
 SYMBOL = "proofmass_loop"
@@ -36,20 +39,23 @@ def cache_folder() -> Path:
 
 
 def key_of(generated: Generated, argument_kinds: tuple[str, ...]) -> str:
-    """Hash of everything that the machine code depends on."""
-    digest = hashlib.sha256()
-    parts = [generated.source, repr(argument_kinds), sys.version, version("numba"), version("llvmlite")]
-    parts += [llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), sys.platform]
-    for part in parts:
-        digest.update(part.encode() + b"\0")
-    for source in sorted(_sources(generated.names)):
-        digest.update(source + b"\0")
-    return digest.hexdigest()[:32]
+    """Hash of everything that the machine code depends on, how it is made included."""
+    made_by = [*_described("made by", _compiled, {}), repr(argument_kinds), sys.version, sys.platform]
+    versions = [version("numba"), version("llvmlite"), llvm.get_host_cpu_name()]
+    parts = [content_of(generated), *made_by, *versions, llvm.get_host_cpu_features().flatten()]
+    return _digest(parts)[:32]
+
+
+def content_of(generated: Generated) -> str:
+    """Hash of what the loop computes: its source and all functions that it calls, whatever file they come from."""
+    seen: dict[types.FunctionType, int] = {}
+    called = (line for name, value in sorted(generated.names.items()) for line in _described(name, value, seen))
+    return _digest([generated.source, *called])
 
 
 def is_cached(key: str) -> bool:
     """Whether the loop can run without compiling."""
-    return key in _loaded or (cache_folder() / f"{key}.o").exists()
+    return key in _loaded or _read(key) is not None
 
 
 def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
@@ -69,75 +75,147 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
     return _loaded[key][1]
 
 
-def _sources(names: Mapping[str, Any]) -> set[bytes]:
-    """Source text of every module that the functions come from, helpers included."""
-    found: set[bytes] = set()
-    todo, seen = list(names.values()), set()
-    while todo:
-        value = todo.pop()
-        if not isinstance(value, types.FunctionType) or value in seen:
-            if isinstance(value, type):
-                found.add(repr((value.__qualname__, value.__annotations__)).encode())
-            continue
-        seen.add(value)
-        file = value.__code__.co_filename
-        found.add(Path(file).read_bytes() if Path(file).exists() else value.__code__.co_code)
-        todo += [value.__globals__.get(name) for name in _globals_read(value)]
-    return found
+def _digest(parts: list[str]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part.encode("utf-8", "surrogatepass") + b"\0")
+    return digest.hexdigest()
+
+
+def _described(name: str, value: Any, seen: dict[types.FunctionType, int]) -> Iterator[str]:
+    """A function as text with everything that it calls or reads; other values by what a compiler sees of them.
+
+    The functions as they are in memory count, not their files: a file may have been edited since it was imported.
+    """
+    value = getattr(value, "py_func", value)  # compiled by Numba already, by its author
+    if isinstance(value, types.FunctionType):
+        known = value in seen
+        yield f"{name} is function {seen.setdefault(value, len(seen))}"
+        if not known:
+            yield from _code_described(value.__code__)
+            yield repr((value.__defaults__, value.__kwdefaults__))
+            for other, read in sorted(_read_by(value).items()):
+                yield from _described(other, read, seen)
+    elif isinstance(value, types.ModuleType):
+        yield f"{name} is {value.__name__}"
+    elif isinstance(value, type):
+        fields = getattr(value, "__annotations__", {}), getattr(value, "_field_defaults", {})
+        yield f"{name} is {value.__qualname__} {fields}"
+    elif hasattr(value, "tobytes"):
+        yield f"{name} is {type(value).__name__} {value.dtype} {value.shape} {value.tobytes().hex()}"
+    else:
+        yield f"{name} is {value!r}"
+
+
+def _code_described(code: types.CodeType) -> Iterator[str]:
+    yield repr((code.co_code, code.co_exceptiontable, code.co_argcount, code.co_names, code.co_varnames))
+    yield repr((code.co_freevars, code.co_cellvars))
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _code_described(constant)
+        else:
+            yield repr(sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant)
+
+
+def _read_by(function: types.FunctionType) -> dict[str, Any]:
+    """Global values and values of enclosing functions that a function reads, by name."""
+    names, codes = set[str](), [function.__code__]
+    while codes:
+        code = codes.pop()
+        names |= {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+        codes += [constant for constant in code.co_consts if isinstance(constant, types.CodeType)]
+    found = {name: function.__globals__[name] for name in names if name in function.__globals__}
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    return found | {name: cell.cell_contents for name, cell in cells}
 
 
 def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
+    with _settings_of_numba():
+        import numba
+
+        kinds = {
+            "int": numba.int64,
+            "int*": numba.types.CPointer(numba.int64),
+            "bool*": numba.types.CPointer(numba.boolean),
+            "float*": numba.types.CPointer(numba.float64),
+        }
+        signature = numba.void(*(kinds[kind] for kind in argument_kinds))
+        options = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        try:
+            jitted: dict[types.FunctionType, Any] = {}
+            names = {name: _jit(value, jitted) for name, value in generated.names.items()}
+            namespace: dict[str, Any] = {"carray": numba.carray, **names}
+            exec(compile(generated.source, "<generated loop>", "exec"), namespace)
+            loop = numba.njit(signature, **options)(namespace["loop"])
+        except Exception as error:
+            raise ModelError([_not_compiled(error)]) from error
+        made = loop.overloads[loop.signatures[0]]
+        module = llvm.parse_assembly(made.library.get_llvm_str())
+        return _object_code(module, made.fndesc.llvm_func_name)
+
+
+@contextmanager
+def _settings_of_numba() -> Iterator[None]:
+    """Numba as the loop wants it, whatever the user set for code of their own; as it was afterwards."""
+    kept = {name: value for name, value in os.environ.items() if name.startswith("NUMBA_")}
+    for name in kept:
+        del os.environ[name]
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
-    import numba
+    os.environ["NUMBA_SLP_VECTORIZE"] = "1"  # correlation cells and other short rows side by side
     from numba.core import config
 
-    config.USING_SVML = False
-    config.SLP_VECTORIZE = 1  # correlation cells and other short rows side by side
-    jitted: dict[Any, Any] = {}
-    names = {name: _jit(value, jitted) for name, value in generated.names.items()}
-    namespace: dict[str, Any] = {"carray": numba.carray, **names}
-    exec(compile(generated.source, "<generated loop>", "exec"), namespace)
-    kinds = {
-        "int": numba.int64,
-        "int*": numba.types.CPointer(numba.int64),
-        "bool*": numba.types.CPointer(numba.boolean),
-        "float*": numba.types.CPointer(numba.float64),
-    }
-    signature = numba.void(*(kinds[kind] for kind in argument_kinds))
-    options = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    loop = numba.njit(signature, **options)(namespace["loop"])
-    module = llvm.parse_assembly(loop.inspect_llvm(loop.signatures[0]))
-    return _object_code(module)
+    config.reload_config()
+    vector_library, config.USING_SVML = config.USING_SVML, False
+    try:
+        yield
+    finally:
+        del os.environ["NUMBA_DISABLE_INTEL_SVML"], os.environ["NUMBA_SLP_VECTORIZE"]
+        os.environ.update(kept)
+        config.reload_config()
+        config.USING_SVML = vector_library
 
 
-def _jit(value: Any, jitted: dict[Any, Any]) -> Any:
+def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
     """A function compiled with everything that it calls; other values as they are."""
     import numba
 
+    value = getattr(value, "py_func", value)
     if not isinstance(value, types.FunctionType):
         return value
     if value not in jitted:
-        globals_ = dict(value.__globals__)
-        for name in _globals_read(value):
-            if isinstance(globals_.get(name), types.FunctionType):
-                globals_[name] = _jit(globals_[name], jitted)
-        copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__)
+        read = {name: _jit(other, jitted) for name, other in _read_by(value).items()}
+        cells = tuple(types.CellType(read[name]) for name in value.__code__.co_freevars)
+        globals_ = value.__globals__ | read
+        copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__, cells)
         jitted[value] = numba.njit(copied, error_model="numpy", forceinline=True, no_cpython_wrapper=True)
     return jitted[value]
 
 
-def _globals_read(function: types.FunctionType) -> set[str]:
-    return {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
+def _not_compiled(error: Exception) -> Problem:
+    """What Numba could not compile, with the innermost line of a block that it names."""
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+    places = [place for place in re.findall(r'File "([^"\n]+)", line (\d+)', text) if not place[0].startswith("<")]
+    file, line = places[-1] if places else ("", "0")
+    told = (row.strip() for row in text.splitlines())
+    skipped = ("Failed in", "During:", "- ", "File ")
+    reason = next((row for row in told if row and not row.startswith(skipped)), type(error).__name__)
+    return Problem(
+        message="a function of a block cannot be compiled",
+        file=file,
+        line=int(line),
+        got=reason,
+        expected="arithmetic, math, if, for and while on numbers",
+        hint="rewrite it, or run in plain Python: --engine python",
+    )
 
 
-def _object_code(module: Any) -> bytes:
+def _object_code(module: Any, entry: str) -> bytes:
     """Object file with the loop alone, under a name of our own."""
     for function in module.functions:
-        if not function.is_declaration:
-            if "loop" in function.name and not function.name.startswith(("cfunc.", "cpython.")):
-                function.name = SYMBOL
-            else:
-                function.linkage = "internal"
+        if function.name == entry:
+            function.name = SYMBOL
+        elif not function.is_declaration:
+            function.linkage = "internal"
     machine = _machine()
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
     manager = llvm.create_new_module_pass_manager()

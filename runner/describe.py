@@ -1,5 +1,6 @@
 """One block as text: what `proofmass blocks KIND` prints, derived from its declaration."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from proofmass.blocks.catalog import facts
@@ -47,7 +48,7 @@ def _default(parameter: dict[str, Any]) -> str:
 
 def _type(port: dict[str, Any]) -> str:
     shape = f"[{', '.join(map(str, port['shape']))}]" if "shape" in port else ""
-    return port["type"] + shape + (f", every {port['every']} ticks" if "every" in port else "")
+    return str(port["type"]) + shape + (f", every {port['every']} ticks" if "every" in port else "")
 
 
 def _feedthrough(port: dict[str, Any]) -> str:
@@ -58,9 +59,11 @@ def _indented(text: str) -> list[str]:
     return [f"    {line}".rstrip() for line in text.splitlines()]
 
 
-def _table(title: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
+def _table(title: str, head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
     if not rows:
         return []
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    cells = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in (head, *rows))
+    cells = (
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)
+    )
     return ["", title, *(f"    {line}" for line in cells)]

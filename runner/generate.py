@@ -80,7 +80,7 @@ class _Generator:
         rows = [f"row_{i} = 0" for i, probe in enumerate(self.plan.probes) if probe.stride > 1]
         body = [*self._views(), *before, *rows, "not_finite = 0.0", "for tick in range(first, last):"]
         body += ["    time = tick * period", *(f"    {line}" for line in loop), *after]
-        body += [f"{self.memory.write('not_finite')} = not_finite"]
+        body += [f"state_{FLOATS}[{self.memory.counts[FLOATS]}] = not_finite"]
         source = "\n".join([*self._head(), *(f"    {line}" if line else "" for line in body)]) + "\n"
         return Generated(
             source,
@@ -97,7 +97,7 @@ class _Generator:
     def _head(self) -> Iterator[str]:
         plan = self.plan
         base = write_rate(plan.schedule.base_rate)
-        yield f'"""Generated loop of a graph of {len(plan.blocks)} blocks at {base}; block__port is what a wire holds."""'
+        yield f'"""Generated loop of {len(plan.blocks)} blocks at {base}; block__port is what a wire holds."""'
         yield ""
         yield "# The functions that it calls, each compiled from the file of its block:"
         for name, value in sorted(self.names.items()):
@@ -113,10 +113,9 @@ class _Generator:
 
     def _views(self) -> Iterator[str]:
         """Arrays over the memory that the loop is given; their sizes are fixed by the graph."""
-        self.memory.add("not_finite", float)
         for slots in (self.constants, self.memory):
             for array, count in slots.counts.items():
-                yield f"{slots.prefix}{array} = carray({slots.prefix}{array}, ({max(count, 1)},))"
+                yield f"{slots.prefix}{array} = carray({slots.prefix}{array}, ({count + 1},))"
         for node, (_, shape) in self.vectors.items():
             yield f"{_variable(node)} = carray({_variable(node)}, {shape})"
         for i, probe in enumerate(self.plan.probes):
@@ -130,17 +129,15 @@ class _Generator:
             made = block.constants_class()
             if plan.constants[name] is not None:
                 values = plan.constants[name]
-                fields = [
-                    self._constant((name, f), k, v) for (f, k), v in zip(_fields(made), values, strict=True)
-                ]
+                fields = [self._constant((name, f), k, v) for (f, k), v in zip(_fields(made), values, strict=True)]
                 if fields:
-                    yield f"{name}__c = {self._class(made, block, 'Constants')}({', '.join(fields)})"
+                    yield f"{name}__c = {self._named(block, 'Constants', made)}({', '.join(fields)})"
                 else:
                     yield f"{name}__c = 0"
             else:
                 for p, kind in _fields(block.parameters_class()):
                     if (name, p) not in plan.schedule.drivers:
-                        yield f"{name}__p_{p} = {self._constant((name, 'parameter', p), kind, getattr(block, p))}"
+                        yield f"_{name}__{p} = {self._constant((name, 'parameter', p), kind, getattr(block, p))}"
                 yield f"{name}__period = {self._constant((name, 'period'), float, plan.block_period(name))}"
         for number, group in enumerate(plan.groups):
             for i, row in enumerate(zip(group.transition, group.entry, strict=True)):
@@ -150,7 +147,7 @@ class _Generator:
             state = block.state_class()
             if state is not None:
                 fields = [self.memory.add((name, "x", f), k) for f, k in _fields(state)]
-                yield f"{name}__x = {self._class(state, block, 'State')}({', '.join(fields)})"
+                yield f"{name}__x = {self._named(block, 'State', state)}({', '.join(fields)})"
             for port, output in block.outputs.items():
                 if not output.shape:
                     yield f"{name}__{port} = {self.memory.add((name, port), output.dtype)}"
@@ -158,6 +155,8 @@ class _Generator:
     def _outputs(self) -> Iterator[str]:
         plan = self.plan
         drawn: set[str] = set()
+        watched: list[str] = []  # of every tick
+        persistent = {node for group in plan.groups for node in group.inputs}
         due = 1
         for name, port in plan.schedule.order:
             block, divisor = plan.blocks[name], plan.schedule.divisors[name]
@@ -176,12 +175,18 @@ class _Generator:
             call = self._call(name, port, port)
             output = block.outputs[port]
             yield indent + (call if output.shape else f"{name}__{port} = {call}")
-            if output.dtype is not float:
-                yield from (indent + line for line in self._watched(name, block.feedthrough(port)))
+            if output.dtype is float and (name, port) not in persistent:
+                finite = _not_finite((name, port), block.shape_of(output))
+                if stride == 1:
+                    watched.append(finite)
+                else:
+                    yield f"{indent}not_finite += {finite}"
         for name, block in plan.blocks.items():
             update = block.functions.get("update")
             if update is not None and "normal" in update.arguments and name not in drawn:
                 yield self._deviate(name)
+        if watched:
+            yield f"not_finite += {' + '.join(watched)}"
 
     def _probes(self) -> Iterator[str]:
         for i, probe in enumerate(self.plan.probes):
@@ -218,19 +223,19 @@ class _Generator:
             moved = {}
             for i, state in enumerate(group.states):
                 factors = (f"group_{number}_{i}_{j} * {term}" for j, term in enumerate(terms))
-                moved[state] = f"{state[0]}__next_{state[1]}"
+                moved[state] = f"_{state[0]}__{state[1]}"
                 yield f"{moved[state]} = {' + '.join(factors)}"
             for name in group.blocks:
                 block = self.plan.blocks[name]
                 state_class: Any = block.state_class()
                 fields = ", ".join(moved[name, f] for f in state_class._fields)
-                yield f"{name}__x = {self._class(state_class, block, 'State')}({fields})"
+                yield f"{name}__x = {self._named(block, 'State', state_class)}({fields})"
 
     def _packed(self) -> Iterator[str]:
         for key in self.memory.kinds:
             if len(key) == 3:
                 yield f"{self.memory.write(key)} = {key[0]}__x.{key[2]}"
-            elif key != "not_finite":
+            else:
                 yield f"{self.memory.write(key)} = {_variable(key)}"
 
     # -- pieces ----------------------------------------------------------------------------------------------------
@@ -239,7 +244,7 @@ class _Generator:
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
         arguments = [f"{name}__c", *(self._argument(name, port, a) for a in behaviour.arguments)]
-        return f"{self._function(block, function, behaviour.function)}({', '.join(arguments)})"
+        return f"{self._named(block, function, behaviour.function)}({', '.join(arguments)})"
 
     def _argument(self, name: str, port: str, argument: str) -> str:
         plan = self.plan
@@ -260,13 +265,11 @@ class _Generator:
     def _driven(self, name: str) -> str:
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
         made = block.parameters_class()
-        values = [
-            _variable(drivers[name, p]) if (name, p) in drivers else f"{name}__p_{p}" for p, _ in _fields(made)
-        ]
-        parameters = f"{self._class(made, block, 'Parameters')}({', '.join(values)})"
+        values = [_variable(drivers[name, p]) if (name, p) in drivers else f"_{name}__{p}" for p, _ in _fields(made)]
+        parameters = f"{self._named(block, 'Parameters', made)}({', '.join(values)})"
         if "constants" not in block.functions:
             return f"{name}__c = {parameters}"
-        function = self._function(block, "constants", block.functions["constants"].function)
+        function = self._named(block, "constants", block.functions["constants"].function)
         return f"{name}__c = {function}({parameters}, {name}__period)"
 
     def _deviate(self, name: str) -> str:
@@ -276,25 +279,18 @@ class _Generator:
         stream = self._constant((name, "stream"), int, self.plan.stream(name))
         return f"{name}__normal = normal_deviate(seed, run, {stream}, {tick})"
 
-    def _watched(self, name: str, inputs: tuple[str, ...]) -> Iterator[str]:
-        """A NaN or infinity that ends in an integer would vanish: it is kept in a sum that is then NaN."""
-        for argument in inputs:
-            driver = self.plan.schedule.drivers.get((name, argument))
-            if driver and self.plan.blocks[driver[0]].outputs[driver[1]].dtype is float:
-                yield f"not_finite += {_variable(driver)} - {_variable(driver)}"
-
     def _constant(self, key: Any, kind: type, value: Any) -> str:
         self.values[key] = value
         return self.constants.add(key, kind)
 
-    def _class(self, made: type, block: Any, role: str) -> str:
-        name = f"{type(block).__name__}__{role}"
-        self.names[name] = made
-        return name
-
-    def _function(self, block: Any, role: str, function: Callable[..., Any]) -> str:
-        name = f"{type(block).__name__}__{role}"
-        self.names[name] = function
+    def _named(self, block: Any, role: str, value: Any) -> str:
+        """A name for a function or class of a kind of block; two kinds may bear the same name, and any letters."""
+        kind = type(block).__name__
+        name = plain = f"{kind[0].upper()}{kind[1:]}__{role}"
+        number = 1
+        while self.names.setdefault(name, value) is not value:
+            number += 1
+            name = f"{plain}_{number}"
         return name
 
 
@@ -308,3 +304,9 @@ def _array(kind: type) -> str:
 
 def _variable(node: Node) -> str:
     return f"{node[0]}__{node[1]}"
+
+
+def _not_finite(node: Node, shape: tuple[int, ...]) -> str:
+    """Zero, and NaN when what a wire holds is not finite."""
+    wires = [f"{_variable(node)}[{i}]" for i in range(shape[0])] if shape else [_variable(node)]
+    return " + ".join(f"({wire} - {wire})" for wire in wires)

@@ -1,14 +1,21 @@
 """The reference engine: the plan run in plain Python, tick by tick. A debugger can stop anywhere in it."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 from proofmass.blocks.counter_random import normal_deviate
-from proofmass.graphs.schedule import Node
 from proofmass.runner.continuous import Group
 from proofmass.runner.memory import Memory, Rows, start
 from proofmass.runner.plan import Plan, constants_of
+
+
+class TickError(ArithmeticError):
+    """A block that failed, or a number that is not finite: `at` is a function, wire or state by its name."""
+
+    def __init__(self, at: str, tick: int, value: Any) -> None:
+        super().__init__(f"{at} in tick {tick}: {value}")
+        self.at, self.tick, self.value = at, tick, value
 
 
 class Interpreter:
@@ -20,10 +27,11 @@ class Interpreter:
         self.plan, self.seed, self.run = plan, seed, run
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
-        self.at = ""  # the function under way, for messages
+        self._at = ""  # the function under way, for messages
         divisors = plan.schedule.divisors
         self._outputs = [
-            (node, plan.stride(node) if node[1] else divisors[node[0]], self._step(*node)) for node in plan.schedule.order
+            (node, plan.stride(node) if node[1] else divisors[node[0]], self._step(*node))
+            for node in plan.schedule.order
         ]
         self._updates = [
             (name, divisors[name], self._bound(name, "update"))
@@ -40,48 +48,52 @@ class Interpreter:
         kept = self._memory.copy()
         return lambda: kept
 
-    def finite(self) -> bool:
-        """Whether every number that moves is finite."""
-        memory = self._memory
-        numbers = [*self._memory.states.values(), *self._memory.buffers.values()]
-        return all(_finite(value) for value in (*numbers, *self._memory.wires.values()) if value is not None)
-
-    def advance(self, last: int, rows: Rows) -> None:
-        """Run up to, not including, the tick `last`."""
-        wires = self._memory.wires
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; raises `TickError`."""
         counts = [0] * len(rows)
         for tick in range(self._memory.tick, last):
-            for node, value in self.outputs(tick):
-                wires[node] = value
-            for i, probe in enumerate(self.plan.probes):
-                if tick % probe.stride == 0:
-                    rows[i][counts[i]] = wires[probe.node]
-                    counts[i] += 1
-            self.move(tick)
+            try:
+                self._compute(tick)
+                for i, probe in enumerate(self.plan.probes):
+                    if tick % probe.stride == 0:
+                        rows[i][counts[i]] = self._memory.wires[probe.node]
+                        counts[i] += 1
+                self._move(tick)
+            except TickError:
+                raise
+            except Exception as error:
+                raise TickError(self._at, tick, error) from error
+        return True
 
-    def outputs(self, tick: int) -> Iterator[tuple[Node, Any]]:
-        """Outputs due in a tick, one after the other; each must be put on its wire before the next is asked for."""
+    def _compute(self, tick: int) -> None:
+        """Outputs due in a tick, in their order."""
+        wires = self._memory.wires
         for node, stride, step in self._outputs:
             if tick % stride == 0:
-                self.at = ".".join(node)
+                self._at = ".".join(node) if node[1] else f"{node[0]}.constants"
                 value = step(tick)
                 if node[1] == "":
                     self._constants[node[0]] = value
-                else:
-                    yield node, value
+                    continue
+                if not _finite(value):
+                    raise TickError(self._at, tick, value)
+                wires[node] = value
 
-    def move(self, tick: int) -> None:
+    def _move(self, tick: int) -> None:
         """Updates due in a tick, then the continuous groups to the next."""
-        memory = self._memory
+        states = self._memory.states
         for name, divisor, step in self._updates:
             if tick % divisor == 0:
-                self.at = f"{name}.update"
+                self._at = f"{name}.update"
                 state = step(tick)
                 if state is not None:
-                    self._memory.states[name] = state
+                    states[name] = state
         for group in self.plan.groups:
             self._integrate(group)
-        memory.tick = tick + 1
+            for name in group.blocks:
+                if not _finite(states[name]):
+                    raise TickError(f"{name}.state", tick, states[name])
+        self._memory.tick = tick + 1
 
     def _step(self, name: str, port: str) -> Callable[[int], Any]:
         return self._output(name, port) if port else self._driven(name)

@@ -1,6 +1,5 @@
 """Everything that moves while a graph runs, as one value: what engines start from and checkpoints hold."""
 
-import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -13,16 +12,20 @@ Rows = Sequence[Any]  # an array for each probe, with one row per recorded tick
 
 @dataclass
 class Memory:
-    """State of every block, buffers, and what each wire holds, at the start of `tick`."""
+    """State of every block, buffers, and what each wire holds, at the start of `tick`.
+
+    Lists move; the tuples among the buffers are recordings, which stand still and are shared.
+    """
 
     tick: int
     states: dict[str, Any]
-    buffers: dict[Node, list[float]]
+    buffers: dict[Node, Sequence[float]]
     wires: dict[Node, Any]
 
     def copy(self) -> "Memory":
         """A copy that moves on its own."""
-        return Memory(self.tick, dict(self.states), copy.deepcopy(self.buffers), copy.deepcopy(self.wires))
+        buffers = {node: _copied(held) for node, held in self.buffers.items()}
+        return Memory(self.tick, dict(self.states), buffers, {node: _copied(held) for node, held in self.wires.items()})
 
 
 class Engine(Protocol):
@@ -30,8 +33,11 @@ class Engine(Protocol):
 
     name: str
 
-    def advance(self, last: int, rows: Rows) -> None:
-        """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order."""
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order.
+
+        False, or a `TickError` where it is known, when what a wire held in one of the ticks was not finite.
+        """
         ...
 
     def memory(self) -> Memory:
@@ -40,10 +46,6 @@ class Engine(Protocol):
 
     def snapshot(self) -> Callable[[], Memory]:
         """What moves, kept as it is now, and made a `Memory` when it is asked for."""
-        ...
-
-    def finite(self) -> bool:
-        """Whether every number that moves is finite."""
         ...
 
 
@@ -55,4 +57,11 @@ def start(plan: Plan) -> Memory:
             shape = block.shape_of(declared)
             zero = declared.dtype(0)
             wires[name, port] = [zero] * shape[0] if shape else zero
-    return Memory(0, dict(plan.starts), {key: list(values) for key, values in plan.buffers.items()}, wires)
+    buffers: dict[Node, Sequence[float]] = {
+        node: held if node in plan.recorded else list(held) for node, held in plan.buffers.items()
+    }
+    return Memory(0, dict(plan.starts), buffers, wires)
+
+
+def _copied(held: Any) -> Any:
+    return held.copy() if isinstance(held, list) else held

@@ -1,6 +1,6 @@
 """The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,23 +21,25 @@ class CompiledLoop:
 
     def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
         self.plan, self.seed, self.run = plan, seed, run
-        self._generated = generate(plan)
-        self._loop = load(self._generated, argument_kinds(self._generated, plan))
-        made = self._generated
-        self._constants = _arrays(made.constants, made.constant_values)
+        made = self._generated = generate(plan)
+        self._loop = load(made, argument_kinds(made, plan))
         memory = memory or start(plan)
         self.tick = memory.tick
-        self._state = _arrays(made.memory, _flat(memory, made.memory))
+        self._constants = _arrays(made.constants, made.constant_values)
+        self._state = _arrays(made.memory, {key: _moving(memory, key) for key in made.memory.kinds})
         self._vectors = {
             node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=_dtype(kind))
             for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
         }
+        integrated = [made.memory.kinds[name, "x", field][1] for group in plan.groups for name, field in group.states]
+        self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
 
-    def advance(self, last: int, rows: Rows) -> None:
-        """Run up to, not including, the tick `last`."""
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; false when a number was not finite."""
         arrays = [*self._constants.values(), *self._state.values(), *self._vectors.values(), *rows]
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
         self.tick = last
+        return bool(np.isfinite(self._state[FLOATS][self._watched]).all())
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
@@ -45,29 +47,24 @@ class CompiledLoop:
 
     def snapshot(self) -> Callable[[], Memory]:
         """What moves, kept as it is now, and made a `Memory` when it is asked for."""
-        tick = self.tick
+        tick, recorded = self.tick, self.plan.recorded
         state = {name: array.copy() for name, array in self._state.items()}
-        vectors = {node: array.copy() for node, array in self._vectors.items()}
+        vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
         return lambda: self._memory(tick, state, vectors)
 
     def _memory(self, tick: int, state: dict[str, Array], vectors: dict[Node, Array]) -> Memory:
-        slots, plan = self._generated.memory, self.plan
-        values = {
-            key: kind(state[FLOATS if kind is float else INTEGERS][index]) for key, (kind, index) in slots.kinds.items()
-        }
+        kinds, plan = self._generated.memory.kinds, self.plan
+        values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
         states: dict[str, Any] = {}
         for name, block in plan.blocks.items():
             made: Any = block.state_class()
             states[name] = None if made is None else made(*(values[name, "x", f] for f in made._fields))
         wires: dict[Node, Any] = {key: value for key, value in values.items() if len(key) == 2}
-        buffers = {node: vectors[node].tolist() for node in plan.buffers}
-        wires |= {node: array.tolist() for node, array in vectors.items() if node not in buffers}
+        wires |= {node: array.tolist() for node, array in vectors.items() if node not in plan.buffers}
+        buffers: dict[Node, Sequence[float]] = {
+            n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
+        }
         return Memory(tick, states, buffers, wires)
-
-    def finite(self) -> bool:
-        """Whether every number that moves is finite."""
-        arrays = [self._state[FLOATS], *self._vectors.values()]
-        return all(np.isfinite(array).all() for array in arrays if array.dtype == np.float64)
 
 
 def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
@@ -83,24 +80,20 @@ def already_compiled(plan: Plan) -> bool:
     return is_cached(key_of(generated, argument_kinds(generated, plan)))
 
 
-def _arrays(slots: Slots, values: Any) -> dict[str, Array]:
+def _arrays(slots: Slots, values: Mapping[Any, Any]) -> dict[str, Array]:
+    """An array of floats and one of integers, each with a place to spare behind the numbers."""
     arrays: dict[str, Array] = {
-        FLOATS: np.zeros(max(slots.counts[FLOATS], 1)),
-        INTEGERS: np.zeros(max(slots.counts[INTEGERS], 1), dtype=np.int64),
+        FLOATS: np.zeros(slots.counts[FLOATS] + 1),
+        INTEGERS: np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64),
     }
     for key, (kind, index) in slots.kinds.items():
         arrays[FLOATS if kind is float else INTEGERS][index] = values[key]
     return arrays
 
 
-def _flat(memory: Memory, slots: Slots) -> dict[Any, Any]:
-    values: dict[Any, Any] = {"not_finite": 0.0}
-    for key in slots.kinds:
-        if len(key) == 3:
-            values[key] = getattr(memory.states[key[0]], key[2])
-        elif key != "not_finite":
-            values[key] = memory.wires[key]
-    return values
+def _moving(memory: Memory, key: tuple[str, ...]) -> Any:
+    """What the memory holds of a state's field (block, "x", field) or of a wire (block, port)."""
+    return getattr(memory.states[key[0]], key[2]) if len(key) == 3 else memory.wires[key[0], key[1]]
 
 
 def _dtype(kind: type) -> Any:

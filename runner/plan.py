@@ -5,12 +5,14 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.check import checked
-from proofmass.graphs.graph import Graph, split
+from proofmass.graphs.graph import LARGEST_RUN, Graph, split
+from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node, Schedule, schedule
 from proofmass.runner.continuous import Group, find_groups
 from proofmass.runner.recording import read_recordings
@@ -43,7 +45,12 @@ class Plan:
     starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
     buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
     groups: tuple[Group, ...]
-    probes: tuple[PlannedProbe, ...]
+    probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
+
+    @cached_property
+    def recorded(self) -> frozenset[Node]:
+        """Buffers that hold a recording: nothing writes to them."""
+        return frozenset((n, b) for n, b in self.buffers if self.blocks[n].buffers[b].recorded)
 
     @property
     def blocks(self) -> Mapping[str, Block]:
@@ -60,17 +67,23 @@ class Plan:
         return float(self.schedule.divisors[name] / self.schedule.base_rate)
 
     def ticks(self, duration: Fraction | None = None, samples: int | None = None) -> int:
-        """Base ticks of a run: `samples`, or all ticks from 0 to `duration` with both ends."""
+        """Base ticks of a run: `samples`, or all from 0 to `duration` with both ends; else what the graph says."""
+        if samples is None and duration is None:
+            samples, duration = self.graph.samples, self.graph.duration
         if samples is not None:
-            return samples
-        if duration is not None:
-            return math.floor(duration * self.schedule.base_rate) + 1
-        if self.graph.samples is not None:
-            return self.graph.samples
-        if self.graph.duration is not None:
-            return math.floor(Fraction(self.graph.duration) * self.schedule.base_rate) + 1
-        hint = 'add duration = "1 s" at the top of the file, or say --duration "1 s"'
-        raise ModelError([self.graph.placed(Problem(message="how long to run is not said", key="duration", hint=hint))])
+            ticks = samples
+        elif duration is not None:
+            ticks = math.floor(duration * self.schedule.base_rate) + 1
+        else:
+            hint = 'add duration = "1 s" at the top of the file, or say --duration "1 s"'
+            raise self._refused(Problem(message="how long to run is not said", key="duration", hint=hint))
+        if ticks > LARGEST_RUN:
+            expected = f"at most {LARGEST_RUN:g} ticks of {write_rate(self.schedule.base_rate)}"
+            raise self._refused(Problem(message="too long", key="duration", got=f"{ticks:g} ticks", expected=expected))
+        return ticks
+
+    def _refused(self, problem: Problem) -> ModelError:
+        return ModelError([self.graph.placed(problem)])
 
     def stride(self, node: Node) -> int:
         """Base ticks from one value of an output to its next."""
@@ -85,12 +98,15 @@ class Plan:
 def plan(graph: Graph) -> Plan:
     """Check, schedule and prepare a graph; raises `ModelError`."""
     scheduled = schedule(checked(graph))
-    made = Plan(graph, scheduled, {}, {}, {}, (), ())
-    constants, starts, buffers, problems = {}, {}, {}, list[Problem]()
+    made = Plan(graph, scheduled, {}, {}, {}, (), ())  # answers what follows from the schedule alone
+    constants, starts, problems = dict[str, Any](), dict[str, Any](), list[Problem]()
+    buffers: dict[Node, tuple[float, ...]] = {}
     for name, block in graph.blocks.items():
         driven = any((name, p) in scheduled.drivers for p in block.parameters)
         try:
             constants[name] = None if driven else constants_of(block, block, made.block_period(name))
+            if not all(map(math.isfinite, constants[name] or ())):
+                raise ArithmeticError("one of them is not finite")
             recorded = read_recordings(graph, name)
             filled = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
             starts[name] = start_of(block, filled)
@@ -111,7 +127,7 @@ def plan(graph: Graph) -> Plan:
     if problems:
         raise ModelError([graph.placed(problem) for problem in problems])
     groups = find_groups(graph, scheduled, constants, made.period)
-    probes = tuple(_probe(made, probe.signal, probe.every) for probe in graph.probes)  # type: ignore[union-attr]
+    probes = tuple(_probe(made, probe.signal, probe.every) for probe in sorted(graph.probes))
     return Plan(graph, scheduled, constants, starts, buffers, groups, probes)
 
 
@@ -121,8 +137,6 @@ def constants_of(block: Block, parameters: Any, period: float) -> Any:
         made = block.functions["constants"].function(parameters, period)
     else:
         made = block.parameters_class()(*(getattr(parameters, n) for n in block.parameters_class()._fields))  # type: ignore[attr-defined]
-    if any(isinstance(value, float) and not math.isfinite(value) for value in made):
-        raise ArithmeticError("one of them is not finite")
     return _typed(made)
 
 

@@ -1,28 +1,43 @@
 """A progress bar on a terminal; nothing where nobody looks."""
 
+import shutil
 import sys
 import time
-from collections.abc import Callable
 
 
-def progress_bar(quiet: bool) -> Callable[[int, int], None] | None:
-    """A function that draws how many ticks are done, with rate and time left; None where standard error is no terminal."""
-    if quiet or not sys.stderr.isatty():
-        return None
-    began = time.monotonic()
-    drawn = 0.0
+class ProgressBar:
+    """Draws how many ticks are done, with rate and time left, on standard error; used with `with`, it cleans up."""
 
-    def draw(done: int, total: int) -> None:
-        nonlocal drawn
+    def __init__(self) -> None:
+        self._began = time.monotonic()
+        self._drawn = 0.0
+
+    def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
-        if done == total:
-            sys.stderr.write("\r\x1b[K" if drawn else "")
-        elif now - began > 0.5 and now - drawn > 0.1:
-            drawn = now
-            sys.stderr.write(f"\r\x1b[K{line(done, total, now - began)}")
-        sys.stderr.flush()
+        if done < total and now - self._began > 0.5 and now - self._drawn > 0.1:
+            self._drawn = now
+            width = shutil.get_terminal_size().columns - 1
+            sys.stderr.write(f"\r\x1b[K{line(done, total, now - self._began)[:width]}")
+            sys.stderr.flush()
+        elif done == total:
+            self._clear()
 
-    return draw
+    def __enter__(self) -> "ProgressBar":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._clear()
+
+    def _clear(self) -> None:
+        if self._drawn:
+            self._drawn = 0.0
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
+
+
+def progress_bar(quiet: bool) -> ProgressBar | None:
+    """A bar for `simulate(progress=...)`; None where standard error is no terminal."""
+    return None if quiet or not sys.stderr.isatty() else ProgressBar()
 
 
 def line(done: int, total: int, seconds: float) -> str:
@@ -33,7 +48,7 @@ def line(done: int, total: int, seconds: float) -> str:
     """
     part = done / total
     bar = "#" * int(24 * part)
-    rate = f"{time_text(seconds / done)} a tick, {time_text(seconds * (1 - part) / part)} left" if done else "starting"
+    rate = f"{time_text(seconds / done)} a tick, {time_text(seconds * (total / done - 1))} left" if done else "starting"
     return f"{100 * part:3.0f} % [{bar:.<24}] {done:,} of {total:,} ticks, {rate}"
 
 

@@ -1,19 +1,26 @@
 """The command `run`: read, change, simulate, show, write."""
 
+import contextlib
 import dataclasses
 import json
 import tomllib
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from proofmass.graphs.graph import Graph, read_duration
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.blocks.units import UnitError
+from proofmass.graphs.graph import Graph, read_probe, split
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.progress import progress_bar, time_text
 
+if TYPE_CHECKING:
+    from proofmass.blocks.declare import Block
+    from proofmass.runner.result import Result
 
 
 def run_graph(
@@ -33,70 +40,86 @@ def run_graph(
     as_json: bool,
 ) -> int:
     """Everything that `proofmass run` does; returns the exit code."""
-    if duration and samples:
+    if duration is not None and samples is not None:
         raise click.UsageError("give --duration or --samples, not both")
     if resume and out is None:
         raise click.UsageError("--resume needs --out, the folder of the interrupted run")
     if formats and out is None:
         raise click.UsageError("--format needs --out, the folder to write to")
-    loaded = _changed(_read(graph, own), changes, probes)
+    loaded = _changed(read_graph(graph, own_blocks(own)), changes, probes)
     if show_source:
         return _show_source(loaded)
-    from proofmass.runner.checkpoint import load_checkpoint, remove_checkpoint, save_checkpoint
-    from proofmass.runner.plan import plan
     from proofmass.runner.simulate import simulate
 
-    restart = None
-    if resume and out is not None:
-        planned = plan(loaded)
-        ticks = planned.ticks(read_duration(duration) if duration else None, samples)
-        restart = load_checkpoint(out, planned, loaded.seed if seed is None else seed, ticks)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-    result = simulate(
-        loaded,
-        duration=duration,
-        samples=samples,
-        seed=seed,
-        engine=engine,
-        folder=out,
-        progress=progress_bar(quiet or as_json),
-        resume=restart,
-    )
+    bar = progress_bar(quiet or as_json)
+    with bar or contextlib.nullcontext():
+        result = simulate(
+            loaded,
+            duration=duration,
+            samples=samples,
+            seed=seed,
+            engine=engine,
+            folder=out,
+            progress=bar,
+            resume=resume,
+        )
     if as_json:
         click.echo(json.dumps(_data(result), indent=2))
     else:
         show(result)
     if result.interrupted:
-        return _interrupted(result, out, graph, save_checkpoint)
+        return _interrupted(result, out)
     if out is not None:
-        remove_checkpoint(out)
         written = write(result, out, formats or ("netcdf",))
         click.echo(f"written to {out}: {', '.join(written)}", err=as_json)
     return 0
 
 
-def _read(graph: Path, own: Path | None) -> Graph:
-    if own is None:
-        return read_graph(graph)
+def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
+    """The blocks of a user's own file, which is run; raises `ModelError` when that fails."""
+    if path is None:
+        return None
     from proofmass.blocks.catalog import load_own_blocks
 
-    return read_graph(graph, load_own_blocks(own))
+    try:
+        return load_own_blocks(path)
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if frame.filename == str(path)]
+        line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
+        message = f"the file of blocks fails: {type(error).__name__}: {getattr(error, 'msg', error)}"
+        raise ModelError([Problem(message=message, file=str(path), line=line or 0)]) from error
 
 
 def _changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> Graph:
     values = {}
     for change in changes:
         key, equals, text = change.partition("=")
+        key = key.strip()
         if not equals or key.count(".") != 1:
             raise click.UsageError(f"--set {change}: write BLOCK.PARAMETER=VALUE, for example adc.reference=5V")
+        driver = next((wire.source for wire in graph.wires if wire.target == key), "")
+        if driver:
+            hint = f"change {split(driver)[0]}, or remove the wire"
+            raise ModelError(
+                [Problem(message=f"is driven by {driver}: a value would change nothing", key=key, hint=hint)]
+            )
         try:
-            values[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except ValueError:
-            values[key.strip()] = text.strip()
+            values[key] = tomllib.loads(f"value = {text}")["value"]
+        except (ValueError, RecursionError):
+            values[key] = text.strip()
     if values:
         graph = graph.with_parameters(values)
-    return dataclasses.replace(graph, probes=(*graph.probes, *probes)) if probes else graph
+    known = {probe.signal for probe in graph.probes}
+    added = []
+    for signal in dict.fromkeys(probes):
+        try:
+            added += [read_probe(signal)] if signal not in known else []
+        except UnitError:
+            raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
+    return dataclasses.replace(graph, probes=(*graph.probes, *added))
 
 
 def _show_source(graph: Graph) -> int:
@@ -107,8 +130,9 @@ def _show_source(graph: Graph) -> int:
     return 0
 
 
-def show(result: Any) -> None:
-    seconds = float((result.ticks - 1) / result.base_rate)
+def show(result: "Result") -> None:
+    """Print a run: its length and speed, and a line of statistics per signal."""
+    seconds = float(max(result.ticks - 1, 0) / result.base_rate)
     rate = write_rate(result.base_rate)
     engine = result.provenance["engine"]
     click.echo(f"{result.graph.name}: {result.ticks:,} ticks at {rate} ({time_text(seconds)}), {engine} engine")
@@ -117,7 +141,7 @@ def show(result: Any) -> None:
         f" {time_text(result.seconds / max(result.ticks, 1))} a tick"
     )
     head = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
-    rows = [head]
+    rows: list[tuple[str, ...]] = [head]
     for row in result.summary():
         numbers = [f"{row[key]:.9g}" if key in row else "" for key in head[3:7]]
         last = row.get("last", "")
@@ -126,14 +150,14 @@ def show(result: Any) -> None:
     if len(rows) > 1:
         widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
         click.echo()
-        for row in rows:
-            left = [cell.ljust(width) for cell, width in zip(row[:2], widths[:2], strict=True)]
-            right = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:], strict=True)]
+        for cells in rows:
+            left = [cell.ljust(width) for cell, width in zip(cells[:2], widths[:2], strict=True)]
+            right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
             click.echo("  ".join([*left, *right]).rstrip())
         click.echo()
 
 
-def _data(result: Any) -> dict[str, Any]:
+def _data(result: "Result") -> dict[str, Any]:
     return {
         "graph": result.graph.name,
         "ticks": result.ticks,
@@ -147,7 +171,8 @@ def _data(result: Any) -> dict[str, Any]:
     }
 
 
-def write(result: Any, out: Path, formats: tuple[str, ...], extra: Sequence[tuple[str, str]] = ()) -> list[str]:
+def write(result: "Result", out: Path, formats: tuple[str, ...], extra: Sequence[tuple[str, str]] = ()) -> list[str]:
+    """Write traces, plot, summary and report into a folder; returns the names of the files."""
     from proofmass.runner import export
     from proofmass.runner.plot import save_plot
     from proofmass.runner.report import save_report
@@ -168,16 +193,13 @@ def write(result: Any, out: Path, formats: tuple[str, ...], extra: Sequence[tupl
     return [*written, "summary.json", "report.html"]
 
 
-def _interrupted(result: Any, out: Path | None, graph: Path, save: Any) -> int:
+def _interrupted(result: "Result", out: Path | None) -> int:
     if out is None:
         click.echo(f"interrupted after {result.ticks:,} ticks; with --out FOLDER a run can be resumed", err=True)
     else:
-        save(result, out)
         click.echo(
             f"interrupted after {result.ticks:,} of {result.planned_ticks:,} ticks; kept in {out}\n"
             "  hint:     the same command with --resume goes on from there",
             err=True,
         )
     return 130
-
-

@@ -1,20 +1,22 @@
 """One run of a graph: plan, choose an engine, advance chunk by chunk, record."""
 
+import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from types import FrameType
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
-from proofmass.blocks.problem import ModelError, Problem
-from proofmass.graphs.graph import LARGEST_RUN, Graph, read_duration
-from proofmass.runner.interpret import Interpreter
+from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.units import UnitError
+from proofmass.graphs.graph import LARGEST_SEED, Graph, read_duration, split
+from proofmass.runner.interpret import Interpreter, TickError
 from proofmass.runner.memory import Engine, Memory, start
 from proofmass.runner.plan import Plan, plan
 from proofmass.runner.provenance import provenance
@@ -24,10 +26,13 @@ EngineName = Literal["auto", "python", "compiled"]
 Progress = Callable[[int, int], None]  # ticks done, ticks in all
 
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
+FIRST_CHUNK = 16  # ticks
 CHUNK_SECONDS = 0.05
-CHUNK_BYTES = 32 << 20
+STUCK_SECONDS = 1.0  # from a first Ctrl-C to one that is not patient
+CHUNK_BYTES = 32 << 20  # of rows
 INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
-_INTERPRETED_STEP = 1.5e-6  # seconds a block and tick in plain Python, measured
+_INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
+_INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
 
 
 class RunError(RuntimeError):
@@ -47,52 +52,106 @@ def simulate(
     engine: EngineName = "auto",
     folder: str | Path | None = None,
     progress: Progress | None = None,
-    resume: "tuple[Memory, dict[str, Any]] | None" = None,
+    resume: bool = False,
 ) -> Result:
     """Run a graph once.
 
     `duration` runs all ticks from 0 to it, both ends included; `samples` so many base ticks; without either the graph
     says. Traces of more than 256 MiB are written to `.npy` files in `folder` as they come, and are mapped from there.
-    `resume` takes the memory and rows of a checkpoint. Ctrl-C ends the run after the chunk under way: the result then
-    holds what was done and says that it was interrupted.
+
+    Ctrl-C (or SIGTERM) ends the run after the chunk under way: the result then holds what was done and says that it
+    was interrupted. With a `folder` a checkpoint is kept there, and `resume` goes on from it to the same bits.
 
     Raises `ModelError` when the graph is wrong and `RunError` when a number stops being finite.
     """
     began = time.perf_counter()
     planned = plan(graph)
-    total = planned.ticks(read_duration(duration) if duration is not None else None, samples)
-    _refuse_length(planned, total)
-    chosen_seed = graph.seed if seed is None else seed
-    memory, kept = resume or (start(planned), {})
-    runs = make_engine(planned, choose(planned, total, engine), chosen_seed, memory)
-    recorders = _recorders(planned, total, Path(folder) if folder else None)
-    for name, rows in kept.items():
-        recorders[name].keep(rows)
+    wanted = _Wanted(planned, duration, samples, seed, engine)
+    place = Path(folder) if folder is not None else None
+    streamed = _streamed(planned, wanted.ticks, place)
+    memory = start(planned)
+    kept: Mapping[str, int] = {}
+    if resume:
+        if place is None:
+            raise ValueError("resume needs the folder of the interrupted run")
+        from proofmass.runner.checkpoint import load_checkpoint
+
+        memory, kept = load_checkpoint(place, planned, wanted.seed, wanted.ticks)
+    runs = make_engine(planned, choose(planned, wanted.ticks, engine), wanted.seed, memory)
+    recorders = _recorders(planned, wanted.ticks, place, streamed, kept)
     looped = time.perf_counter()
-    done = _loop(planned, runs, memory.tick, total, recorders, progress, chosen_seed)
+    done, memory, unwritten = _loop(planned, runs, memory.tick, wanted, recorders, progress)
     ended = time.perf_counter()
     base = planned.schedule.base_rate
-    return Result(
+    result = Result(
         graph=graph,
-        traces={name: recorder.finish(base) for name, recorder in recorders.items()},
+        traces={probe.signal: recorders[probe.signal].finish(base) for probe in graph.probes},
         ticks=done,
-        planned_ticks=total,
+        planned_ticks=wanted.ticks,
         base_rate=base,
-        seed=chosen_seed,
+        seed=wanted.seed,
         seconds=ended - looped,
         preparation=looped - began,
         provenance=provenance(graph, runs.name),
-        memory=runs.memory() if done < total else None,
+        memory=memory if done < wanted.ticks else None,
     )
+    if place is not None:
+        from proofmass.runner.checkpoint import remove_checkpoint, save_checkpoint
+
+        if result.interrupted:
+            save_checkpoint(result, planned, place)
+        else:
+            remove_checkpoint(result, place)
+    if unwritten is not None:
+        message = f"{unwritten.strerror}; the {done:,} ticks that are done are kept, resume goes on from there"
+        raise OSError(unwritten.errno, message, str(place))
+    return result
+
+
+class _Wanted:
+    """Length, seed and engine of a run as the caller gave them, read and refused."""
+
+    def __init__(self, planned: Plan, duration: object, samples: object, seed: object, engine: object) -> None:
+        problems = []
+
+        def refuse(key: str, value: object, message: str, expected: str = "", hint: str = "") -> None:
+            problems.append(Problem(message=message, key=key, got=shown(value), expected=expected, hint=hint))
+
+        seconds, ticks = None, None
+        if duration is not None and samples is not None:
+            refuse("samples", samples, "give samples or duration, not both")
+        elif duration is not None:
+            try:
+                seconds = read_duration(duration)
+            except UnitError as error:
+                refuse("duration", duration, str(error), hint=error.hint)
+        elif samples is not None:
+            if isinstance(samples, int) and not isinstance(samples, bool) and samples >= 1:
+                ticks = samples
+            else:
+                refuse("samples", samples, "must be an integer of at least 1")
+        self.seed = planned.graph.seed
+        if isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED:
+            self.seed = seed
+        elif seed is not None:
+            refuse("seed", seed, "must be an integer", expected=f"0 to {LARGEST_SEED}")
+        if engine not in get_args(EngineName):
+            hint = did_you_mean(str(engine), get_args(EngineName), "engine")
+            refuse("engine", engine, "there is no such engine", hint=hint)
+        if problems:
+            raise ModelError(problems)
+        self.ticks = planned.ticks(seconds, ticks)
 
 
 def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
     """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled before are compiled."""
     if wanted != "auto":
         return wanted
-    if ticks * len(planned.schedule.order) * _INTERPRETED_STEP < 0.1:
+    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
+    seconds = ticks * (len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY)
+    if seconds < 0.1:
         return "python"
-    if ticks * len(planned.schedule.order) * _INTERPRETED_STEP > INTERPRETED_SECONDS:
+    if seconds > INTERPRETED_SECONDS:
         return "compiled"
     from proofmass.runner.native import already_compiled
 
@@ -112,14 +171,17 @@ def _loop(
     planned: Plan,
     engine: Engine,
     done: int,
-    total: int,
-    recorders: dict[str, Recorder],
+    wanted: _Wanted,
+    recorders: Mapping[str, Recorder],
     progress: Progress | None,
-    seed: int,
-) -> int:
-    chunk = 256 if engine.name == "python" else 1 << 14
-    row_bytes = sum(8 * int(np.prod(p.shape)) / p.stride for p in planned.probes)
-    largest = max(1, int(CHUNK_BYTES / row_bytes)) if row_bytes else LARGEST_RUN
+) -> tuple[int, Memory, OSError | None]:
+    """Chunk after chunk of about 50 ms, so that Ctrl-C and progress are soon served.
+
+    Returns the ticks done, what moves after them, and why a file of rows could not be written.
+    """
+    total, chunk = wanted.ticks, FIRST_CHUNK
+    row_bytes = sum(8 * math.prod(p.shape) / p.stride for p in planned.probes)
+    largest = max(1, int(CHUNK_BYTES / row_bytes)) if row_bytes else total
     with _interrupts() as interrupted:
         while done < total and not interrupted.is_set():
             if progress:
@@ -129,14 +191,18 @@ def _loop(
             began = time.perf_counter()
             rows = [recorders[p.signal].space(p.rows(done, last)) for p in planned.probes]
             try:
-                engine.advance(last, rows)
-            except ArithmeticError:
-                raise RunError(_fault(planned, before(), last, seed)) from None
+                if not engine.advance(last, rows):
+                    # The compiled loop only says that there is one: the chunk again in plain Python, to name it.
+                    Interpreter(planned, wanted.seed, memory=before()).advance(last, rows)
+                    raise TickError("a wire", last - 1, "not finite in the compiled loop alone")
+            except TickError as fault:
+                raise RunError(_failed(planned, fault)) from fault.__cause__
             taken = time.perf_counter() - began
-            if not (engine.finite() and all(_finite(values) for values in rows if values.dtype == np.float64)):
-                raise RunError(_fault(planned, before(), last, seed))
-            for probe, values in zip(planned.probes, rows, strict=True):
-                recorders[probe.signal].keep(values)
+            try:
+                for probe, values in zip(planned.probes, rows, strict=True):
+                    recorders[probe.signal].keep(values)
+            except OSError as error:
+                return done, before(), error
             done = last
             if taken < CHUNK_SECONDS / 2:
                 chunk = min(2 * chunk, largest)
@@ -144,61 +210,35 @@ def _loop(
                 chunk = max(chunk // 2, 1)
         if progress:
             progress(done, total)
-    return done
+    return done, engine.memory(), None
 
 
-def _fault(planned: Plan, before: Memory, last: int, seed: int) -> Problem:
-    """Where a number stopped being finite: the chunk once more in plain Python, output by output."""
-    engine = Interpreter(planned, seed, memory=before)
-    wires = before.wires
-    for tick in range(before.tick, last):
-        at = f"in tick {tick}, t = {float(tick / planned.schedule.base_rate):.9g} s"
-        due = engine.outputs(tick)
-        where = "a block"
-        try:
-            for node, value in due:
-                wires[node] = value
-                where = ".".join(node)
-                if not _finite(value):
-                    return _not_finite(planned, node, value, at)
-            engine.move(tick)
-        except ArithmeticError as error:
-            name = engine.at
-            return planned.graph.placed(
-                Problem(message=f"{error} {at}", key=name, hint="record its inputs", path=("blocks", name.split(".")[0]))
-            )
-        if not engine.finite():
-            name = next(n for n, state in before.states.items() if state is not None and not _finite(state))
-            return _not_finite(planned, (name, "state"), before.states[name], at)
-    return Problem(message=f"a number was not finite before tick {last}", key=where)
-
-
-def _not_finite(planned: Plan, node: tuple[str, str], value: Any, at: str) -> Problem:
-    inputs = [
-        f"{i} = {planned.schedule.drivers[node[0], i][0]}.{planned.schedule.drivers[node[0], i][1]}"
-        for i in planned.blocks[node[0]].inputs
-        if (node[0], i) in planned.schedule.drivers
-    ]
-    return planned.graph.placed(
-        Problem(
-            message=f"is not finite {at}",
-            key=".".join(node),
-            got=str(value),
-            hint="the loop may be unstable, or a parameter of the wrong size"
-            + (f"; probe what drives it: {', '.join(inputs)}" if inputs else ""),
-            path=("blocks", node[0]),
-        )
+def _failed(planned: Plan, fault: TickError) -> Problem:
+    """A fault in the words of the graph: block and port, tick and time, what to look at."""
+    name, _ = split(fault.at)
+    at = f"in tick {fault.tick}, t = {float(fault.tick / planned.schedule.base_rate):.9g} s"
+    drivers = planned.schedule.drivers
+    block = planned.blocks.get(name)
+    ports = [*block.inputs, *block.parameters] if block else []
+    inputs = [f"{port} = {'.'.join(drivers[name, port])}" for port in ports if (name, port) in drivers]
+    hint = "the loop may be unstable, or a parameter of the wrong size"
+    if isinstance(fault.value, Exception):
+        message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
+    else:
+        message, got = f"is not finite {at}", str(fault.value)
+    problem = Problem(
+        message=message,
+        key=fault.at,
+        got=got,
+        hint=hint + (f"; probe what drives it: {', '.join(inputs)}" if inputs else ""),
+        path=("blocks", name),
     )
+    return planned.graph.placed(problem)
 
 
-def _finite(values: Any) -> bool:
-    return bool(np.isfinite(values).all())
-
-
-def _recorders(planned: Plan, total: int, folder: Path | None) -> dict[str, Recorder]:
-    """A recorder per probe, in memory as long as all traces fit."""
-    rows = {p.signal: p.rows(0, total) for p in planned.probes}
-    size = sum(8 * rows[p.signal] * int(np.prod(p.shape)) for p in planned.probes)
+def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
+    """Whether the traces are written to files as they come, since together they do not fit into memory."""
+    size = sum(p.rows(0, ticks) * math.prod(p.shape) * np.dtype(p.dtype).itemsize for p in planned.probes)
     if size > IN_MEMORY and folder is None:
         problem = Problem(
             message="the traces are too large for memory",
@@ -209,30 +249,44 @@ def _recorders(planned: Plan, total: int, folder: Path | None) -> dict[str, Reco
             path=("probes",),
         )
         raise ModelError([planned.graph.placed(problem)])
-    if size > IN_MEMORY and folder:
+    return size > IN_MEMORY
+
+
+def _recorders(
+    planned: Plan, ticks: int, folder: Path | None, streamed: bool, kept: Mapping[str, int]
+) -> dict[str, Recorder]:
+    """A recorder per probe, which goes on behind the rows that are kept."""
+    if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-    return {p.signal: Recorder(p, rows[p.signal], folder if size > IN_MEMORY else None) for p in planned.probes}
+    if folder is not None and kept:
+        from proofmass.runner.checkpoint import recorder
 
-
-def _refuse_length(planned: Plan, total: int) -> None:
-    if not 1 <= total <= LARGEST_RUN:
-        problem = Problem(message="cannot run so long", key="samples", got=f"{total:g} ticks", expected="1 to 1e12 ticks")
-        raise ModelError([planned.graph.placed(problem)])
+        return {p.signal: recorder(p, p.rows(0, ticks), folder, streamed, kept[p.signal]) for p in planned.probes}
+    place = folder if streamed else None
+    return {p.signal: Recorder(p, p.rows(0, ticks), place) for p in planned.probes}
 
 
 @contextmanager
 def _interrupts() -> Iterator[threading.Event]:
-    """An event that Ctrl-C sets instead of breaking into a chunk; as it was before afterwards."""
+    """An event that Ctrl-C and SIGTERM set instead of breaking into a chunk; a chunk that is stuck is broken into."""
     pressed = threading.Event()
+    times = []
 
     def note(number: int, frame: FrameType | None) -> None:
         pressed.set()
+        times.append(time.monotonic())
+        if times[-1] - times[0] > STUCK_SECONDS:
+            raise KeyboardInterrupt
 
-    if threading.current_thread() is not threading.main_thread():
-        yield pressed
-        return
-    before = signal.signal(signal.SIGINT, note)
+    kept: dict[signal.Signals, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number, before in kept.items():
+        if before not in (signal.SIG_IGN, None):
+            signal.signal(number, note)
     try:
         yield pressed
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, before in kept.items():
+            if before not in (signal.SIG_IGN, None):
+                signal.signal(number, before)
