@@ -156,7 +156,7 @@ class _Generator:
         plan = self.plan
         drawn: set[str] = set()
         watched: list[str] = []  # of every tick
-        persistent = {node for group in plan.groups for node in group.inputs}
+        persistent = {node for group in plan.groups for node in group.inputs}  # what enters a group stays in its state
         due = 1
         for name, port in plan.schedule.order:
             block, divisor = plan.blocks[name], plan.schedule.divisors[name]
@@ -176,17 +176,20 @@ class _Generator:
             output = block.outputs[port]
             yield indent + (call if output.shape else f"{name}__{port} = {call}")
             if output.dtype is float and (name, port) not in persistent:
-                finite = _not_finite((name, port), block.shape_of(output))
+                entries = _entries((name, port), block.shape_of(output))
                 if stride == 1:
-                    watched.append(finite)
+                    watched += entries
                 else:
-                    yield f"{indent}not_finite += {finite}"
+                    yield from (f"{indent}not_finite += {entry} - {entry}" for entry in entries)
         for name, block in plan.blocks.items():
             update = block.functions.get("update")
             if update is not None and "normal" in update.arguments and name not in drawn:
                 yield self._deviate(name)
         if watched:
-            yield f"not_finite += {' + '.join(watched)}"
+            yield "# NaN from here on when one of these is not finite:"
+            yield f"watched = {watched[0]}"
+            yield from (f"watched += {entry}" for entry in watched[1:])
+            yield "not_finite += watched - watched"
 
     def _probes(self) -> Iterator[str]:
         for i, probe in enumerate(self.plan.probes):
@@ -306,7 +309,6 @@ def _variable(node: Node) -> str:
     return f"{node[0]}__{node[1]}"
 
 
-def _not_finite(node: Node, shape: tuple[int, ...]) -> str:
-    """Zero, and NaN when what a wire holds is not finite."""
-    wires = [f"{_variable(node)}[{i}]" for i in range(shape[0])] if shape else [_variable(node)]
-    return " + ".join(f"({wire} - {wire})" for wire in wires)
+def _entries(node: Node, shape: tuple[int, ...]) -> list[str]:
+    """The numbers that a wire holds."""
+    return [f"{_variable(node)}[{i}]" for i in range(shape[0])] if shape else [_variable(node)]

@@ -194,7 +194,7 @@ def _loop(
                 if not engine.advance(last, rows):
                     # The compiled loop only says that there is one: the chunk again in plain Python, to name it.
                     Interpreter(planned, wanted.seed, memory=before()).advance(last, rows)
-                    raise TickError("a wire", last - 1, "not finite in the compiled loop alone")
+                    raise TickError("wires", last - 1, "a number or a sum of numbers beyond 1e308")
             except TickError as fault:
                 raise RunError(_failed(planned, fault)) from fault.__cause__
             taken = time.perf_counter() - began
