@@ -10,8 +10,8 @@ import pytest
 from proofmass.blocks.catalog import all_blocks, facts
 from proofmass.blocks.declare import block
 from proofmass.graphs.graph import Graph
-from proofmass.graphs.keys import TOP_KEYS
 from proofmass.graphs.schema import schema
+from proofmass.graphs.toml_reader import TOP_KEYS
 from proofmass.graphs.toml_writer import write_graph
 from tests.graph_texts import LIBRARY, SMALL, changed
 
@@ -62,17 +62,14 @@ def test_defaults_are_valid_and_what_is_out_of_bounds_is_not(kind: Any) -> None:
         assert own.is_valid(default), name
         if parameter.kind not in (float, int):
             continue
+        step = 1 if parameter.kind is int else 1e-9
         outside = [parameter.above, parameter.below]
-        outside += [bound - _step(parameter, bound) for bound in [parameter.at_least] if bound is not None]
-        outside += [bound + _step(parameter, bound) for bound in [parameter.at_most] if bound is not None]
+        outside += [bound - step * max(1, abs(bound)) for bound in [parameter.at_least] if bound is not None]
+        outside += [bound + step * max(1, abs(bound)) for bound in [parameter.at_most] if bound is not None]
         for bound in outside:
             assert bound is None or not own.is_valid(bound), name
         assert not own.is_valid([1]), name
         assert not own.is_valid(True), name
-
-
-def _step(parameter: Any, bound: float) -> float:
-    return 1 if parameter.kind is int else 1e-9 * max(1.0, abs(bound))
 
 
 def test_every_key_of_the_top_is_described() -> None:

@@ -24,7 +24,8 @@ FORBIDDEN_MODULES = {
 FORBIDDEN_CALLS = {"eval", "__import__", "execfile", "breakpoint", "input"}
 FORBIDDEN_METHODS = {("os", "system"), ("os", "popen"), ("builtins", "exec")}
 
-# Where a name may run: the block catalog imports blocks and the caller's own file, the compiler its generated loop.
+# Where a name may run: the block catalog imports blocks and the caller's own file, the compiler its
+# generated loop, the integer code its generated steps.
 KNOWN = {
     ("blocks/catalog.py", "find", "importlib.import_module"),
     ("blocks/catalog.py", "all_blocks", "importlib.import_module"),
@@ -33,6 +34,8 @@ KNOWN = {
     ("blocks/catalog.py", "load_own_blocks", "spec.loader.exec_module"),
     ("runner/compile.py", "_compiled", "exec"),
     ("runner/compile.py", "_compiled", "compile"),
+    ("runner/integer_code.py", "compile_step", "exec"),
+    ("runner/integer_code.py", "compile_step", "compile"),
 }
 
 
