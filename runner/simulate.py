@@ -28,6 +28,7 @@ Progress = Callable[[int, int], None]  # ticks done, ticks in all
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
 FIRST_CHUNK = 16  # ticks
 CHUNK_SECONDS = 0.05
+NAMED_TICKS = 64  # run again in plain Python to name the one in which a number stopped being finite
 STUCK_SECONDS = 1.0  # from a first Ctrl-C to one that is not patient
 CHUNK_BYTES = 32 << 20  # of rows
 INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
@@ -192,9 +193,7 @@ def _loop(
             rows = [recorders[p.signal].space(p.rows(done, last)) for p in planned.probes]
             try:
                 if not engine.advance(last, rows):
-                    # The compiled loop only says that there is one: the chunk again in plain Python, to name it.
-                    Interpreter(planned, wanted.seed, memory=before()).advance(last, rows)
-                    raise TickError("wires", last - 1, "a number or a sum of numbers beyond 1e308")
+                    _name_fault(planned, wanted.seed, before(), last)
             except TickError as fault:
                 raise RunError(_failed(planned, fault)) from fault.__cause__
             taken = time.perf_counter() - began
@@ -211,6 +210,27 @@ def _loop(
         if progress:
             progress(done, total)
     return done, engine.memory(), None
+
+
+def _name_fault(planned: Plan, seed: int, memory: Memory, end: int) -> None:
+    """Raise the `TickError` before the tick `end`: the compiled loop only says that there may be one.
+
+    The ticks are halved until few are left, and plain Python goes on from there. It finds nothing where only the sum
+    by which the loop watches its wires went beyond 1e308: then all is well.
+    """
+
+    def rows(until: int) -> list[Any]:
+        return [np.empty((p.rows(memory.tick, until), *p.shape), dtype=p.dtype) for p in planned.probes]
+
+    last = end
+    while last - memory.tick > NAMED_TICKS:
+        middle = (memory.tick + last) // 2
+        engine = make_engine(planned, "compiled", seed, memory)
+        if engine.advance(middle, rows(middle)):
+            memory = engine.memory()
+        else:
+            last = middle
+    Interpreter(planned, seed, memory=memory).advance(end, rows(end))
 
 
 def _failed(planned: Plan, fault: TickError) -> Problem:
