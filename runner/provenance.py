@@ -24,12 +24,15 @@ def provenance(graph: Graph, engine: str) -> dict[str, str]:
         "python": platform.python_version(),
         **{library: version(library) for library in libraries},
         "platform": platform.platform(),
-        "processor": _processor(),
+        "processor": _processor(engine),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }
 
 
-def _processor() -> str:
+def _processor(engine: str) -> str:
+    """What the loop was compiled for; the kind of machine where nothing was compiled, which spares an import."""
+    if engine != "compiled":
+        return platform.machine()
     from llvmlite.binding import get_host_cpu_name
 
     return str(get_host_cpu_name())
