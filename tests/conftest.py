@@ -1,0 +1,19 @@
+"""What all tests share: compiled loops in a folder of this session's own, and hypothesis without deadlines."""
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+hypothesis.settings.register_profile("proofmass", deadline=None)
+hypothesis.settings.load_profile("proofmass")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Before anything is collected, and for every process that a test starts."""
+    folder = tempfile.mkdtemp(prefix="proofmass-tests-")
+    os.environ["PROOFMASS_CACHE"] = str(Path(folder) / "cache")
+    config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
