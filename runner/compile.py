@@ -131,8 +131,7 @@ def _read_by(function: types.FunctionType) -> dict[str, Any]:
 
 def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
     with _settings_of_numba():
-        import numba
-
+        numba = _numba()
         kinds = {
             "int": numba.int64,
             "int*": numba.types.CPointer(numba.int64),
@@ -154,6 +153,13 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
         return _object_code(module, made.fndesc.llvm_func_name)
 
 
+def _numba() -> Any:
+    """Numba, imported late; its own types know neither all its options nor all its names."""
+    import numba
+
+    return numba
+
+
 @contextmanager
 def _settings_of_numba() -> Iterator[None]:
     """Numba as the loop wants it, whatever the user set for code of their own; as it was afterwards."""
@@ -162,8 +168,7 @@ def _settings_of_numba() -> Iterator[None]:
         del os.environ[name]
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
     os.environ["NUMBA_SLP_VECTORIZE"] = "1"  # correlation cells and other short rows side by side
-    from numba.core import config
-
+    config = _numba().core.config
     config.reload_config()
     vector_library, config.USING_SVML = config.USING_SVML, False
     try:
@@ -177,8 +182,6 @@ def _settings_of_numba() -> Iterator[None]:
 
 def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
     """A function compiled with everything that it calls; other values as they are."""
-    import numba
-
     value = getattr(value, "py_func", value)
     if not isinstance(value, types.FunctionType):
         return value
@@ -187,7 +190,7 @@ def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
         cells = tuple(types.CellType(read[name]) for name in value.__code__.co_freevars)
         globals_ = value.__globals__ | read
         copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__, cells)
-        jitted[value] = numba.njit(copied, error_model="numpy", forceinline=True, no_cpython_wrapper=True)
+        jitted[value] = _numba().njit(copied, error_model="numpy", forceinline=True, no_cpython_wrapper=True)
     return jitted[value]
 
 
