@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem
-from proofmass.graphs.toml_writer import write_graph
 from proofmass.runner.memory import Memory
 from proofmass.runner.plan import Plan, PlannedProbe
+from proofmass.runner.provenance import graph_text
 from proofmass.runner.result import Recorder, Result
 
 FILE = "checkpoint.json"
@@ -115,7 +115,7 @@ def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     for node in sorted(planned.recorded):
         recordings.update(array("d", planned.buffers[node]).tobytes())
     return {
-        "graph": write_graph(planned.graph),
+        "graph": graph_text(planned.graph),
         "the seed": seed,
         "the number of ticks": ticks,
         "the recordings": recordings.hexdigest(),

@@ -1,5 +1,6 @@
 """What a result was made with: versions, processor, and a hash of the graph."""
 
+import dataclasses
 import hashlib
 import platform
 from datetime import UTC, datetime
@@ -10,8 +11,13 @@ from proofmass.graphs.toml_writer import write_graph
 
 
 def graph_hash(graph: Graph) -> str:
-    """SHA-256 of the graph in its written form: the same for every order of declaration."""
-    return hashlib.sha256(write_graph(graph).encode()).hexdigest()
+    """SHA-256 of the graph as text: the same for every order of declaration."""
+    return hashlib.sha256(graph_text(graph).encode()).hexdigest()
+
+
+def graph_text(graph: Graph) -> str:
+    """The graph in its written form, the probes in alphabetical order like everything else."""
+    return write_graph(dataclasses.replace(graph, probes=tuple(sorted(graph.probes))))
 
 
 def provenance(graph: Graph, engine: str) -> dict[str, str]:

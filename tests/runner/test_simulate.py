@@ -1,0 +1,413 @@
+"""One run: what must not change its bits, how long it is, and what ends it."""
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proofmass.blocks.analog_to_digital import AnalogToDigital
+from proofmass.blocks.constant import Constant
+from proofmass.blocks.correlator import Correlator
+from proofmass.blocks.declare import Block, Input, param
+from proofmass.blocks.digital_to_analog import DigitalToAnalog
+from proofmass.blocks.gain import Gain
+from proofmass.blocks.one_bit_actuator import OneBitActuator
+from proofmass.blocks.problem import ModelError
+from proofmass.blocks.ramp import Ramp
+from proofmass.blocks.saturation import Saturation
+from proofmass.blocks.shift_register import ShiftRegister
+from proofmass.blocks.sum import Sum
+from proofmass.blocks.unit_delay import UnitDelay
+from proofmass.blocks.white_noise import WhiteNoise
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner import simulate as simulation
+from proofmass.runner.generate import generate
+from proofmass.runner.plan import plan
+from proofmass.runner.result import Result
+from proofmass.runner.simulate import EngineName, RunError, choose, simulate
+
+LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
+ENGINES: list[EngineName] = ["python", "compiled"]
+
+
+def bits(result: Result) -> dict[str, bytes]:
+    """Every trace as its bytes."""
+    return {name: np.ascontiguousarray(trace.values).tobytes() for name, trace in result.traces.items()}
+
+
+def self_test() -> Graph:
+    """Slow and fast probes, integer vectors, noise: a graph that has it all."""
+    return Graph(
+        name="all",
+        rate="10 kHz",
+        blocks={
+            "chips": ShiftRegister(length=4, taps=0xC, seed=1),
+            "level": OneBitActuator(level=1.0, unit="V"),
+            "noise": WhiteNoise(density=0.01, unit="V"),
+            "sum": Sum(unit="V"),
+            "adc": AnalogToDigital(bits=12, reference=4.0),
+            "cells": Correlator(cells=3, chips=15),
+            "slow": UnitDelay(unit="V"),
+        },
+        rates={"slow": "10/7 kHz"},
+        wires=[
+            "chips.bit -> level.bit",
+            "level.output -> sum.first",
+            "noise.output -> sum.second",
+            "sum.output -> adc.voltage",
+            "sum.output -> slow.input",
+            "adc.code -> cells.code",
+            "chips.bit -> cells.bit",
+        ],
+        probes=["adc.code", {"signal": "sum.output", "every": 3}, "cells.impulse_response", "slow.output", "chips.bit"],
+        seed=5,
+    )
+
+
+class TestNothingElseChangesABit:
+    @pytest.mark.parametrize("engine", ENGINES)
+    @settings(max_examples=12)
+    @given(first=st.integers(1, 400), largest=st.integers(8, 4000), patience=st.sampled_from([0.0, 1e-4, 1.0]))
+    def test_not_the_size_of_chunks(self, engine: EngineName, first: int, largest: int, patience: float) -> None:
+        whole = bits(simulate(self_test(), samples=500, engine="python"))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(simulation, "FIRST_CHUNK", first)
+            patch.setattr(simulation, "CHUNK_SECONDS", patience)
+            patch.setattr(simulation, "CHUNK_BYTES", largest)
+            assert bits(simulate(self_test(), samples=500, engine=engine)) == whole
+
+    def test_not_the_order_of_probes(self) -> None:
+        graph = self_test()
+        turned = Graph(**{**vars(graph), "probes": graph.probes[::-1]})  # type: ignore[arg-type]
+        result, other = (simulate(g, samples=100, engine="python") for g in (graph, turned))
+        assert list(other) == list(result)[::-1]
+        assert bits(other) == bits(result)
+        assert generate(plan(turned)).source == generate(plan(graph)).source
+        assert other.provenance["graph_hash"] == result.provenance["graph_hash"]
+
+    def test_not_the_hash_seed_of_python(self) -> None:
+        script = (
+            "import sys, hashlib; from proofmass import read_graph, simulate;"
+            "from proofmass.runner.generate import generate; from proofmass.runner.plan import plan;"
+            "graph = read_graph(sys.argv[1]); result = simulate(graph, samples=300, engine='python');"
+            "rows = b''.join(trace.values.tobytes() for trace in result.traces.values());"
+            "data = generate(plan(graph)).source.encode() + rows;"
+            "print(hashlib.sha256(data).hexdigest(), result.provenance['graph_hash'])"
+        )
+        command = [sys.executable, "-c", script, str(LIBRARY / "recorded_motion.toml")]
+        answers = {
+            subprocess.run(
+                command, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True
+            ).stdout
+            for seed in ("0", "1", "random")
+        }
+        assert len(answers) == 1
+
+    @pytest.mark.parametrize("engine", ENGINES)
+    def test_noise_is_a_function_of_seed_block_and_tick(self, engine: EngineName) -> None:
+        def noise(seed: int, **more: Any) -> np.ndarray[Any, Any]:
+            blocks: dict[str, Block] = {"noise": WhiteNoise(density=1.0), **more.pop("blocks", {})}
+            probes = ["noise.output", *more.pop("probes", [])]
+            graph = Graph(name="noise", rate="1 kHz", blocks=blocks, probes=probes, **more)
+            return simulate(graph, samples=400, seed=seed, engine=engine)["noise.output"].values
+
+        alone = noise(1)
+        assert np.array_equal(alone, noise(1, blocks={"another": WhiteNoise(density=1.0)}, probes=["another.output"]))
+        beside_a_faster_one = noise(1, blocks={"a": WhiteNoise(density=1.0)}, rates={"a": "3 kHz"})
+        assert np.array_equal(alone[:134], beside_a_faster_one)
+        assert not (alone == noise(2)).any()
+        assert abs(np.corrcoef(alone, noise(2))[0, 1]) < 0.2
+        renamed = Graph(name="noise", rate="1 kHz", blocks={"other": WhiteNoise(density=1.0)}, probes=["other.output"])
+        assert not (simulate(renamed, samples=400, seed=1, engine=engine)["other.output"].values == alone).any()
+
+
+class TestLength:
+    @pytest.mark.parametrize("engine", ENGINES)
+    def test_a_duration_has_both_ends_and_tick_0_is_at_0(self, engine: EngineName) -> None:
+        graph = Graph(name="time", rate="10 Hz", blocks={"ramp": Ramp(slope=1.0)}, probes=["ramp.output"])
+        trace = simulate(graph, duration="1 s", engine=engine)["ramp.output"]
+        assert len(trace.values) == 11
+        assert trace.times[0] == trace.values[0] == 0.0
+        assert trace.times[-1] == trace.values[-1] == 1.0
+        assert len(simulate(graph, duration=0.99, engine=engine)["ramp.output"].values) == 10
+        assert len(simulate(graph, duration=0, engine=engine)["ramp.output"].values) == 1
+        assert len(simulate(graph, samples=10, engine=engine)["ramp.output"].values) == 10
+
+    def test_the_graph_says_unless_the_caller_does(self) -> None:
+        blocks = {"ramp": Ramp(slope=1.0)}
+        lasting = Graph(name="time", rate="10 Hz", blocks=blocks, probes=["ramp.output"], duration="2 s")
+        counted = Graph(name="time", rate="10 Hz", blocks=blocks, probes=["ramp.output"], samples=7)
+        assert simulate(lasting).ticks == 21
+        assert simulate(lasting, samples=3).ticks == 3
+        assert simulate(counted).ticks == 7
+        assert simulate(counted, duration="1 s").ticks == 11
+
+    @pytest.mark.parametrize(
+        ("wanted", "message"),
+        [
+            ({}, "how long to run is not said"),
+            ({"samples": 0}, "samples: must be an integer of at least 1"),
+            ({"samples": 2.5}, "samples: must be an integer of at least 1"),
+            ({"samples": True}, "samples: must be an integer of at least 1"),
+            ({"samples": 10**13}, "too long"),
+            ({"duration": "3 m"}, "duration: "),
+            ({"duration": -1.0}, "duration: must not be negative"),
+            ({"duration": "1e9 s"}, "too long"),
+            ({"duration": "1 s", "samples": 3}, "give samples or duration, not both"),
+            ({"samples": 3, "seed": -1}, "seed: must be an integer"),
+            ({"samples": 3, "seed": 2**63}, "seed: must be an integer"),
+            ({"samples": 3, "engine": "complied"}, "did you mean compiled?"),
+        ],
+    )
+    def test_what_cannot_be_is_refused(self, wanted: dict[str, Any], message: str) -> None:
+        graph = Graph(name="time", rate="10 kHz", blocks={"ramp": Ramp(slope=1.0)}, probes=["ramp.output"])
+        with pytest.raises(ModelError) as caught:
+            simulate(graph, **wanted)
+        assert message in str(caught.value)
+
+
+class TestEngines:
+    def test_auto_takes_the_one_that_is_ready_sooner(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        planned = plan(self_test())
+        assert choose(planned, 100, "auto") == "python"
+        assert choose(planned, 10**6, "auto") == "compiled"
+        assert choose(planned, 10**6, "python") == "python"
+        between = 40_000
+        monkeypatch.setenv("PROOFMASS_CACHE", str(tmp_path / "cache"))
+        monkeypatch.setattr("proofmass.runner.compile._loaded", {})
+        assert choose(planned, between, "auto") == "python"
+        assert simulate(self_test(), samples=20, engine="auto").provenance["engine"] == "python"
+        assert simulate(self_test(), samples=20, engine="compiled").provenance["engine"] == "compiled"
+        assert choose(planned, between, "auto") == "compiled"
+
+    def test_long_buffers_are_slow_in_plain_python(self) -> None:
+        cells = {
+            "bit": ShiftRegister(),
+            "cells": Correlator(cells=4096),
+            "code": AnalogToDigital(),
+            "v": Constant(unit="V"),
+        }
+        wires = ["bit.bit -> cells.bit", "v.output -> code.voltage", "code.code -> cells.code"]
+        graph = Graph(name="cells", rate="1 kHz", blocks=cells, wires=wires, probes=["cells.impulse_response"])
+        assert choose(plan(graph), 5_000, "auto") == "compiled"
+
+    @pytest.mark.parametrize("engine", ENGINES)
+    def test_probes_of_every_kind(self, engine: EngineName) -> None:
+        result = simulate(self_test(), samples=61, engine=engine)
+        every = simulate(
+            Graph(**{**vars(self_test()), "probes": ["sum.output"]}),
+            samples=61,
+            engine=engine,  # type: ignore[arg-type]
+        )
+        assert np.array_equal(result["sum.output"].values, every["sum.output"].values[::3])
+        assert result["cells.impulse_response"].values.shape == (5, 3)
+        assert result["cells.impulse_response"].values.dtype == np.int64
+        assert not result["cells.impulse_response"].values[0].any()
+        assert result["cells.impulse_response"].values[1:].all()
+        assert result["slow.output"].values.shape == (9,)
+        assert result["chips.bit"].values.dtype == np.bool_
+
+    @pytest.mark.parametrize("engine", ENGINES)
+    def test_a_driven_parameter_is_what_drives_it(self, engine: EngineName) -> None:
+        graph = Graph(
+            name="driven",
+            rate="1 kHz",
+            blocks={
+                "number": Ramp(slope=400.0, offset=-0.3),
+                "reference": Ramp(slope=3.0, offset=2.0, unit="V"),
+                "dac": DigitalToAnalog(bits=8, reference=7.0),
+            },
+            rates={"reference": "1/5 kHz"},
+            wires=["number.output -> dac.number", "reference.output -> dac.reference"],
+            probes=["dac.voltage"],
+        )
+        expected = []
+        for tick in range(400):
+            held = 2.0 + 3.0 * (tick // 5 * 5 * 0.001)
+            code = round(min(max(-0.3 + 400.0 * (tick * 0.001), -128.0), 127.0))
+            expected.append(code * (held / 128.0))
+        found = simulate(graph, samples=400, engine=engine)["dac.voltage"].values
+        assert found == pytest.approx(expected, rel=1e-15)
+        assert len(set(found)) > 80
+
+
+class Divided(Block):
+    """One over the input."""
+
+    input = Input("1", "Input.")
+
+
+@Divided.output("1")
+def divided(p: Any, input: float) -> float:
+    """One over the input."""
+    return 1.0 / input
+
+
+class Root(Block):
+    """The square root of the input."""
+
+    input = Input("1", "Input.")
+
+
+@Root.output("1")
+def root(p: Any, input: float) -> float:
+    """The square root of the input."""
+    return math.sqrt(input)
+
+
+class Grown(NamedTuple):
+    level: float
+
+
+class Growing(Block):
+    """A state that no output shows before it is infinite."""
+
+    factor: float = param("1", "Factor of growth.", default=1e30)
+
+
+@Growing.start
+def start(p: Growing) -> Grown:
+    return Grown(1.0)
+
+
+@Growing.output("1")
+def level(p: Growing, x: Grown) -> float:
+    """The state."""
+    return x.level
+
+
+@Growing.update
+def update(p: Growing, x: Grown) -> Grown:
+    return Grown(x.level * p.factor)
+
+
+def falling_to_zero(block: Block, port: str) -> Graph:
+    """A ramp 0.2, 0.1, 0.0, ... through a block, and its output through a limiter, which would swallow an infinity."""
+    return Graph(
+        name="falling",
+        rate="10 Hz",
+        blocks={"ramp": Ramp(slope=-1.0, offset=0.5), "block": block, "limit": Saturation(lowest=-1.0, highest=1.0)},
+        wires=["ramp.output -> block.input", f"block.{port} -> limit.input"],
+        probes=["limit.output"],
+    )
+
+
+class TestNumbersThatAreNotFinite:
+    def refused(self, graph: Graph, samples: int = 5000) -> str:
+        """What both engines say, which must be the same, whatever the chunks."""
+        texts = set()
+        for engine in ENGINES:
+            for first in (1, 16, 100_000):
+                with pytest.MonkeyPatch.context() as patch:
+                    patch.setattr(simulation, "FIRST_CHUNK", first)
+                    with pytest.raises(RunError) as caught:
+                        simulate(graph, samples=samples, engine=engine)
+                texts.add(str(caught.value))
+                assert caught.value.problem.key
+        assert len(texts) == 1, texts
+        return texts.pop()
+
+    def test_an_unstable_loop(self) -> None:
+        graph = Graph(
+            name="unstable",
+            rate="1 kHz",
+            blocks={"one": Constant(value=1.0), "sum": Sum(), "gain": Gain(gain=-3.0), "delay": UnitDelay()},
+            wires=[
+                "one.output -> sum.first",
+                "delay.output -> sum.second",
+                "sum.output -> gain.input",
+                "gain.output -> delay.input",
+            ],
+            probes=["one.output"],
+        )
+        text = self.refused(graph)
+        assert text.startswith("gain.output: is not finite in tick 646, t = 0.646 s")
+        assert "got:      inf" in text or "got:      -inf" in text
+        assert "probe what drives it: input = sum.output" in text
+
+    def test_a_division_by_zero_in_one_tick_that_a_limiter_would_swallow(self) -> None:
+        text = self.refused(falling_to_zero(Divided(), "divided"))
+        assert text.startswith("block.divided: failed in tick 5, t = 0.5 s")
+        assert "ZeroDivisionError" in text
+        assert "input = ramp.output" in text
+
+    def test_a_root_of_a_negative_number(self) -> None:
+        text = self.refused(falling_to_zero(Root(), "root"))
+        assert text.startswith("block.root: failed in tick 6, t = 0.6 s")
+        assert "ValueError: math domain error" in text
+
+    def test_one_that_ends_in_an_integer(self) -> None:
+        graph = falling_to_zero(Root(), "root")
+        blocks = {**graph.blocks, "limit": AnalogToDigital(), "volt": Gain(gain=1.0, output_unit="V")}
+        wires = ["ramp.output -> block.input", "block.root -> volt.input", "volt.output -> limit.voltage"]
+        graph = Graph(name="adc", rate="10 Hz", blocks=blocks, wires=wires, probes=["limit.code"])
+        assert self.refused(graph).startswith("block.root: failed in tick 6")
+
+    def test_an_overflow_into_a_converter(self) -> None:
+        blocks = {"grow": Growing(), "volt": Gain(gain=1.0, output_unit="V"), "adc": AnalogToDigital()}
+        wires = ["grow.level -> volt.input", "volt.output -> adc.voltage"]
+        graph = Graph(name="adc", rate="10 Hz", blocks=blocks, wires=wires, probes=["adc.code"])
+        text = self.refused(graph)
+        assert text.startswith("grow.level: is not finite in tick 11, t = 1.1 s")
+
+    def test_in_a_slow_block(self) -> None:
+        blocks = {"grow": Growing(), "limit": Saturation(lowest=-1.0, highest=1.0)}
+        graph = Graph(
+            name="slow",
+            rate="10 Hz",
+            blocks=blocks,
+            rates={"grow": "2 Hz"},
+            wires=["grow.level -> limit.input"],
+            probes=["limit.output"],
+        )
+        assert self.refused(graph).startswith("grow.level: is not finite in tick 55, t = 5.5 s")
+
+    @pytest.mark.parametrize("engine", ENGINES)
+    def test_huge_numbers_are_numbers(self, engine: EngineName) -> None:
+        blocks = {f"huge_{number}": Constant(value=1.5e308) for number in range(3)}
+        graph = Graph(name="huge", rate="1 Hz", blocks=blocks, probes=["huge_0.output"])
+        assert (simulate(graph, samples=300, engine=engine)["huge_0.output"].values == 1.5e308).all()
+
+    def test_the_place_in_the_file_is_told(self, tmp_path: Path) -> None:
+        path = tmp_path / "grow.toml"
+        path.write_text(
+            'name = "grow"\nrate = "10 Hz"\nwires = ["a.output -> b.input", "b.output -> a.input"]\n'
+            'probes = ["b.output"]\n[blocks.a]\nkind = "UnitDelay"\ninitial = 1.0\n'
+            '[blocks.b]\nkind = "Gain"\ngain = 1e30\n'
+        )
+        with pytest.raises(RunError) as caught:
+            simulate(read_graph(path), samples=50, engine="python")
+        assert caught.value.problem.line == 8
+        assert caught.value.problem.file == str(path)
+
+
+class TestTracesTooLargeForMemory:
+    def test_they_are_refused_with_the_cure(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(simulation, "IN_MEMORY", 1 << 20)
+        graph = Graph(name="long", rate="1 kHz", blocks={"ramp": Ramp(slope=1.0)}, probes=["ramp.output"])
+        with pytest.raises(ModelError) as caught:
+            simulate(graph, samples=(1 << 17) + 1)
+        assert "at most 1 MiB without a folder" in str(caught.value)
+        assert "--out FOLDER" in str(caught.value)
+        assert simulate(graph, samples=1 << 17, engine="python").ticks == 1 << 17
+
+    @pytest.mark.parametrize("engine", ENGINES)
+    def test_they_are_streamed_into_a_folder(
+        self, engine: EngineName, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        whole = bits(simulate(self_test(), samples=3000, engine=engine))
+        monkeypatch.setattr(simulation, "IN_MEMORY", 1000)
+        monkeypatch.setattr(simulation, "CHUNK_BYTES", 3000)
+        result = simulate(self_test(), samples=3000, engine=engine, folder=tmp_path / "out")
+        assert bits(result) == whole
+        for name, trace in result.traces.items():
+            assert isinstance(trace.values, np.memmap)
+            assert np.load(tmp_path / "out" / f"{name}.npy").tobytes() == whole[name]
