@@ -130,7 +130,7 @@ def _read_by(function: types.FunctionType) -> dict[str, Any]:
 
 
 def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
-    with _settings_of_numba():
+    with _settings_of_numba(rows=bool(generated.vectors)):
         numba = _numba()
         kinds = {
             "int": numba.int64,
@@ -161,13 +161,17 @@ def _numba() -> Any:
 
 
 @contextmanager
-def _settings_of_numba() -> Iterator[None]:
-    """Numba as the loop wants it, whatever the user set for code of their own; as it was afterwards."""
+def _settings_of_numba(rows: bool) -> Iterator[None]:
+    """Numba as the loop wants it, whatever the user set for code of their own; as it was afterwards.
+
+    Only with `rows` are numbers gathered into short vectors (SLP): it makes correlation cells fast, and the chain of
+    operations round a loop of scalars slow.
+    """
     kept = {name: value for name, value in os.environ.items() if name.startswith("NUMBA_")}
     for name in kept:
         del os.environ[name]
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
-    os.environ["NUMBA_SLP_VECTORIZE"] = "1"  # correlation cells and other short rows side by side
+    os.environ["NUMBA_SLP_VECTORIZE"] = "1" if rows else "0"
     config = _numba().core.config
     config.reload_config()
     vector_library, config.USING_SVML = config.USING_SVML, False
