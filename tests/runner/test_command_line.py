@@ -90,7 +90,8 @@ def test_own_blocks_only_where_the_caller_allows_them(tmp_path: Path, capsys: Ca
     )
     graph = tmp_path / "graph.toml"
     graph.write_text(
-        'name = "own"\nrate = "1 kHz"\nsamples = 10\nwires = ["source.output -> own.voltage"]\nprobes = ["own.doubled"]\n'
+        'name = "own"\nrate = "1 kHz"\nsamples = 10\n'
+        'wires = ["source.output -> own.voltage"]\nprobes = ["own.doubled"]\n'
         '[blocks.source]\nkind = "Constant"\nvalue = 1.5\nunit = "V"\n[blocks.own]\nkind = "Doubled"\n'
     )
     assert main(["run", str(graph)]) == 1
