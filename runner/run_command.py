@@ -87,7 +87,7 @@ def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
         return load_own_blocks(path)
     except Exception as error:
         frames = traceback.extract_tb(error.__traceback__)
-        lines = [frame.lineno for frame in frames if frame.filename == str(path)]
+        lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == path.resolve()]
         line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
         message = f"the file of blocks fails: {type(error).__name__}: {getattr(error, 'msg', error)}"
         raise ModelError([Problem(message=message, file=str(path), line=line or 0)]) from error
