@@ -83,7 +83,7 @@ def bits(result: Result) -> dict[str, bytes]:
 
 def interrupt_after(ticks: int, number: int = signal.SIGINT) -> Callable[[int, int], None]:
     """A progress that interrupts this process, once."""
-    sent = []
+    sent: list[int] = []
 
     def progress(done: int, total: int) -> None:
         if done >= ticks and not sent:

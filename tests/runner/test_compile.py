@@ -356,7 +356,7 @@ def test_two_kinds_of_the_same_name_are_kept_apart() -> None:
         probes=["double.output", "triple.output"],
     )
     for engine in ("python", "compiled"):
-        result = simulate(graph, samples=3, engine=engine)  # type: ignore[arg-type]
+        result = simulate(graph, samples=3, engine=engine)
         assert [result["double.output"].values[-1], result["triple.output"].values[-1]] == [2.0, 3.0]
 
 
@@ -364,7 +364,7 @@ def test_the_users_settings_of_numba_neither_matter_nor_change(cache: Path, monk
     from numba.core import config
 
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
-    config.reload_config()  # type: ignore[no-untyped-call]
+    config.reload_config()
     try:
         assert answer(amplifier()) == 6.0
         assert config.DISABLE_JIT == 1
@@ -372,4 +372,4 @@ def test_the_users_settings_of_numba_neither_matter_nor_change(cache: Path, monk
         assert "NUMBA_SLP_VECTORIZE" not in os.environ
     finally:
         monkeypatch.delenv("NUMBA_DISABLE_JIT")
-        config.reload_config()  # type: ignore[no-untyped-call]
+        config.reload_config()

@@ -203,7 +203,7 @@ def test_an_error_of_our_own_is_a_message_too(command: Command, monkeypatch: pyt
     assert "--traceback shows where" in answer.err
 
 
-@pytest.mark.parametrize("name", ["a graph.toml", "Größe, gemessen.toml", "加速度.toml", "-x.toml"])
+@pytest.mark.parametrize("name", ["Größe 加速度.toml", "-x.toml"])
 def test_names_of_files_with_spaces_and_letters_of_any_kind(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "Ordner für alles"
     folder.mkdir()
