@@ -1,39 +1,51 @@
 """Everything that is wrong with the wiring of a graph, all at once."""
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from functools import cached_property
 from itertools import chain, islice
 from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, Port
 from proofmass.blocks.parameter import Parameter
-from proofmass.blocks.problem import ModelError, Problem, nearest
+from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import Unit, UnitError, unit
+from proofmass.graphs.exports import as_written, bad_exports, exposed, once, open_inputs, unused_parts
+from proofmass.graphs.flatten import flatten, inside
 from proofmass.graphs.graph import Graph, split
-from proofmass.graphs.hints import counted, like
+from proofmass.graphs.hints import counted
 from proofmass.graphs.limits import BLOCKS, PROBLEMS, WIRES
+from proofmass.graphs.names import Missing, find_output, find_target
 from proofmass.graphs.rates import LARGEST_RATIO, common_base_rate, write_rate
 from proofmass.graphs.schedule import schedule
 
 
 def check(graph: Graph) -> list[Problem]:
-    """All problems of a graph, each with its place; only notes are left when the graph can run."""
-    problems = list(_size(graph))
+    """All problems of a graph, each with its place; only notes are left when the graph can run.
+
+    A graph with exports may be a part of others, which give it a rate and drive its inputs: for `check` it is a note
+    where these are missing, and `checked` refuses it alone.
+    """
+    flat = flatten(graph)
+    problems = list(_size(flat))
     if not problems:
-        problems = list(islice(chain(_rates(graph), _Wiring(graph).problems(), _probes(graph)), PROBLEMS))
+        found = chain(_rates(flat), _Wiring(flat, graph).problems(), _probes(flat, graph), bad_exports(graph, flat))
+        problems = list(islice(found, 2 * PROBLEMS))
     if not problems:
         try:
-            schedule(graph)
+            schedule(flat)
         except ModelError as error:
             problems = list(error.problems)
     if not problems:
-        problems = list(islice(_notes(graph), PROBLEMS))
-    return sorted((graph.placed(problem) for problem in problems), key=lambda problem: problem.line)
+        problems = list(islice(_notes(flat, graph), PROBLEMS))
+    placed = once(flat, [flat.placed(as_written(flat, problem)) for problem in problems])[:PROBLEMS]
+    return sorted(placed, key=lambda problem: (problem.file != graph.place.file, problem.file, problem.line))
 
 
 def checked(graph: Graph) -> Graph:
     """The graph itself when it can run; raises `ModelError` with every problem otherwise."""
     problems = [problem for problem in check(graph) if not problem.note]
+    problems += [] if problems or not graph.exports else open_inputs(graph)
     if problems:
         raise ModelError(problems)
     return graph
@@ -44,11 +56,14 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
 
     def touched(problem: Problem) -> set[str]:
         where, *rest = (*problem.path, "")
+        names = [rest[0]]
         if where == "wires":
-            return {split(end)[0] for end in rest[0].split(" -> ")}
-        if where == "probes":
-            return {split(graph.probes[int(rest[0])].signal)[0]}
-        return {rest[0]}
+            names = rest[0].split(" -> ")
+        elif where == "probes":
+            names = [graph.probes[int(rest[0])].signal]
+        elif where == "exports":
+            names = [graph.exports.get(rest[0], rest[0])]
+        return {name.partition(".")[0] for name in names}
 
     return [p for p in check(graph) if not p.note and len(p.path) > 1 and touched(p).isdisjoint(doubtful)]
 
@@ -74,13 +89,15 @@ def _rates(graph: Graph) -> Iterator[Problem]:
             )
     without = [name for name in discrete if name not in graph.rates]
     if graph.rate is None and len(without) == len(discrete):
-        yield Problem(message="the graph has no rate", key="rate", hint='add rate = "50 kHz" at the top of the file')
+        hint = 'add rate = "50 kHz" at the top of the file'
+        yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
     elif graph.rate is None:
         for name in without:
             yield Problem(
                 message="has no rate, and neither has the graph",
                 key=f"blocks.{name}",
                 hint='add rate = "50 kHz" at the top of the file, or to this block',
+                note=bool(graph.exports),
                 path=("blocks", name),
             )
     rates = {graph.rates.get(name, graph.rate) for name in discrete}
@@ -97,19 +114,11 @@ def _rates(graph: Graph) -> Iterator[Problem]:
         )
 
 
-class Missing(NamedTuple):
-    """Why a name in a wire or probe stands for nothing, what to write instead, and the signal that was meant."""
-
-    message: str
-    hint: str
-    meant: str = ""
-
-
 class _Wiring:
     """Every wire against the ports at its two ends, and every input without one."""
 
-    def __init__(self, graph: Graph) -> None:
-        self.graph = graph
+    def __init__(self, graph: Graph, root: Graph) -> None:
+        self.graph, self.root = graph, root
         self.meant: set[str] = set()  # inputs that a misspelt wire meant: they are not reported twice
 
     def problems(self) -> Iterator[Problem]:
@@ -120,7 +129,7 @@ class _Wiring:
         for wire in sorted(self.graph.wires, key=lambda wire: self.graph.place.line(("wires", str(wire)))):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
-            out, into = find_output(self.graph, source), find_target(self.graph, target)
+            out, into = find_output(self.graph, source, self.root), find_target(self.graph, target, self.root)
             for end in (out, into):
                 if isinstance(end, Missing):
                     yield Problem(message=end.message, key=key, hint=end.hint, path=path)
@@ -143,84 +152,47 @@ class _Wiring:
                     yield mismatch.problem(key, path)
 
     def _unconnected(self) -> Iterator[Problem]:
-        connected = {wire.target for wire in self.graph.wires} | self.meant
+        connected = {wire.target for wire in self.graph.wires} | {inside(self.root, signal) for signal in self.meant}
+        shown = exposed(self.root)
         for name, block in self.graph.blocks.items():
             for port, declared in block.inputs.items():
-                if declared.default is not None or f"{name}.{port}" in connected:
+                signal = f"{name}.{port}"
+                if declared.default is not None or signal in connected or "." not in shown.get(signal, signal):
                     continue
-                fitting = [signal for signal in self._fitting(block, declared) if split(signal)[0] != name][:3]
+                owner, entry = split(shown.get(signal, signal))
+                path = owner.rpartition(".")[0]  # of the graph where the wire is missing
+                fitting = [s for s in self._fitting(block, declared, path) if split(s)[0] != name][:3]
                 yield Problem(
-                    message=f"the input {port} is not connected",
-                    key=f"blocks.{name}",
+                    message=f"the input {entry} is not connected",
+                    key=f"blocks.{owner}",
                     expected=f"a wire that carries {_facts(block, declared)}: {declared.doc}",
-                    hint=f'add "{fitting[0] if fitting else "block.output"} -> {name}.{port}" to wires'
-                    + (f"; {' and '.join(fitting[1:])} would fit too" if fitting[1:] else ""),
-                    path=("blocks", name),
+                    hint=f'add "{fitting[0] if fitting else "block.output"} -> {split(owner)[1]}.{entry}" to wires'
+                    + (f"; {' and '.join(fitting[1:])} would fit too" if fitting[1:] else "")
+                    + (f', or export it: exports = {{ {entry} = "{split(owner)[1]}.{entry}" }}' if path else ""),
+                    path=("blocks", owner),
                 )
 
-    def _fitting(self, block: Block, port: Port) -> list[str]:
+    def _fitting(self, block: Block, port: Port, path: str) -> list[str]:
+        """Outputs that fit, of the blocks of the graph of that path, as they are named there."""
         try:
-            return self._outputs.get((unit(block.unit_of(port)), port.dtype, block.shape_of(port)), [])
+            key = path, unit(block.unit_of(port)), port.dtype, block.shape_of(port)
         except UnitError:
             return []
+        return [signal.removeprefix(f"{path}.") for signal in self._outputs.get(key, [])]
 
     @cached_property
-    def _outputs(self) -> dict[tuple[Unit, type, tuple[int, ...]], list[str]]:
-        """Up to four outputs of each unit, type and shape."""
-        found: dict[tuple[Unit, type, tuple[int, ...]], list[str]] = {}
+    def _outputs(self) -> dict[tuple[str, Unit, type, tuple[int, ...]], list[str]]:
+        """Up to four outputs of each graph, unit, type and shape."""
+        found: dict[tuple[str, Unit, type, tuple[int, ...]], list[str]] = {}
         for name, block in self.graph.blocks.items():
             for port, declared in block.outputs.items():
                 try:
-                    kind = (unit(block.unit_of(declared)), declared.dtype, block.shape_of(declared))
+                    kind = (split(name)[0], unit(block.unit_of(declared)), declared.dtype, block.shape_of(declared))
                 except UnitError:
                     continue
                 if len(found.setdefault(kind, [])) < 4:
                     found[kind].append(f"{name}.{port}")
         return found
-
-
-def find_output(graph: Graph, signal: str) -> tuple[Block, Port] | Missing:
-    """Block and port of an output, or what to write instead."""
-    name, port = split(signal)
-    block = graph.blocks.get(name)
-    if block is None:
-        return _no_block(graph, name)
-    if port in block.outputs:
-        return block, block.outputs[port]
-    if port in block.inputs:
-        return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", block.outputs))
-    if port in block.parameters:
-        return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", block.outputs))
-    return Missing(f"{signal} is no output", like(port, block.outputs, f"outputs of {name}"))
-
-
-def find_target(graph: Graph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
-    """Block and input, or parameter that a wire may drive, or what to write instead."""
-    name, port = split(signal)
-    block = graph.blocks.get(name)
-    if block is None:
-        return _no_block(graph, name)
-    if port in block.inputs:
-        return block, block.inputs[port]
-    if port in block.parameters and block.drivable(port):
-        return block, block.parameters[port]
-    if port in block.parameters:
-        why = "of a continuous block" if block.continuous() else "that fixes a size, a start or a choice"
-        return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
-    if port in block.outputs:
-        return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", block.inputs))
-    names = [*block.inputs, *(parameter for parameter in block.parameters if block.drivable(parameter))]
-    hint = like(port, names, f"inputs of {name}")
-    return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
-
-
-def _no_block(graph: Graph, name: str) -> Missing:
-    hint = like(name, graph.blocks, "the blocks")
-    return Missing(f"there is no block {name}", f"{hint} Otherwise declare it: [blocks.{name}] and below it its kind")
-
-
-def _list(what: str, names: Collection[str]) -> str:
-    return f"{what}: {', '.join(names) or 'none'}"
 
 
 class _Mismatch(NamedTuple):
@@ -274,20 +246,22 @@ def _facts(block: Block, port: Port) -> str:
     return kind[port.dtype] if not port.shape else f"{counted(block.shape_of(port))}, each {kind[port.dtype]}"
 
 
-def _probes(graph: Graph) -> Iterator[Problem]:
+def _probes(graph: Graph, root: Graph) -> Iterator[Problem]:
     seen = set()
     for index, (signal, _) in enumerate(graph.probes):
-        path = ("probes", str(index))
-        found = find_output(graph, signal)
+        path, key = ("probes", str(index)), f"probes: {root.probes[index].signal}"
+        found = find_output(graph, signal, root)
         if isinstance(found, Missing):
-            yield Problem(message=found.message, key=f"probes: {signal}", hint=found.hint, path=path)
+            yield Problem(message=found.message, key=key, hint=found.hint, path=path)
         if signal in seen:
-            yield Problem(message="probed twice", key=f"probes: {signal}", hint="remove one of the probes", path=path)
+            yield Problem(message="probed twice", key=key, hint="remove one of the probes", path=path)
         seen.add(signal)
 
 
-def _notes(graph: Graph) -> Iterator[Problem]:
+def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
+    yield from (replace(problem, note=True) for problem in open_inputs(root))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
+    used |= {split(signal) for signal in exposed(root)}
     for name, block in graph.blocks.items():
         if block.outputs and not any((name, port) in used for port in block.outputs):
             yield Problem(
@@ -297,6 +271,8 @@ def _notes(graph: Graph) -> Iterator[Problem]:
                 note=True,
                 path=("blocks", name),
             )
-    if not graph.probes:
+    if root.subgraphs:
+        yield from unused_parts(root, graph)
+    if not graph.probes and not graph.exports:
         hint = 'add probes = ["block.output"] above the first block'
         yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)

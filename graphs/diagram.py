@@ -11,9 +11,11 @@ from html import escape
 from typing import Any
 
 from proofmass.blocks.declare import Block
-from proofmass.graphs.graph import Graph, split
+from proofmass.graphs.flatten import flatten
+from proofmass.graphs.graph import Graph
 from proofmass.graphs.layers import Link
 from proofmass.graphs.layout import Layout, Shape, Spot, lay_out
+from proofmass.graphs.picture import Box, Picture, kind_of, picture
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.routing import Point
 
@@ -48,6 +50,10 @@ _STYLE = """
 
 def svg(graph: Graph) -> str:
     """The block diagram as SVG: signals from left to right, return paths below; details are shown as tooltips."""
+    return _svg(picture(graph, flatten(graph)))
+
+
+def _svg(graph: Picture) -> str:
     links = _links(graph)
     wired = _Wired(graph, links)
     shapes = {name: _shape(graph, name, wired) for name in graph.blocks}
@@ -84,32 +90,43 @@ def svg(graph: Graph) -> str:
 
 def mermaid(graph: Graph) -> str:
     """The wiring as a Mermaid flowchart, which many document tools draw."""
+    return _mermaid(picture(graph, flatten(graph)))
+
+
+def _mermaid(graph: Picture) -> str:
+    def node(name: str) -> str:
+        return "block_" + name.replace(".", "__")
 
     def quoted(*lines: str) -> str:
         return '"' + "<br/>".join(escape(line).replace("&quot;", "#quot;") for line in lines if line) + '"'
 
     out = ["flowchart LR"]
     for name, block in graph.blocks.items():
-        text = quoted(name, type(block).__name__, _rate(graph, name))
-        out.append(f"    block_{name}" + (f"({text})" if block.continuous() else f"[{text}]"))
+        text = quoted(name, kind_of(block), _rate(graph, name))
+        shape = f"[[{text}]]" if isinstance(block, Box) else f"({text})" if block.continuous() else f"[{text}]"
+        out.append(f"    {node(name)}{shape}")
     for link in _links(graph):
         arrow = "-.->" if link.driven else "-->"
-        out.append(f"    block_{link.source} {arrow}|{quoted(_edge(graph, link))}| block_{link.target}")
+        out.append(f"    {node(link.source)} {arrow}|{quoted(_edge(graph, link))}| {node(link.target)}")
     for index, (name, port) in enumerate(_probed(graph)):
-        out += [f"    probe_{index}>{quoted(f'{name}.{port}')}]", f"    block_{name} --o probe_{index}"]
+        out += [f"    probe_{index}>{quoted(f'{name}.{port}')}]", f"    {node(name)} --o probe_{index}"]
     return "\n".join(out) + "\n"
 
 
 def dot(graph: Graph) -> str:
     """The wiring as DOT text for Graphviz."""
+    return _dot(picture(graph, flatten(graph)))
+
+
+def _dot(graph: Picture) -> str:
 
     def quoted(*lines: str) -> str:
         return '"' + "\\n".join(_plain(x).replace("\\", "\\\\").replace('"', '\\"') for x in lines if x) + '"'
 
     out = [f"digraph {quoted(graph.name)} {{", "    rankdir=LR", "    node [shape=box]"]
     for name, block in graph.blocks.items():
-        style = ", style=rounded" if block.continuous() else ""
-        out.append(f"    {quoted(name)} [label={quoted(name, type(block).__name__, _rate(graph, name))}{style}]")
+        style = ", peripheries=2" if isinstance(block, Box) else ", style=rounded" if block.continuous() else ""
+        out.append(f"    {quoted(name)} [label={quoted(name, kind_of(block), _rate(graph, name))}{style}]")
     for link in _links(graph):
         style = ", style=dashed" if link.driven else ""
         out.append(f"    {quoted(link.source)} -> {quoted(link.target)} [label={quoted(_edge(graph, link))}{style}]")
@@ -122,11 +139,10 @@ def dot(graph: Graph) -> str:
 # -- what is drawn -----------------------------------------------------------------------------------------------
 
 
-def _links(graph: Graph) -> list[Link]:
+def _links(graph: Picture) -> list[Link]:
     """The wires whose ends exist, each once."""
     links = set()
-    for wire in graph.wires:
-        (source, output), (target, port) = split(wire.source), split(wire.target)
+    for (source, output), (target, port) in graph.wires:
         if source in graph.blocks and target in graph.blocks and output in graph.blocks[source].outputs:
             block = graph.blocks[target]
             if port in block.inputs or port in block.parameters:
@@ -137,7 +153,7 @@ def _links(graph: Graph) -> list[Link]:
 class _Wired:
     """By block: the ports and parameters that wires arrive at, with their sources, the wired and the probed outputs."""
 
-    def __init__(self, graph: Graph, links: list[Link]) -> None:
+    def __init__(self, graph: Picture, links: list[Link]) -> None:
         self.into: dict[str, dict[str, str]] = {name: {} for name in graph.blocks}
         self.probed: dict[str, set[str]] = {name: set() for name in graph.blocks}
         self.used: dict[str, set[str]] = {name: set() for name in graph.blocks}
@@ -149,31 +165,30 @@ class _Wired:
             self.used[name].add(port)
 
 
-def _probed(graph: Graph) -> list[tuple[str, str]]:
-    signals = sorted({split(probe.signal) for probe in graph.probes})
-    return [(name, port) for name, port in signals if name in graph.blocks and port in graph.blocks[name].outputs]
+def _probed(graph: Picture) -> list[tuple[str, str]]:
+    return [(name, port) for name, port in graph.probes if name in graph.blocks and port in graph.blocks[name].outputs]
 
 
-def _rate(graph: Graph, name: str) -> str:
+def _rate(graph: Picture, name: str) -> str:
     """The rate of a block that has another one than the graph."""
     rate = graph.rates.get(name)
     return "" if rate is None or rate == graph.rate else write_rate(rate)
 
 
-def _unit(block: Block, what: Any) -> str:
+def _unit(block: Block | Box, what: Any) -> str:
     """The unit as one writes it by hand; nothing for a plain number."""
     unit = block.unit_of(what)
     unit = re.sub(r"\^(-?\d+)(?![\d.])", lambda power: power[1].translate(_SUPERSCRIPTS), unit.replace("*", "·"))
     return "" if unit == "1" else unit
 
 
-def _edge(graph: Graph, link: Link) -> str:
+def _edge(graph: Picture, link: Link) -> str:
     block = graph.blocks[link.source]
     unit = _unit(block, block.outputs[link.output])
     return f"{link.output} → {link.port}" + (f" [{unit}]" if unit else "")
 
 
-def _shape(graph: Graph, name: str, wired: _Wired) -> Shape:
+def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
     block = graph.blocks[name]
     into, probed, used = wired.into[name], wired.probed[name], wired.used[name]
     needed = [port for port, declared in block.inputs.items() if declared.default is None or port in into]
@@ -188,18 +203,19 @@ def _shape(graph: Graph, name: str, wired: _Wired) -> Shape:
     sides = max((_width(port, 11) for port in inputs), default=0) + max(
         (_width(port, 11) for port in outputs), default=0
     )
-    kind = type(block).__name__ + "  " * bool(_rate(graph, name)) + _rate(graph, name)
+    kind = kind_of(block) + "  " * bool(_rate(graph, name)) + _rate(graph, name)
     width = max(_width(name, 13, bold=True) + 20, _width(kind, 11) + 20, sides + 34, across + 10, 80)
     labels = (_width(_unit(block, block.outputs[port]), 10) + 4 + 14 * (port in probed) for port in used)
     height = _HEAD + _ROW * max(len(inputs), len(outputs), 1) + 10 + (_FOOT - 10 if driven else 0)
-    noise = any("normal" in behaviour.arguments for behaviour in type(block).output_functions.values())
+    functions = {} if isinstance(block, Box) else block.output_functions
+    noise = any("normal" in behaviour.arguments for behaviour in functions.values())
     return Shape(-(-width // 10) * 10, height, inputs, outputs, driven, max(labels, default=0), bool(probed), noise)
 
 
 # -- SVG ---------------------------------------------------------------------------------------------------------
 
 
-def _block(graph: Graph, name: str, shape: Shape, spot: Spot, wired: _Wired) -> Iterator[str]:
+def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -> Iterator[str]:
     """A block with its ports; outputs that nobody uses stay in the background."""
     block = graph.blocks[name]
     continuous = block.continuous()
@@ -210,9 +226,11 @@ def _block(graph: Graph, name: str, shape: Shape, spot: Spot, wired: _Wired) -> 
     yield f"<title>{_text(_block_tooltip(graph, name, wired.into[name]))}</title>"
     corner = 14 if continuous else 2
     yield f'<rect class="box" x="{x}" y="{y}" width="{shape.width}" height="{shape.height}" rx="{corner}"/>'
+    if isinstance(block, Box):
+        yield f'<rect class="box" x="{x + 3}" y="{y + 3}" width="{shape.width - 6}" height="{shape.height - 6}"/>'
     yield f'<text class="name" x="{middle:g}" y="{y + 18}" text-anchor="middle">{_text(name)}</text>'
     extra = f'<tspan class="rate" dx="6">{_text(rate)}</tspan>' if rate else ""
-    kind = f"{_text(type(block).__name__)}{extra}"
+    kind = f"{_text(kind_of(block))}{extra}"
     yield f'<text class="soft" x="{middle:g}" y="{y + 33}" text-anchor="middle">{kind}</text>'
     probed, used = wired.probed[name], {*shape.inputs, *wired.used[name]}
     for ports, on_right in ((shape.inputs, spot.mirrored), (shape.outputs, not spot.mirrored)):
@@ -240,15 +258,17 @@ def _flag(way: int) -> str:
     return f"v-14h{8 * way}l{-3 * way} 3.5l{3 * way} 3.5h{-8 * way}"
 
 
-def _block_tooltip(graph: Graph, name: str, drivers: Mapping[str, str]) -> str:
+def _block_tooltip(graph: Picture, name: str, drivers: Mapping[str, str]) -> str:
     block = graph.blocks[name]
-    lines = [f"{name}: {type(block).__name__}", inspect.getdoc(type(block)) or ""]
+    doc = block.doc if isinstance(block, Box) else inspect.getdoc(type(block)) or ""
+    lines = [f"{name}: {kind_of(block)}", doc]
     if block.continuous():
         lines.append("continuous")
     elif rate := graph.rates.get(name, graph.rate):
         lines.append(f"at {write_rate(rate)}")
     for parameter, declared in block.parameters.items():
-        value, unit = getattr(block, parameter), _unit(block, declared)
+        value = block.values[parameter] if isinstance(block, Box) else getattr(block, parameter)
+        unit = _unit(block, declared)
         shown = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
         if parameter in drivers:
             lines.append(f"{parameter}: driven by {drivers[parameter]}")
@@ -262,7 +282,7 @@ def _shared(first: tuple[Point, ...], second: tuple[Point, ...]) -> int:
     return next((i for i, (a, b) in enumerate(zip(first[1:], second[1:], strict=False)) if a != b), 0)
 
 
-def _wire(graph: Graph, link: Link, own: tuple[Point, ...], layout: Layout) -> Iterator[str]:
+def _wire(graph: Picture, link: Link, own: tuple[Point, ...], layout: Layout) -> Iterator[str]:
     """One wire, with its `own` part of what it shares with others from the same output."""
     path = layout.paths[link]
     block = graph.blocks[link.source]
@@ -295,7 +315,7 @@ def _rounded(path: tuple[Point, ...], dots: frozenset[Point]) -> str:
     return "".join([*out, f"L{path[-1][0]} {path[-1][1]}"])
 
 
-def _legend(graph: Graph, links: list[Link]) -> Iterator[tuple[int, str, int]]:
+def _legend(graph: Picture, links: list[Link]) -> Iterator[tuple[int, str, int]]:
     """What the marks mean: place, drawing and right end of each that occurs."""
     marks: Mapping[str, tuple[bool, str]] = {
         "continuous": (

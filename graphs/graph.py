@@ -1,9 +1,13 @@
-"""A graph: blocks by name, wires, rates and probes. A frozen value, the same from Python and from TOML."""
+"""A graph: blocks by name, wires, rates and probes. A frozen value, the same from Python and from TOML.
+
+A block may be a graph of its own, a subgraph, with the ports and parameters that it exports.
+"""
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from fractions import Fraction
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar
 
@@ -11,6 +15,8 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem, shown
 from proofmass.blocks.units import UnitError
 from proofmass.graphs.hints import like
+from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS
+from proofmass.graphs.limits import BLOCKS, DEPTH, WIRES
 from proofmass.graphs.rates import Rate, read_rate
 from proofmass.graphs.rates import read_duration as read_duration
 
@@ -36,6 +42,14 @@ class Wire(NamedTuple):
         return f"{self.source} -> {self.target}"
 
 
+class Size(NamedTuple):
+    """What a graph holds, all that lies inside its subgraphs included."""
+
+    blocks: int
+    wires: int
+    depth: int
+
+
 class Probe(NamedTuple):
     """An output port whose values are recorded: all, or one in `every` of its ticks."""
 
@@ -51,11 +65,18 @@ class Place:
     lines: Mapping[tuple[str, ...], int] = dataclasses.field(default_factory=dict)
     folder: str = "."
 
+    top: tuple[str, ...] = ()  # keys above a graph that is a table inside another
+
     def line(self, path: tuple[str, ...]) -> int:
         """Line of the key, or of the nearest key above it."""
+        path = self.top + path
         while path and path not in self.lines:
             path = path[:-1]
         return self.lines.get(path, 0)
+
+    def find(self, path: tuple[str, ...]) -> tuple[str, int]:
+        """File and line of the key, or of the nearest key above it."""
+        return self.file, self.line(path)
 
 
 NOWHERE = Place()
@@ -64,6 +85,10 @@ NOWHERE = Place()
 @dataclasses.dataclass(frozen=True, init=False)
 class Graph:
     """Blocks wired by their ports, at stated rates, with the signals to record.
+
+    A block may be a graph: `blocks={"x_axis": Graph(...)}`. Outside it has the ports and parameters of its `exports`,
+    `{"code": "adc.code"}`; everything inside can be named by its path, `x_axis.adc.code`. A rate given to it is that
+    of its blocks without a rate of their own. Its probes, duration, samples and seed count only where it runs alone.
 
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
     `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
@@ -79,16 +104,18 @@ class Graph:
     samples: int | None
     seed: int
     blocks: Mapping[str, Block]
+    subgraphs: "Mapping[str, Graph]"  # the blocks that are graphs
     rates: Mapping[str, Fraction]
     wires: tuple[Wire, ...]
     probes: tuple[Probe, ...]
+    exports: Mapping[str, str]
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __init__(
         self,
         *,
         name: str,
-        blocks: Mapping[str, Block],
+        blocks: "Mapping[str, Block | Graph]",
         wires: Iterable[Wire | str] = (),
         probes: Iterable[Probe | str | Mapping[str, Any]] = (),
         rate: Rate | None = None,
@@ -97,9 +124,13 @@ class Graph:
         samples: int | None = None,
         seed: int = 0,
         description: str = "",
+        exports: Mapping[str, str] = MappingProxyType({}),
+        subgraphs: "Mapping[str, Graph]" = MappingProxyType({}),
         place: Place = NOWHERE,
     ) -> None:
+        blocks = {**subgraphs, **blocks}
         problems = [*_bad_texts(name, description), *_bad_run(samples, duration, seed), *_bad_blocks(blocks, rates)]
+        problems += _bad_exports(exports)
 
         def read(reader: Callable[[object], Value], value: object, *path: str) -> Value | None:
             try:
@@ -117,6 +148,10 @@ class Graph:
             return [value for value in found if value is not None]
 
         own_rates = {block: read(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
+        parts = {n: b for n, b in sorted(blocks.items()) if isinstance(b, Graph)}
+        problems += _too_many(blocks, parts, tuple(wires) if parts else ())
+        if not problems:
+            parts = {name: _inside(part, own_rates.pop(name, None), place) for name, part in parts.items()}
         values = {
             "name": name,
             "description": description,
@@ -124,10 +159,12 @@ class Graph:
             "duration": None if duration is None else read(read_duration, duration, "duration"),
             "samples": samples,
             "seed": seed,
-            "blocks": MappingProxyType(dict(sorted(blocks.items()))),
+            "blocks": MappingProxyType({n: b for n, b in sorted(blocks.items()) if not isinstance(b, Graph)}),
+            "subgraphs": MappingProxyType(parts),
             "rates": MappingProxyType(own_rates),
             "wires": tuple(sorted(read_each(read_wire, wires, "wires"))),
             "probes": tuple(read_each(read_probe, probes, "probes")),
+            "exports": MappingProxyType(dict(sorted(exports.items())) if isinstance(exports, Mapping) else {}),
             "place": place,
         }
         for field, value in values.items():
@@ -137,40 +174,39 @@ class Graph:
 
     def __reduce__(self) -> "tuple[Any, ...]":
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        return _rebuilt, (values | {"blocks": dict(self.blocks), "rates": dict(self.rates)},)
+        tables = {key: dict(values[key]) for key in ("blocks", "subgraphs", "rates", "exports")}
+        return _rebuilt, (values | tables,)
+
+    @cached_property
+    def size(self) -> "Size":
+        """How many blocks and wires there are, and how deep graphs lie inside each other."""
+        return _size(len(self.blocks), self.subgraphs.values(), len(self.wires))
 
     def placed(self, problem: Problem) -> Problem:
-        """A problem with the file and line that its key has in this graph."""
-        return problem.at(self.place.file, self.place.line(problem.path))
+        """A problem with the file and line that its key has in this graph, unless it has them already."""
+        return problem if problem.file else problem.at(*self.place.find(problem.path))
 
     def with_parameters(self, changes: Mapping[str, object]) -> "Graph":
-        """The same graph with parameters changed, as in `{"adc.reference": "5 V"}`; raises `ModelError`."""
-        blocks, problems = dict(self.blocks), []
-        by_block: dict[str, dict[str, object]] = {}
-        for key, value in changes.items():
-            block, _, parameter = key.partition(".")
-            if block not in blocks:
-                hint = like(block, blocks, "the blocks")
-                problems.append(Problem(message="there is no such block", key=key, got=shown(block), hint=hint))
-            else:
-                by_block.setdefault(block, {})[parameter] = value
-        for name, values in by_block.items():
-            try:
-                blocks[name] = type(blocks[name])(**(_parameters(blocks[name]) | values))
-            except ModelError as error:
-                problems += [dataclasses.replace(p, key=f"{name}.{p.path[0]}", path=()) for p in error.problems]
-        if problems:
-            raise ModelError(problems)
-        return dataclasses.replace(self, blocks=blocks)
+        """The same graph with parameters changed, as in `{"adc.reference": "5 V"}`; raises `ModelError`.
+
+        A parameter of a subgraph is named by its path, `"x_axis.adc.reference"`, or as it is exported,
+        `"x_axis.reference"`.
+        """
+        from proofmass.graphs.changes import with_parameters
+
+        return with_parameters(self, changes)  # pyright: ignore
 
     def to_networkx(self) -> "networkx.MultiDiGraph[str]":
-        """The graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
+        """The flat graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
         import networkx
 
+        from proofmass.graphs.flatten import flatten
+
+        flat = flatten(self)  # pyright: ignore[reportArgumentType]
         out: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=self.name)
-        for name, block in self.blocks.items():
+        for name, block in flat.blocks.items():
             out.add_node(name, kind=type(block).__name__, **_parameters(block))
-        for wire in self.wires:
+        for wire in flat.wires:
             source, target = split(wire.source), split(wire.target)
             out.add_edge(source[0], target[0], source=source[1], target=target[1])
         return out
@@ -182,8 +218,12 @@ class Graph:
 
 
 def split(signal: str) -> tuple[str, str]:
-    """Block and port of `"block.port"`."""
-    block, _, port = signal.partition(".")
+    """Block and port of `"block.port"`; the block may be a path, as in `"x_axis.adc.code"`.
+
+    >>> split("x_axis.adc.code")
+    ('x_axis.adc', 'code')
+    """
+    block, _, port = signal.rpartition(".")
     return block, port
 
 
@@ -216,7 +256,11 @@ def _parameters(block: Block) -> dict[str, Any]:
 
 
 def _is_signal(text: object) -> bool:
-    return isinstance(text, str) and text.count(".") == 1 and all(NAME.fullmatch(part) for part in text.split("."))
+    return isinstance(text, str) and text.count(".") > 0 and _is_path(text)
+
+
+def _is_path(text: str) -> bool:
+    return text.count(".") <= DEPTH + 1 and all(NAME.fullmatch(part) for part in text.split("."))
 
 
 def _rebuilt(values: dict[str, Any]) -> Graph:
@@ -234,19 +278,79 @@ def _bad_texts(name: object, description: object) -> Iterator[Problem]:
             yield Problem(message="holds half a character", key=key, got=shown(text), path=(key,))
 
 
-def _bad_blocks(blocks: Mapping[str, Block], rates: Mapping[str, object]) -> Iterator[Problem]:
+def _bad_blocks(blocks: "Mapping[str, Block | Graph]", rates: Mapping[str, object]) -> Iterator[Problem]:
     for name, block in blocks.items():
         path = ("blocks", str(name))
-        if not isinstance(name, str) or not NAME.fullmatch(name):
+        if not isinstance(name, str) or not _is_path(name) or (isinstance(block, Graph) and "." in name):
             yield Problem(message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, path=path)
-        elif not isinstance(block, Block):
+        elif not isinstance(block, Block | Graph):
             hint = f"write {block.__name__}()" if isinstance(block, type) else 'write a block, such as Gain(gain="2")'
             yield Problem(message="not a block", key=f"blocks.{name}", got=shown(block), hint=hint, path=path)
+        elif "." in name:
+            above = next((upper for upper in _above(name) if upper in blocks), "")
+            if above:
+                hint = f'for a parameter write "{name.removeprefix(above + ".")}.NAME" = ... below [blocks.{above}]'
+                message = f"there is a block {above}, and nothing can be added inside it"
+                yield Problem(message=message, key=f"blocks.{name}", hint=hint, path=path)
     for name in rates:
         if name not in blocks:
             hint = like(name, blocks, "the blocks")
             where = ("blocks", name, "rate")
             yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
+
+
+def _above(path: str) -> Iterator[str]:
+    """Every path above a path.
+
+    >>> list(_above("a.b.c"))
+    ['a', 'a.b']
+    """
+    parts = path.split(".")
+    return (".".join(parts[:n]) for n in range(1, len(parts)))
+
+
+def _bad_exports(exports: object) -> Iterator[Problem]:
+    hint = 'write exports = { code = "adc.code" }: a name of its own, and the port or parameter inside'
+    if not isinstance(exports, Mapping):
+        yield Problem(message="must be a table", key="exports", got=shown(exports), hint=hint, path=("exports",))
+        return
+    for name, signal in exports.items():
+        key, path = f"exports.{name}", ("exports", str(name))
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            yield Problem(message="not a name", key="exports", got=shown(name), expected=EXPECTED_NAME, path=path)
+        elif name in {**PART_KEYS, **BLOCK_KEYS}:
+            taken = ", ".join({**PART_KEYS, **BLOCK_KEYS})
+            yield Problem(message="the name is taken", key=key, hint=f"taken are {taken}", path=path)
+        elif not _is_signal(signal):
+            yield Problem(message="not a port or parameter", key=key, got=shown(signal), hint=hint, path=path)
+
+
+def _size(blocks: int, parts: "Collection[Graph]", wires: int) -> Size:
+    sizes = [part.size for part in parts]
+    return Size(
+        blocks + sum(size.blocks for size in sizes),
+        wires + sum(size.wires for size in sizes),
+        max((size.depth + 1 for size in sizes), default=0),
+    )
+
+
+def _too_many(blocks: Collection[str], parts: "Mapping[str, Graph]", wires: Collection[object]) -> Iterator[Problem]:
+    """Limits of what subgraphs hold, looked at before anything of it is made."""
+    size = _size(len(blocks) - len(parts), parts.values(), len(wires)) if parts else Size(0, 0, 0)
+    for count, largest, what in ((size.blocks, BLOCKS, "blocks"), (size.wires, WIRES, "wires")):
+        if count > largest:
+            message, expected = f"too many {what} with those inside the subgraphs", f"at most {largest}"
+            yield Problem(message=message, key="blocks", got=str(count), expected=expected, path=("blocks",))
+    if size.depth > DEPTH:
+        message = f"subgraphs nested deeper than {DEPTH} levels"
+        yield Problem(message=message, key="blocks", got=str(size.depth), path=("blocks",))
+
+
+def _inside(part: Graph, rate: Fraction | None, place: Place) -> Graph:
+    """A subgraph as it stands inside another: at the rate of its place, its files named from there."""
+    from proofmass.graphs.changes import moved
+
+    return moved(part if rate is None else dataclasses.replace(part, rate=rate), place.folder)  # pyright: ignore
 
 
 def _bad_run(samples: object, duration: object, seed: object) -> Iterator[Problem]:

@@ -3,10 +3,12 @@
 FILE_BYTES = 1 << 20
 WORDS = 100_000  # names, numbers, texts and marks of a file
 NESTING = 32
-KEY_PARTS = 8
-KEY_LENGTH = 64
+DEPTH = 15  # subgraphs inside each other
+KEY_PARTS = 2 * DEPTH + 2  # blocks.outer.blocks.inner
+KEY_LENGTH = 256  # a name, or the path of a block
 NUMBER_LENGTH = 400
 TEXT_LENGTH = 400  # of a text that is read as a quantity, a name or a choice
 BLOCKS = 10_000
 WIRES = 100_000
+ALL_FILES_BYTES = 4 << 20  # of a graph and its subgraphs together
 PROBLEMS = 100  # that are reported at once

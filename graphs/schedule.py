@@ -5,6 +5,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.rates import base_rate
 
@@ -32,6 +33,7 @@ def schedule(graph: Graph) -> Schedule:
 
     Alphabetical among what may come in any order, so that the order of declaration changes nothing.
     """
+    graph = flatten(graph)
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
     rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not block.continuous()}
     base = base_rate(rates.values()) if rates or graph.rate is None else graph.rate

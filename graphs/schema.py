@@ -2,18 +2,21 @@
 
 from collections.abc import Mapping
 from typing import Any
+from urllib.parse import quote
 
 from proofmass.blocks.catalog import Own, all_blocks, facts
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT, NAME
+from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.limits import BLOCKS, TEXT_LENGTH, WIRES
-from proofmass.graphs.toml_reader import BLOCK_KEYS, TOP_KEYS
 
 Schema = dict[str, Any]
 
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
 _QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$"
-_SIGNAL = rf"{NAME.pattern.partition(')')[2]}\.{NAME.pattern.partition(')')[2]}"  # without the limit of its length
+_NAME = NAME.pattern.partition(")")[2]  # without the limit of its length
+_SIGNAL = rf"{_NAME}(\.{_NAME})+"
+_PATH = rf"(?!.*[^.]{{65}}){_NAME}(\.{_NAME})*"
 _BOUNDS = {
     "above": "exclusiveMinimum",
     "at_least": "minimum",
@@ -41,12 +44,17 @@ def schema(own: Own | None = None) -> Schema:
             "items": {"type": "string", "pattern": rf"^\s*{_SIGNAL}\s*->\s*{_SIGNAL}\s*$"},
         },
         "probes": {"type": "array", "items": _probe()},
+        "exports": {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
+            "additionalProperties": {"type": "string", "pattern": f"^{_SIGNAL}$"},
+        },
         "blocks": {
             "type": "object",
             "minProperties": 1,
             "maxProperties": BLOCKS,
-            "propertyNames": {"pattern": f"^{NAME.pattern}$"},
-            "additionalProperties": {"oneOf": [{"$ref": f"#/$defs/{name}"} for name in kinds]},
+            "propertyNames": {"pattern": f"^{_PATH}$"},
+            "additionalProperties": {"oneOf": [{"$ref": f"#/$defs/{quote(name)}"} for name in (*kinds, *_parts(rate))]},
         },
     }
     return {
@@ -60,6 +68,7 @@ def schema(own: Own | None = None) -> Schema:
         "$defs": {
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             **{name: _block(kind, rate) for name, kind in kinds.items()},
+            **_parts(rate),
         },
     }
 
@@ -77,6 +86,33 @@ def _block(kind: type[Block], rate: Schema) -> Schema:
         "properties": properties,
         "required": ["kind"],
         "additionalProperties": False,
+    }
+
+
+def _parts(rate: Schema) -> dict[str, Schema]:
+    """Blocks that are graphs: from a file, or a table that holds what a file would hold."""
+    values: dict[str, Schema] = {
+        "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
+        "rate": rate,
+        "count": {"type": "integer", "minimum": 1, "maximum": BLOCKS},
+    }
+    inside = {"description": "A parameter that the graph exports, or one inside it by its path."}
+    return {
+        "graph from a file": {
+            "type": "object",
+            "properties": {key: {"description": doc, **values[key]} for key, doc in PART_KEYS.items()},
+            "required": ["graph"],
+            "not": {"anyOf": [{"required": [key]} for key in ("kind", "blocks")]},
+            "patternProperties": {f"^{_PATH}$": inside},
+            "additionalProperties": False,
+        },
+        "graph": {
+            "type": "object",
+            "properties": {key: {"$ref": f"#/properties/{key}"} for key in TOP_KEYS},
+            "required": ["blocks"],
+            "not": {"required": ["samples", "duration"]},
+            "additionalProperties": False,
+        },
     }
 
 

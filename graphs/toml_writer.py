@@ -13,26 +13,39 @@ SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
 def write_graph(graph: Graph) -> str:
-    """The text of a graph file: only what differs from the defaults, numbers with their units."""
-    lines = [SCHEMA_LINE, f"name = {_text(graph.name)}"]
+    """The text of a graph file: only what differs from the defaults, numbers with their units, subgraphs as tables."""
+    return "\n".join([SCHEMA_LINE, f"name = {_text(graph.name)}", *_graph(graph, "")]) + "\n"
+
+
+def _graph(graph: Graph, path: str) -> Iterator[str]:
+    """Everything but the name of a graph; `path` stands before the names of its tables."""
     if graph.description:
-        lines.append(f"description = {_long_text(graph.description)}")
+        yield f"description = {_long_text(graph.description)}"
     if graph.rate is not None:
-        lines.append(f"rate = {_text(write_rate(graph.rate))}")
+        yield f"rate = {_text(write_rate(graph.rate))}"
     if graph.duration is not None:
-        lines.append(f"duration = {_text(f'{graph.duration} s')}")
+        yield f"duration = {_text(f'{graph.duration} s')}"
     if graph.samples is not None:
-        lines.append(f"samples = {graph.samples}")
+        yield f"samples = {graph.samples}"
     if graph.seed:
-        lines.append(f"seed = {graph.seed}")
-    lines += _list("wires", [_text(str(wire)) for wire in graph.wires])
-    lines += _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
+        yield f"seed = {graph.seed}"
+    yield from _list("wires", [_text(str(wire)) for wire in graph.wires])
+    yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
+    if path and not graph.blocks and not graph.subgraphs:
+        yield "blocks = {}"
+    if graph.exports:
+        yield from ("", f"[{path}exports]", *(f"{name} = {_text(signal)}" for name, signal in graph.exports.items()))
     for name, block in graph.blocks.items():
-        lines += ["", f"[blocks.{name}]", f"kind = {_text(type(block).__name__)}"]
+        key = _text(name) if "." in name else name
+        yield from ("", f"[{path}blocks.{key}]", f"kind = {_text(type(block).__name__)}")
         if name in graph.rates:
-            lines.append(f"rate = {_text(write_rate(graph.rates[name]))}")
-        lines += _parameters(block)
-    return "\n".join(lines) + "\n"
+            yield f"rate = {_text(write_rate(graph.rates[name]))}"
+        yield from _parameters(block)
+    for name, part in graph.subgraphs.items():
+        yield from ("", f"[{path}blocks.{name}]")
+        if part.name:
+            yield f"name = {_text(part.name)}"
+        yield from _graph(part, f"{path}blocks.{name}.")
 
 
 def _parameters(block: Block) -> Iterator[str]:

@@ -129,7 +129,10 @@ gain.: Gain has no such parameter
 
 @pytest.mark.parametrize(
     "name",
-    ["Adc", "2nd", "a__b", "a_", "_a", "a.b", "a-b", "", "a" * 65, "a\n", "adс", "a b", "ａdc", "../x", "a\u202eb"],
+    [
+        *("Adc", "2nd", "a__b", "a_", "_a", "a-b", "", "a" * 65, "a\n", "adс", "a b", "ａdc", "../x", "a\u202eb"),
+        *("a.", ".a", "a..b", "a.B", ".".join(["a"] * 18)),
+    ],
 )
 def test_bad_names_are_refused(name: str) -> None:
     assert messages(blocks=BLOCKS | {name: Gain()}) == ["blocks: not a name"]

@@ -10,8 +10,8 @@ import pytest
 from proofmass.blocks.catalog import all_blocks, facts
 from proofmass.blocks.declare import block
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.keys import TOP_KEYS
 from proofmass.graphs.schema import schema
-from proofmass.graphs.toml_reader import TOP_KEYS
 from proofmass.graphs.toml_writer import write_graph
 from tests.graph_texts import LIBRARY, SMALL, changed
 
@@ -62,14 +62,17 @@ def test_defaults_are_valid_and_what_is_out_of_bounds_is_not(kind: Any) -> None:
         assert own.is_valid(default), name
         if parameter.kind not in (float, int):
             continue
-        step = 1 if parameter.kind is int else 1e-9
         outside = [parameter.above, parameter.below]
-        outside += [bound - step * max(1, abs(bound)) for bound in [parameter.at_least] if bound is not None]
-        outside += [bound + step * max(1, abs(bound)) for bound in [parameter.at_most] if bound is not None]
+        outside += [bound - _step(parameter, bound) for bound in [parameter.at_least] if bound is not None]
+        outside += [bound + _step(parameter, bound) for bound in [parameter.at_most] if bound is not None]
         for bound in outside:
             assert bound is None or not own.is_valid(bound), name
         assert not own.is_valid([1]), name
         assert not own.is_valid(True), name
+
+
+def _step(parameter: Any, bound: float) -> float:
+    return 1 if parameter.kind is int else 1e-9 * max(1.0, abs(bound))
 
 
 def test_every_key_of_the_top_is_described() -> None:
@@ -121,6 +124,38 @@ def test_quantities_are_valid(text: str) -> None:
 @pytest.mark.parametrize("text", ["", "V", "five", "e5 V", "5 V; x", "5 $", "--5", "1/ V\n"])
 def test_what_is_no_quantity_is_not(text: str) -> None:
     assert not jsonschema.Draft202012Validator(SCHEMA["$defs"]["quantity"]).is_valid(text)
+
+
+PARTS = 'exports = { code = "part.code" }\n[blocks.part]\ngraph = "part.toml"\ncount = 3\nrate = "1 kHz"\n'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PARTS,
+        PARTS + '"adc.bits" = 3\nreference = "5 V"\nchannel.adc.bits = 3\n',
+        SMALL.replace("blocks.", "blocks.a.blocks."),
+    ],
+)
+def test_subgraphs_are_valid(text: str) -> None:
+    assert valid(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("count = 3", "count = 0"),
+        ("count = 3", "Adc = 3"),
+        ("count = 3", 'kind = "Gain"'),
+        ('"part.toml"', "5"),
+        ('"part.code"', '"part"'),
+        ("{ code", "{ Code"),
+        ("{ code", "{ rate"),
+        ("exports =", "export ="),
+    ],
+)
+def test_mistakes_in_subgraphs_are_not_valid(old: str, new: str) -> None:
+    assert not valid(changed(PARTS, old, new))
 
 
 def test_choices_and_own_blocks() -> None:

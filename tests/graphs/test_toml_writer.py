@@ -14,14 +14,17 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.discrete_transfer_function import DiscreteTransferFunction
 from proofmass.blocks.gain import Gain
 from proofmass.blocks.pid import PID
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph, Probe, Wire
+from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.rates import HIGHEST_RATE, LOWEST_RATE
 from proofmass.graphs.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.toml_writer import write_graph
 from tests.graph_texts import LIBRARY
 
 names = st.from_regex(r"[a-z][a-z0-9]{0,9}(_[a-z0-9]{1,9}){0,3}", fullmatch=True)
-signals = st.tuples(names, names).map(".".join)
+signals = st.lists(names, min_size=2, max_size=4).map(".".join)
+RESERVED = {*PART_KEYS, *BLOCK_KEYS}
 texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=30)
 finite = st.floats(allow_nan=False, allow_infinity=False)
 units = st.sampled_from(["1", "V", "mV", "kg*m^2", "N m s/rad", "nV/sqrt(Hz)", "%", "1/s", "µm", "(m/s^2)/V", "g0"])
@@ -40,8 +43,10 @@ blocks = st.one_of(gains, constants, converters, filters, controllers)
 
 
 @st.composite
-def graphs(draw: st.DrawFn) -> Graph:
-    chosen = draw(st.dictionaries(names, blocks, max_size=4))
+def graphs(draw: st.DrawFn, depth: int = 0) -> Graph:
+    chosen: dict[str, Block | Graph] = dict(draw(st.dictionaries(names, blocks, max_size=4)))
+    if depth:
+        chosen |= draw(st.dictionaries(names, graphs(depth - 1), max_size=2))
     length = draw(st.sampled_from(["duration", "samples", "neither"]))
     return Graph(
         name=draw(texts),
@@ -53,6 +58,7 @@ def graphs(draw: st.DrawFn) -> Graph:
         blocks=chosen,
         rates={name: draw(rates) for name in chosen if draw(st.booleans())},
         wires=draw(st.lists(st.builds(Wire, signals, signals), max_size=3)),
+        exports=draw(st.dictionaries(names.filter(lambda name: name not in RESERVED), signals, max_size=2)),
         probes=draw(st.lists(st.builds(Probe, signals, st.integers(1, 10**12)), max_size=3)),
     )
 
@@ -73,9 +79,19 @@ def test_the_library_reads_back(path: Any) -> None:
 
 
 @given(graphs())
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_any_graph_reads_back(graph: Graph) -> None:
     assert_same(graph)
+
+
+@given(graphs(depth=2))
+@settings(max_examples=20, deadline=None)
+def test_any_graph_with_subgraphs_reads_back_and_its_flat_form_too(graph: Graph) -> None:
+    assert_same(graph)
+    flat = flatten(graph)
+    assert_same(flat)
+    assert flatten(read_graph_text(write_graph(graph))) == flat
+    assert len(flat.blocks) == graph.size.blocks
 
 
 @pytest.mark.parametrize("kind", all_blocks().values(), ids=lambda kind: kind.__name__)
