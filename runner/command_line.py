@@ -93,6 +93,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     """
     from proofmass.blocks.problem import ModelError
     from proofmass.graphs.check import check as problems_of
+    from proofmass.graphs.exports import runs_alone
     from proofmass.graphs.toml_reader import read_graph
 
     read = None
@@ -108,7 +109,8 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
         for problem in problems:
             click.echo(str(problem), err=not problem.note)
         if read is not None and not wrong:
-            click.echo(f"{graph}: {len(read.blocks)} blocks, {len(tuple(read.wires))} wires, ready to run")
+            ready = "ready to run" if runs_alone(read) else "ready to be a part of other graphs"
+            click.echo(f"{graph}: {read.size.blocks} blocks, {read.size.wires} wires, {ready}")
         else:
             click.echo(f"{_count(len(wrong), 'problem')} in {graph}", err=True)
     return WRONG_MODEL if wrong else DONE

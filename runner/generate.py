@@ -131,14 +131,14 @@ class _Generator:
                 values = plan.constants[name]
                 fields = [self._constant((name, f), k, v) for (f, k), v in zip(_fields(made), values, strict=True)]
                 if fields:
-                    yield f"{name}__c = {self._named(block, 'Constants', made)}({', '.join(fields)})"
+                    yield f"{_word(name)}__c = {self._named(block, 'Constants', made)}({', '.join(fields)})"
                 else:
-                    yield f"{name}__c = 0"
+                    yield f"{_word(name)}__c = 0"
             else:
                 for p, kind in _fields(block.parameters_class()):
                     if (name, p) not in plan.schedule.drivers:
-                        yield f"_{name}__{p} = {self._constant((name, 'parameter', p), kind, getattr(block, p))}"
-                yield f"{name}__period = {self._constant((name, 'period'), float, plan.block_period(name))}"
+                        yield f"_{_word(name)}__{p} = {self._constant((name, 'parameter', p), kind, getattr(block, p))}"
+                yield f"{_word(name)}__period = {self._constant((name, 'period'), float, plan.block_period(name))}"
         for number, group in enumerate(plan.groups):
             for i, row in enumerate(zip(group.transition, group.entry, strict=True)):
                 for j, value in enumerate((*row[0], *row[1])):
@@ -147,10 +147,10 @@ class _Generator:
             state = block.state_class()
             if state is not None:
                 fields = [self.memory.add((name, "x", f), k) for f, k in _fields(state)]
-                yield f"{name}__x = {self._named(block, 'State', state)}({', '.join(fields)})"
+                yield f"{_word(name)}__x = {self._named(block, 'State', state)}({', '.join(fields)})"
             for port, output in block.outputs.items():
                 if not output.shape:
-                    yield f"{name}__{port} = {self.memory.add((name, port), output.dtype)}"
+                    yield f"{_word(name)}__{port} = {self.memory.add((name, port), output.dtype)}"
 
     def _outputs(self) -> Iterator[str]:
         plan = self.plan
@@ -174,7 +174,7 @@ class _Generator:
                 continue
             call = self._call(name, port, port)
             output = block.outputs[port]
-            yield indent + (call if output.shape else f"{name}__{port} = {call}")
+            yield indent + (call if output.shape else f"{_word(name)}__{port} = {call}")
             if output.dtype is float and (name, port) not in persistent:
                 entries = _entries((name, port), block.shape_of(output))
                 if stride == 1:
@@ -213,7 +213,7 @@ class _Generator:
                 continue
             divisor = self.plan.schedule.divisors[name]
             call = self._call(name, "update", "update")
-            line = call if block.state_class() is None else f"{name}__x = {call}"
+            line = call if block.state_class() is None else f"{_word(name)}__x = {call}"
             if divisor > 1:
                 yield f"if tick % {divisor} == 0:"
                 line = "    " + line
@@ -222,22 +222,24 @@ class _Generator:
     def _groups(self) -> Iterator[str]:
         """x[n+1] = transition x[n] + entry u[n], in the order of the reference engine."""
         for number, group in enumerate(self.plan.groups):
-            terms = [f"{block}__x.{name}" for block, name in group.states] + [_variable(node) for node in group.inputs]
+            terms = [f"{_word(block)}__x.{name}" for block, name in group.states] + [
+                _variable(node) for node in group.inputs
+            ]
             moved = {}
             for i, state in enumerate(group.states):
                 factors = (f"group_{number}_{i}_{j} * {term}" for j, term in enumerate(terms))
-                moved[state] = f"_{state[0]}__{state[1]}"
+                moved[state] = f"_{_word(state[0])}__{state[1]}"
                 yield f"{moved[state]} = {' + '.join(factors)}"
             for name in group.blocks:
                 block = self.plan.blocks[name]
                 state_class: Any = block.state_class()
                 fields = ", ".join(moved[name, f] for f in state_class._fields)
-                yield f"{name}__x = {self._named(block, 'State', state_class)}({fields})"
+                yield f"{_word(name)}__x = {self._named(block, 'State', state_class)}({fields})"
 
     def _packed(self) -> Iterator[str]:
         for key in self.memory.kinds:
             if len(key) == 3:
-                yield f"{self.memory.write(key)} = {key[0]}__x.{key[2]}"
+                yield f"{self.memory.write(key)} = {_word(key[0])}__x.{key[2]}"
             else:
                 yield f"{self.memory.write(key)} = {_variable(key)}"
 
@@ -246,19 +248,24 @@ class _Generator:
     def _call(self, name: str, function: str, port: str) -> str:
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
-        arguments = [f"{name}__c", *(self._argument(name, port, a) for a in behaviour.arguments)]
+        arguments = [f"{_word(name)}__c", *(self._argument(name, port, a) for a in behaviour.arguments)]
         return f"{self._named(block, function, behaviour.function)}({', '.join(arguments)})"
 
     def _argument(self, name: str, port: str, argument: str) -> str:
         plan = self.plan
         block, divisor = plan.blocks[name], plan.schedule.divisors[name]
-        fixed = {"x": f"{name}__x", "out": f"{name}__{port}", "time": "time", "normal": f"{name}__normal"}
+        fixed = {
+            "x": f"{_word(name)}__x",
+            "out": f"{_word(name)}__{port}",
+            "time": "time",
+            "normal": f"{_word(name)}__normal",
+        }
         if argument in fixed:
             return fixed[argument]
         if argument == "tick":
             return "tick" if divisor == 1 else f"tick // {divisor}"
         if argument in block.buffers:
-            return f"{name}__{argument}"
+            return f"{_word(name)}__{argument}"
         driver = plan.schedule.drivers.get((name, argument))
         declared = block.inputs[argument]
         if driver is None:
@@ -268,19 +275,21 @@ class _Generator:
     def _driven(self, name: str) -> str:
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
         made = block.parameters_class()
-        values = [_variable(drivers[name, p]) if (name, p) in drivers else f"_{name}__{p}" for p, _ in _fields(made)]
+        values = [
+            _variable(drivers[name, p]) if (name, p) in drivers else f"_{_word(name)}__{p}" for p, _ in _fields(made)
+        ]
         parameters = f"{self._named(block, 'Parameters', made)}({', '.join(values)})"
         if "constants" not in block.functions:
-            return f"{name}__c = {parameters}"
+            return f"{_word(name)}__c = {parameters}"
         function = self._named(block, "constants", block.functions["constants"].function)
-        return f"{name}__c = {function}({parameters}, {name}__period)"
+        return f"{_word(name)}__c = {function}({parameters}, {_word(name)}__period)"
 
     def _deviate(self, name: str) -> str:
         self.names["normal_deviate"] = normal_deviate
         divisor = self.plan.schedule.divisors[name]
         tick = "tick" if divisor == 1 else f"tick // {divisor}"
         stream = self._constant((name, "stream"), int, self.plan.stream(name))
-        return f"{name}__normal = normal_deviate(seed, run, {stream}, {tick})"
+        return f"{_word(name)}__normal = normal_deviate(seed, run, {stream}, {tick})"
 
     def _constant(self, key: Any, kind: type, value: Any) -> str:
         self.values[key] = value
@@ -305,8 +314,13 @@ def _array(kind: type) -> str:
     return FLOATS if kind is float else INTEGERS
 
 
+def _word(name: str) -> str:
+    """The name of a block as part of a variable's; no block lies inside another, so that two never agree."""
+    return name.replace(".", "__")
+
+
 def _variable(node: Node) -> str:
-    return f"{node[0]}__{node[1]}"
+    return f"{_word(node[0])}__{node[1]}"
 
 
 def _entries(node: Node, shape: tuple[int, ...]) -> list[str]:

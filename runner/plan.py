@@ -11,6 +11,7 @@ from typing import Any
 from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.check import checked
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import LARGEST_RUN, Graph, split
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node, Schedule, schedule
@@ -97,7 +98,9 @@ class Plan:
 
 def plan(graph: Graph) -> Plan:
     """Check, schedule and prepare a graph; raises `ModelError`."""
-    scheduled = schedule(checked(graph))
+    probed = graph.probes  # as they are named there
+    graph = flatten(checked(graph))
+    scheduled = schedule(graph)
     made = Plan(graph, scheduled, {}, {}, {}, (), ())  # answers what follows from the schedule alone
     constants, starts, problems = dict[str, Any](), dict[str, Any](), list[Problem]()
     buffers: dict[Node, tuple[float, ...]] = {}
@@ -127,7 +130,8 @@ def plan(graph: Graph) -> Plan:
     if problems:
         raise ModelError([graph.placed(problem) for problem in problems])
     groups = find_groups(graph, scheduled, constants, made.period)
-    probes = tuple(_probe(made, probe.signal, probe.every) for probe in sorted(graph.probes))
+    named = sorted(zip(probed, graph.probes, strict=True))
+    probes = tuple(_probe(made, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
     return Plan(graph, scheduled, constants, starts, buffers, groups, probes)
 
 
@@ -162,8 +166,7 @@ def _zeros(block: Block, buffer: str) -> list[float]:
     return [zero] * math.prod(block.shape_of(declared))
 
 
-def _probe(made: Plan, signal: str, every: int) -> PlannedProbe:
-    node = split(signal)
+def _probe(made: Plan, signal: str, node: Node, every: int) -> PlannedProbe:
     block = made.blocks[node[0]]
     port = block.outputs[node[1]]
     return PlannedProbe(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from proofmass.blocks.problem import did_you_mean
+from proofmass.graphs.flatten import flatten, inside
+from proofmass.graphs.graph import split
 from proofmass.runner.export import whole_file
 from proofmass.runner.result import Array, Result, Trace, pieces, statistics
 
@@ -283,7 +285,7 @@ def _held(result: Result, trace: Trace) -> bool:
     """Whether the signal keeps its value from tick to tick: numbers of a discrete block, codes and bits."""
     if trace.values.dtype.kind in "iub":
         return True
-    block = result.graph.blocks.get(trace.signal.partition(".")[0])
+    block = flatten(result.graph).blocks.get(split(inside(result.graph, trace.signal))[0])
     return block is not None and "update" in block.functions
 
 

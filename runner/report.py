@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declare import Block
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph, read_wire
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.toml_writer import write_graph
@@ -101,6 +102,7 @@ def _summary(result: Result) -> str:
 
 
 def _blocks(graph: Graph) -> str:
+    graph = flatten(graph)
     drivers = {str(wire.target): str(wire.source) for wire in map(read_wire, graph.wires)}
     rows = []
     for name, block in graph.blocks.items():

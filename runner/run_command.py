@@ -98,7 +98,7 @@ def _changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) ->
     for change in changes:
         key, equals, text = change.partition("=")
         key = key.strip()
-        if not equals or key.count(".") != 1:
+        if not equals or "." not in key:
             raise click.UsageError(f"--set {change}: write BLOCK.PARAMETER=VALUE, for example adc.reference=5V")
         driver = next((wire.source for wire in graph.wires if wire.target == key), "")
         if driver:
