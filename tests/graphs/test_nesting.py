@@ -1,0 +1,67 @@
+"""Nesting changes no bit: any graph cut into subgraphs at random gives what it gives in one piece, in both engines.
+
+Blocks of noise are not moved: the stream of their noise follows from their path, so that two of a part differ.
+"""
+
+import random
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.constant import Constant
+from proofmass.blocks.declare import Block
+from proofmass.blocks.gain import Gain
+from proofmass.blocks.mass_spring_damper import MassSpringDamper
+from proofmass.graphs.check import check
+from proofmass.graphs.flatten import flatten
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.toml_reader import read_graph, read_graph_text
+from proofmass.graphs.toml_writer import write_graph
+from proofmass.runner.simulate import simulate
+from tests.graph_texts import LIBRARY
+from tests.graphs.parts import cut
+
+TICKS = 2000
+ENGINES: tuple[Literal["python", "compiled"], ...] = ("python", "compiled")
+
+
+def bits(graph: Graph, engine: Literal["python", "compiled"], ticks: int = TICKS) -> list[bytes]:
+    result = simulate(graph, samples=ticks, engine=engine)
+    return [np.ascontiguousarray(result[probe.signal].values).tobytes() for probe in graph.probes]
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+def test_the_library_cut_into_subgraphs_at_random(path: Path) -> None:
+    graph = read_graph(path)
+    whole = bits(graph, "python")
+    dice = random.Random(path.stem)
+    for depth, engine in zip((2, 5), ENGINES, strict=True):
+        nested = graph
+        for number in range(depth):
+            nested = cut(nested, dice, number)
+        assert nested.subgraphs
+        flat = flatten(nested).blocks
+        assert {name.rpartition(".")[2]: block for name, block in flat.items()} == graph.blocks
+        assert [p for p in check(nested) if not p.note] == []
+        assert bits(nested, engine) == whole
+        assert read_graph_text(write_graph(nested), folder=graph.place.folder) == nested
+
+
+def test_continuous_blocks_that_are_integrated_together_may_lie_in_different_subgraphs() -> None:
+    """The terms of their sums are added in the order of their last names, wherever they lie."""
+    masses = {name: MassSpringDamper(mass=m, damping=1e-3) for name, m in (("b", 1e-7), ("a", 3e-7), ("c", 7e-8))}
+    spring = {"push": Constant(value=1e-6, unit="N")}
+    blocks: dict[str, Block] = {**masses, **spring}
+    wires = ["push.output -> a.force"]
+    for left, right in (("a", "b"), ("b", "c")):
+        blocks[f"from_{left}"] = Gain(gain=31.7, input_unit="m", output_unit="N")
+        wires += [f"{left}.displacement -> from_{left}.input", f"from_{left}.output -> {right}.force"]
+    probes = [f"{name}.displacement" for name in masses]
+    graph = Graph(name="", rate=10_000, blocks=blocks, wires=wires, probes=probes)
+    for engine in ENGINES:
+        whole = bits(graph, engine)
+        for seed in range(3 if engine == "python" else 1):
+            dice = random.Random(seed)
+            assert bits(cut(cut(graph, dice, 0), dice, 1), engine) == whole
