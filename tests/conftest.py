@@ -1,4 +1,4 @@
-"""What all tests share: compiled loops in a folder of this session's own, and hypothesis without deadlines."""
+"""What all tests share: compiled loops in a folder of the test run's own, and hypothesis without deadlines."""
 
 import os
 import shutil
