@@ -5,6 +5,7 @@ from pathlib import Path
 
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import Graph, Probe, Wire
+from tests.graph_texts import said_about
 
 CHANNEL = """\
 name = "channel"
@@ -138,3 +139,8 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
 def _is_noise(block: Block) -> bool:
     functions = [*block.output_functions.values(), *block.functions.values()]
     return any("normal" in function.arguments for function in functions)
+
+
+def said(tmp_path: Path, **changes: str) -> str:
+    """What is said about the three files, with their names instead of their paths."""
+    return said_about(write_parts(tmp_path, **changes)).replace(f"{tmp_path}/", "")
