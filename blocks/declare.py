@@ -120,10 +120,11 @@ class Block:
     functions: ClassVar[dict[str, Behaviour]] = {}  # constants, start, update, derivative
     output_functions: ClassVar[dict[str, Behaviour]] = {}
     linear: ClassVar[bool] = False  # of a continuous block: its derivative is linear in state and inputs
+    events: ClassVar[dict[str, tuple[Behaviour, Behaviour]]] = {}  # what falls to zero, and what happens then
     requirements: ClassVar[Callable[[Any], Iterator[tuple[str, str]]] | None] = None
 
     def __init_subclass__(cls) -> None:
-        cls.outputs, cls.functions, cls.output_functions = {}, {}, {}
+        cls.outputs, cls.functions, cls.output_functions, cls.events = {}, {}, {}, {}
         dataclasses.dataclass(frozen=True, init=False, repr=False)(cls)
         hints = typing.get_type_hints(cls)
         cls.parameters = {f.name: _parameter(cls, f, hints[f.name]) for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
@@ -210,7 +211,7 @@ class Block:
     @classmethod
     def continuous(cls) -> bool:
         """Whether the runner integrates the block between ticks."""
-        return "derivative" in cls.functions
+        return "derivative" in cls.functions or bool(cls.events)
 
     @classmethod
     def feedthrough(cls, port: str) -> tuple[str, ...]:
@@ -220,11 +221,9 @@ class Block:
     @classmethod
     def state_class(cls) -> type | None:
         """The NamedTuple of the block's state, or None for a block without one."""
-        for name in ("update", "derivative", "start"):
-            behaviour = cls.functions.get(name)
-            if behaviour is not None and behaviour.returns is not None:
-                return typing.cast(type, behaviour.returns)
-        return None
+        moving = [cls.functions[name] for name in ("update", "derivative", "start") if name in cls.functions]
+        moving += [then for _, then in cls.events.values()]
+        return next((typing.cast(type, b.returns) for b in moving if b.returns is not None), None)
 
     @classmethod
     def constants_class(cls) -> type:
@@ -245,8 +244,8 @@ class Block:
 
     @classmethod
     def drivable(cls, parameter: str) -> bool:
-        """Whether a wire may drive the parameter: a number of a discrete block that no start or requirement uses."""
-        if cls.continuous() or cls.parameters[parameter].kind is not float:
+        """Whether a wire may drive the parameter: a number that no start or requirement uses."""
+        if cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
         once = [f for f in (start and start.function, cls.requirements) if f]
@@ -276,11 +275,29 @@ class Block:
 
     @classmethod
     def derivative(cls, *, linear: bool) -> Callable[[Function], Function]:
-        """Register `derivative(c, x, inputs...) -> State`: the block is continuous and the runner integrates it."""
+        """Register `derivative(c, x, inputs...) -> State`: the block is continuous and the runner integrates it.
+
+        Only fields of type float are integrated; the others are modes, which events change.
+        """
 
         def register(function: Function) -> Function:
-            cls.functions["derivative"] = _behaviour(cls, function, {"x", *cls.inputs})
+            cls.functions["derivative"] = _behaviour(cls, function, {"x", *cls.inputs, "time"})
             cls.linear = linear
+            return function
+
+        return register
+
+    @classmethod
+    def event(cls, *, then: Callable[..., Any]) -> Callable[[Function], Function]:
+        """Register `clearance(c, x, inputs..., time) -> float`, above zero for as long as nothing happens.
+
+        When it falls to zero or below, the runner finds the instant and calls `then(c, x, inputs..., time) -> State`,
+        after which the clearance must be above zero again: a mode in the state, or the sign of a velocity, says so.
+        """
+
+        def register(function: Function) -> Function:
+            known = {"x", *cls.inputs, "time"}
+            cls.events[function.__name__] = _behaviour(cls, function, known), _behaviour(cls, then, known)
             return function
 
         return register

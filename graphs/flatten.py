@@ -83,6 +83,7 @@ def flatten(graph: Graph) -> Graph:
         wires=wires,
         probes=[Probe(inside(graph, probe.signal), probe.every) for probe in graph.probes],
         exports={name: inside(graph, signal) for name, signal in graph.exports.items()},
+        integration=graph.integration,
         place=FlatPlace(graph.place.file, graph.place.lines, graph.place.folder, graph.place.top, graph, origins),
     )
 
@@ -99,6 +100,16 @@ def inside(graph: Graph, signal: str) -> str:
     if "." in tail:
         return f"{head}.{inside(part, tail)}"
     return f"{head}.{inside(part, part.exports[tail])}" if tail in part.exports else signal
+
+
+def has_own_rate(flat: Graph, name: str) -> bool:
+    """Whether a rate is written at the block itself, not at the graph or a subgraph that it lies in."""
+    graph = flat.place.root if isinstance(flat.place, FlatPlace) and flat.place.root is not None else flat
+    head, _, tail = name.partition(".")
+    while tail and head in graph.subgraphs:
+        graph, name = graph.subgraphs[head], tail
+        head, _, tail = name.partition(".")
+    return name in graph.rates
 
 
 def parts(graph: Graph) -> Iterator[tuple[str, Graph]]:

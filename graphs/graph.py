@@ -15,6 +15,7 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem, shown
 from proofmass.blocks.units import UnitError
 from proofmass.graphs.hints import like
+from proofmass.graphs.integration import Integration, read_integration
 from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.limits import BLOCKS, DEPTH, WIRES
 from proofmass.graphs.rates import Rate, read_rate
@@ -28,6 +29,7 @@ EXPECTED_NAME = "at most 64 lower-case letters and digits, words joined by singl
 LARGEST_RUN = 10**12  # ticks
 LARGEST_SEED = 2**62
 LONGEST_TEXT = 10_000  # characters of name and description
+DEFAULT_INTEGRATION = Integration()
 
 Value = TypeVar("Value")
 
@@ -88,11 +90,12 @@ class Graph:
 
     A block may be a graph: `blocks={"x_axis": Graph(...)}`. Outside it has the ports and parameters of its `exports`,
     `{"code": "adc.code"}`; everything inside can be named by its path, `x_axis.adc.code`. A rate given to it is that
-    of its blocks without a rate of their own. Its probes, duration, samples and seed count only where it runs alone.
+    of its blocks without a rate of their own. Its probes, duration, samples, seed and integration count only where it
+    runs alone.
 
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
     `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
-    `seed` are what a run takes when nothing else is said.
+    `seed` are what a run takes when nothing else is said; `integration` says how continuous blocks are integrated.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
     """
@@ -109,6 +112,7 @@ class Graph:
     wires: tuple[Wire, ...]
     probes: tuple[Probe, ...]
     exports: Mapping[str, str]
+    integration: Integration
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __init__(
@@ -126,6 +130,7 @@ class Graph:
         description: str = "",
         exports: Mapping[str, str] = MappingProxyType({}),
         subgraphs: "Mapping[str, Graph]" = MappingProxyType({}),
+        integration: Integration | Mapping[str, Any] = DEFAULT_INTEGRATION,
         place: Place = NOWHERE,
     ) -> None:
         blocks = {**subgraphs, **blocks}
@@ -165,8 +170,13 @@ class Graph:
             "wires": tuple(sorted(read_each(read_wire, wires, "wires"))),
             "probes": tuple(read_each(read_probe, probes, "probes")),
             "exports": MappingProxyType(dict(sorted(exports.items())) if isinstance(exports, Mapping) else {}),
+            "integration": DEFAULT_INTEGRATION,
             "place": place,
         }
+        try:
+            values["integration"] = read_integration(integration)
+        except ModelError as error:
+            problems += error.problems
         for field, value in values.items():
             object.__setattr__(self, field, value)
         if problems:

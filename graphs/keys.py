@@ -10,6 +10,7 @@ TOP_KEYS = {
     "wires": 'Wires, "block.output -> block.input"; a wire to a parameter drives the parameter.',
     "probes": 'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.',
     "exports": 'Ports and parameters that the graph has as a part of others: a name for each, as in code = "adc.code".',
+    "integration": "How continuous blocks are integrated between ticks: method, accuracy, events.",
     "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph.",
 }
 BLOCK_KEYS = {  # of every block, beside its parameters

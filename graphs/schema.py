@@ -7,6 +7,7 @@ from urllib.parse import quote
 from proofmass.blocks.catalog import Own, all_blocks, facts
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT, NAME
+from proofmass.graphs.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
 from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.limits import BLOCKS, TEXT_LENGTH, WIRES
 
@@ -49,6 +50,7 @@ def schema(own: Own | None = None) -> Schema:
             "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
             "additionalProperties": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         },
+        "integration": _integration(),
         "blocks": {
             "type": "object",
             "minProperties": 1,
@@ -85,6 +87,18 @@ def _block(kind: type[Block], rate: Schema) -> Schema:
         "type": "object",
         "properties": properties,
         "required": ["kind"],
+        "additionalProperties": False,
+    }
+
+
+def _integration() -> Schema:
+    values: dict[str, Schema] = {name: {"enum": list(choices)} for name, choices in CHOICES.items()}
+    values["accuracy"] = {"type": "number", "minimum": FINEST, "maximum": COARSEST}
+    values["substeps"] = {"type": "integer", "minimum": 1, "maximum": MOST_SUBSTEPS}
+    values["event_tolerance"] = _quantity({"type": "number", "exclusiveMinimum": 0})
+    return {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in INTEGRATION_KEYS.items()},
         "additionalProperties": False,
     }
 

@@ -35,6 +35,10 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         yield "blocks = {}"
     if graph.exports:
         yield from ("", f"[{path}exports]", *(f"{name} = {_text(signal)}" for name, signal in graph.exports.items()))
+    changed = graph.integration.changed()
+    if changed:
+        lines = (f"{key} = {_text(v) if isinstance(v, str) else repr(v)}" for key, v in changed.items())
+        yield from ("", f"[{path}integration]", *lines)
     for name, block in graph.blocks.items():
         key = _text(name) if "." in name else name
         yield from ("", f"[{path}blocks.{key}]", f"kind = {_text(type(block).__name__)}")

@@ -27,6 +27,7 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.generate import Generated
 
 SYMBOL = "proofmass_loop"
+_ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 
 
@@ -145,6 +146,10 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
             names = {name: _jit(value, jitted) for name, value in generated.names.items()}
             namespace: dict[str, Any] = {"carray": numba.carray, **names}
             exec(compile(generated.source, "<generated loop>", "exec"), namespace)
+            for name in generated.functions:
+                inlined = name in generated.inlined
+                own = numba.njit(namespace[name], error_model="numpy", forceinline=inlined, no_cpython_wrapper=True)
+                namespace[name] = own
             loop = numba.njit(signature, **options)(namespace["loop"])
         except Exception as error:
             raise ModelError([_not_compiled(error)]) from error
@@ -194,7 +199,8 @@ def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
         cells = tuple(types.CellType(read[name]) for name in value.__code__.co_freevars)
         globals_ = value.__globals__ | read
         copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__, cells)
-        jitted[value] = _numba().njit(copied, error_model="numpy", forceinline=True, no_cpython_wrapper=True)
+        small = not value.__module__.startswith("proofmass.runner")  # a block's; solvers are large and called often
+        jitted[value] = _numba().njit(copied, error_model="numpy", forceinline=small, no_cpython_wrapper=True)
     return jitted[value]
 
 
@@ -217,18 +223,20 @@ def _not_compiled(error: Exception) -> Problem:
 
 
 def _object_code(module: Any, entry: str) -> bytes:
-    """Object file with the loop alone, under a name of our own."""
+    """Object file with the loop alone, under a name of our own, behind a letter that says what it needs beside it."""
     for function in module.functions:
         if function.name == entry:
             function.name = SYMBOL
         elif not function.is_declaration:
             function.linkage = "internal"
     machine = _machine()
+    called = {f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")}
+    helped = any(name.startswith(("numba_", "NRT_")) for name in called)
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
     manager = llvm.create_new_module_pass_manager()
     manager.add_global_dead_code_eliminate_pass()
     manager.run(module, passes)
-    return bytes(machine.emit_object(module))
+    return (_WITH_NUMBA if helped else _ALONE) + bytes(machine.emit_object(module))
 
 
 def _machine() -> Any:
@@ -246,7 +254,11 @@ def _machine() -> Any:
 
 def _linked(code: bytes, argument_kinds: tuple[str, ...]) -> tuple[Any, Callable[..., Any]]:
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    if code.startswith(_WITH_NUMBA):
+        from numba.core.registry import cpu_target
+
+        assert cpu_target.target_context  # once made, it has told LLVM where Numba's helpers are
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code[1:]))
     engine.finalize_object()
     kinds = [ctypes.c_int64 if kind == "int" else ctypes.c_void_p for kind in argument_kinds]
     # Numba's convention: a status is returned; the first two arguments take a return value and an exception.

@@ -1,73 +1,114 @@
-"""Exact sampled form of linear continuous systems whose inputs are held over the step.
+"""Exact sampled form of linear continuous systems whose inputs are held, or move on a straight line, over the step.
 
     x' = A x + B u,  u constant over T:   x[n+1] = exp(A T) x[n] + (integral of exp(A t) dt over T) B u[n]
 
 Both matrices are read off the exponential of [[A, B], [0, 0]] T, by Taylor series with scaling and squaring after
-balancing by powers of two (states of a sensor differ by many orders of magnitude).
+balancing by powers of two (states of a sensor differ by many orders of magnitude). An input that moves linearly from
+u[n] to u[n+1] is one whose derivative is held: another row of the same matrix.
+
+The functions work in place on flat sequences, row by row, so that plain Python runs them on lists and the compiled
+loop on arrays: to the same bits, in every tick where a driven parameter has moved.
 """
 
-import math
+from typing import Any
 
 Matrix = list[list[float]]
+Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
-_TERMS = 22  # 1/22! is below the rounding error for a norm of at most 1
+TERMS = 22  # 1/22! is below the rounding error for a norm of at most 1
+LARGEST_SCALE = 2.0**300
+SCRATCH = 3  # sequences as large as the matrix that `matrix_exponential` needs
 
 
-def hold(a: Matrix, b: Matrix, period: float) -> tuple[Matrix, Matrix]:
-    """Transition and input matrix of one step of `period` seconds, by rows."""
+def hold(a: Matrix, b: Matrix, period: float, ramps: tuple[int, ...] = ()) -> tuple[Matrix, Matrix]:
+    """Transition and input matrix of one step of `period` seconds, by rows.
+
+    `ramps` are the inputs (columns of b) that move linearly; the input matrix has a column more for each, of its
+    change over the step.
+    """
     n, m = len(a), len(b[0]) if b else 0
-    joined = [[*(v * period for v in a[i]), *(v * period for v in b[i])] for i in range(n)]
-    joined += [[0.0] * (n + m) for _ in range(m)]
-    result = matrix_exponential(joined)
-    return [row[:n] for row in result[:n]], [row[n:] for row in result[:n]]
+    size = n + m + len(ramps)
+    flat = [0.0] * (size * size)
+    for i in range(n):
+        flat[i * size : i * size + n + m] = [*a[i], *b[i]]
+    scale_rows(flat, n, n + m, size, period)
+    for number, ramp in enumerate(ramps):
+        flat[(n + ramp) * size + n + m + number] = 1.0
+    matrix_exponential(flat, size, *([0.0] * (size * size) for _ in range(SCRATCH)))
+    rows = [flat[i * size : (i + 1) * size] for i in range(n)]
+    return [row[:n] for row in rows], [row[n:] for row in rows]
 
 
-def matrix_exponential(matrix: Matrix) -> Matrix:
-    """exp of a square matrix."""
-    size = len(matrix)
-    balanced, scale = _balance(matrix)
-    norm = max((sum(abs(v) for v in row) for row in balanced), default=0.0)
-    halvings = max(0, math.frexp(norm)[1]) if norm > 0.0 else 0
-    small = [[math.ldexp(v, -halvings) for v in row] for row in balanced]
-    # exp - 1 is carried through the squarings, (1 + E)^2 - 1 = 2 E + E^2, so that small entries keep their digits.
-    grown = [row[:] for row in small]
-    for term in range(_TERMS, 1, -1):
-        grown = _product(small, grown, 1.0 / term)
-        for i in range(size):
-            for j in range(size):
-                grown[i][j] += small[i][j]
-    for _ in range(halvings):
-        square = _product(grown, grown, 1.0)
-        grown = [[2.0 * grown[i][j] + square[i][j] for j in range(size)] for i in range(size)]
+def scale_rows(flat: Flat, rows: int, columns: int, size: int, factor: float) -> None:
+    """Multiply the first entries of the first rows of a square matrix."""
+    for i in range(rows):
+        for j in range(columns):
+            flat[i * size + j] *= factor
+
+
+def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale: Flat) -> None:
+    """exp of a square matrix, in place; the others are scratch."""
+    _balance(matrix, size, scale)
+    norm = 0.0
     for i in range(size):
-        grown[i][i] += 1.0
-    return [[grown[i][j] * scale[i] / scale[j] for j in range(size)] for i in range(size)]
+        row = 0.0
+        for j in range(size):
+            row += abs(matrix[i * size + j])
+        norm = max(norm, row)
+    halvings, factor = 0, 1.0
+    while norm * factor > 1.0 and halvings < 1000:
+        halvings, factor = halvings + 1, 0.5 * factor
+    for k in range(size * size):
+        matrix[k] *= factor
+        grown[k] = matrix[k]
+    # exp - 1 is carried through the squarings, (1 + E)^2 - 1 = 2 E + E^2, so that small entries keep their digits.
+    for term in range(TERMS, 1, -1):
+        _multiply(matrix, grown, size, 1.0 / term, square)
+        for k in range(size * size):
+            grown[k] = square[k] + matrix[k]
+    for _ in range(halvings):
+        _multiply(grown, grown, size, 1.0, square)
+        for k in range(size * size):
+            grown[k] = 2.0 * grown[k] + square[k]
+    for i in range(size):
+        grown[i * size + i] += 1.0
+        for j in range(size):
+            matrix[i * size + j] = grown[i * size + j] * scale[i] / scale[j]
 
 
-def _product(left: Matrix, right: Matrix, factor: float) -> Matrix:
-    columns = list(zip(*right, strict=True))
-    return [[math.fsum(x * y for x, y in zip(row, column, strict=True)) * factor for column in columns] for row in left]
+def _multiply(left: Flat, right: Flat, size: int, factor: float, product: Flat) -> None:
+    for i in range(size):
+        for j in range(size):
+            total = 0.0
+            for k in range(size):
+                total += left[i * size + k] * right[k * size + j]
+            product[i * size + j] = total * factor
 
 
-def _balance(matrix: Matrix) -> tuple[Matrix, list[float]]:
+def _balance(matrix: Flat, size: int, scale: Flat) -> None:
     """D^-1 M D with powers of two on D so that rows and columns are of like size (Parlett and Reinsch 1969)."""
-    size = len(matrix)
-    balanced = [row[:] for row in matrix]
-    scale = [1.0] * size
+    for i in range(size):
+        scale[i] = 1.0
     for _ in range(100):
         settled = True
         for i in range(size):
-            row = sum(abs(balanced[i][j]) for j in range(size) if j != i)
-            column = sum(abs(balanced[j][i]) for j in range(size) if j != i)
+            row, column = 0.0, 0.0
+            for j in range(size):
+                if j != i:
+                    row += abs(matrix[i * size + j])
+                    column += abs(matrix[j * size + i])
             if row == 0.0 or column == 0.0:
                 continue
-            shift = round(math.log2(row / column) / 2.0)
-            if shift:
+            factor = 1.0
+            while 4.0 * column * factor < row / factor and factor < LARGEST_SCALE:
+                factor *= 2.0
+            while column * factor > 4.0 * row / factor and factor > 1.0 / LARGEST_SCALE:
+                factor *= 0.5
+            if factor != 1.0:
                 settled = False
-                scale[i] = math.ldexp(scale[i], shift)
+                scale[i] *= factor
                 for j in range(size):
-                    balanced[i][j] = math.ldexp(balanced[i][j], -shift)
-                    balanced[j][i] = math.ldexp(balanced[j][i], shift)
+                    matrix[i * size + j] /= factor
+                    matrix[j * size + i] *= factor
         if settled:
-            break
-    return balanced, scale
+            return

@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from proofmass.blocks.counter_random import normal_deviate
-from proofmass.runner.continuous import Group
+from proofmass.graphs.schedule import Node
+from proofmass.runner.advance import Advance, IntegrationError
+from proofmass.runner.constants import constants_of
 from proofmass.runner.memory import Memory, Rows, start
-from proofmass.runner.plan import Plan, constants_of
+from proofmass.runner.plan import Plan
 
 
 class TickError(ArithmeticError):
@@ -28,6 +31,10 @@ class Interpreter:
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
         self._at = ""  # the function under way, for messages
+        self._advances = [
+            Advance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
+            for solver in plan.solvers
+        ]
         divisors = plan.schedule.divisors
         self._outputs = [
             (node, plan.stride(node) if node[1] else divisors[node[0]], self._step(*node))
@@ -38,6 +45,12 @@ class Interpreter:
             for name, block in plan.blocks.items()
             if "update" in block.functions
         ]
+
+    def first_tick(self) -> tuple[dict[str, Any], dict[Node, Any]]:
+        """Constants and wires of tick 0; of a block that fails there, what they were before."""
+        with suppress(ArithmeticError, ValueError):
+            self._compute(0)
+        return self._constants, self._memory.wires
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
@@ -88,9 +101,17 @@ class Interpreter:
                 state = step(tick)
                 if state is not None:
                     states[name] = state
-        for group in self.plan.groups:
-            self._integrate(group)
-            for name in group.blocks:
+        following = self._ahead(tick)
+        for advance in self._advances:
+            try:
+                moved = advance(self._constants, states, self._memory.wires, following, tick * self.plan.period)
+            except IntegrationError as error:
+                raise TickError(error.at, tick, error) from error
+            except Exception:
+                self._at = advance.stages.at
+                raise
+            states.update(moved)
+            for name in moved:
                 if not _finite(states[name]):
                     raise TickError(f"{name}.state", tick, states[name])
         self._memory.tick = tick + 1
@@ -161,18 +182,22 @@ class Interpreter:
             return lambda tick: default
         return lambda tick: self._memory.wires[driver]
 
-    def _integrate(self, group: Group) -> None:
-        values = [getattr(self._memory.states[block], field) for block, field in group.states]
-        values += [self._memory.wires[node] for node in group.inputs]
-        moved = {}
-        for (block, field), row, entry in zip(group.states, group.transition, group.entry, strict=True):
-            total = row[0] * values[0]
-            for factor, value in zip((*row[1:], *entry), values[1:], strict=True):
-                total = total + factor * value
-            moved[block, field] = total
-        for block in group.blocks:
-            kind = type(self._memory.states[block])
-            self._memory.states[block] = kind(*(moved[block, field] for field in kind._fields))
+    def _ahead(self, tick: int) -> dict[Node, float]:
+        """Values that sources have in the next tick."""
+        plan, following = self.plan, dict[Node, float]()
+        for name, port in plan.ahead:
+            behaviour = plan.blocks[name].output_functions[port]
+            values = []
+            for argument in behaviour.arguments:
+                driver = plan.schedule.drivers.get((name, argument))
+                if argument == "time":
+                    values.append((tick + 1) * plan.period)
+                else:
+                    default = plan.blocks[name].inputs[argument].default
+                    values.append(following[driver] if driver is not None else float(default or 0.0))
+            self._at = f"{name}.{port}"
+            following[name, port] = behaviour.function(self._constants[name], *values)
+        return following
 
 
 def _finite(value: Any) -> bool:

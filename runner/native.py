@@ -7,8 +7,9 @@ import numpy as np
 
 from proofmass.graphs.schedule import Node
 from proofmass.runner.compile import is_cached, key_of, load
-from proofmass.runner.generate import FLOATS, INTEGERS, Generated, Slots, generate
+from proofmass.runner.generate import Generated, generate
 from proofmass.runner.memory import Memory, Rows, start
+from proofmass.runner.pieces import FLOATS, INTEGERS, Slots
 from proofmass.runner.plan import Plan
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -31,12 +32,15 @@ class CompiledLoop:
             node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=_dtype(kind))
             for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
         }
-        integrated = [made.memory.kinds[name, "x", field][1] for group in plan.groups for name, field in group.states]
+        self._scratch = np.empty(made.scratch + 1)
+        states = [made.memory.kinds[name, "x", f] for solver in plan.solvers for name, f in solver.group.states]
+        integrated = [place for kind, place in states if kind is float]
         self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; false when a number was not finite."""
-        arrays = [*self._constants.values(), *self._state.values(), *self._vectors.values(), *rows]
+        self._scratch.fill(np.nan)  # what nothing has been computed from yet
+        arrays = [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
         self.tick = last
         return bool(np.isfinite(self._state[FLOATS][self._watched]).all())
@@ -71,7 +75,7 @@ def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
     """C types of the loop's arguments."""
     vectors = [_pointer(float if kind is float else int) for kind in generated.vector_kinds]
     probes = [_pointer(probe.dtype) for probe in plan.probes]
-    return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", *vectors, *probes)
+    return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
 
 
 def already_compiled(plan: Plan) -> bool:

@@ -1,4 +1,4 @@
-"""A checked graph made ready to run: constants, start values, continuous groups, probes. Both engines read this."""
+"""A checked graph made ready to run: constants, start values, solvers, probes. Both engines read this."""
 
 import math
 import zlib
@@ -15,8 +15,10 @@ from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import LARGEST_RUN, Graph, split
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node, Schedule, schedule
-from proofmass.runner.continuous import Group, find_groups
+from proofmass.runner.constants import constants_of, start_of
+from proofmass.runner.groups import ahead
 from proofmass.runner.recording import read_recordings
+from proofmass.runner.solvers import Solver, find_solvers
 
 
 @dataclass(frozen=True)
@@ -45,13 +47,18 @@ class Plan:
     constants: Mapping[str, Any]  # per block; None where driven parameters make them anew in every tick
     starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
     buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
-    groups: tuple[Group, ...]
+    solvers: tuple[Solver, ...]
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
 
     @cached_property
     def recorded(self) -> frozenset[Node]:
         """Buffers that hold a recording: nothing writes to them."""
-        return frozenset((n, b) for n, b in self.buffers if self.blocks[n].buffers[b].recorded)
+        return frozenset((n, b) for n, b in self.buffers if n and self.blocks[n].buffers[b].recorded)
+
+    @cached_property
+    def ahead(self) -> tuple[Node, ...]:
+        """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
+        return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
 
     @property
     def blocks(self) -> Mapping[str, Block]:
@@ -104,11 +111,13 @@ def plan(graph: Graph) -> Plan:
     made = Plan(graph, scheduled, {}, {}, {}, (), ())  # answers what follows from the schedule alone
     constants, starts, problems = dict[str, Any](), dict[str, Any](), list[Problem]()
     buffers: dict[Node, tuple[float, ...]] = {}
+    as_set: dict[str, Any] = {}  # of blocks with driven parameters too
     for name, block in graph.blocks.items():
         driven = any((name, p) in scheduled.drivers for p in block.parameters)
         try:
-            constants[name] = None if driven else constants_of(block, block, made.block_period(name))
-            if not all(map(math.isfinite, constants[name] or ())):
+            as_set[name] = constants_of(block, block, made.block_period(name))
+            constants[name] = None if driven else as_set[name]
+            if not all(map(math.isfinite, as_set[name] or ())):
                 raise ArithmeticError("one of them is not finite")
             recorded = read_recordings(graph, name)
             filled = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
@@ -129,35 +138,19 @@ def plan(graph: Graph) -> Plan:
             buffers |= {(name, b): tuple(values) for b, values in filled.items()}
     if problems:
         raise ModelError([graph.placed(problem) for problem in problems])
-    groups = find_groups(graph, scheduled, constants, made.period)
+    ready = Plan(graph, scheduled, constants, starts, buffers, (), ())
+    solvers = find_solvers(ready, as_set, lambda: _first_tick(ready))
+    buffers |= {solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance}
     named = sorted(zip(probed, graph.probes, strict=True))
     probes = tuple(_probe(made, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
-    return Plan(graph, scheduled, constants, starts, buffers, groups, probes)
+    return Plan(graph, scheduled, constants, starts, buffers, solvers, probes)
 
 
-def constants_of(block: Block, parameters: Any, period: float) -> Any:
-    """What the functions of a block get first: its constants, or its numeric parameters where it declares none."""
-    if "constants" in block.functions:
-        made = block.functions["constants"].function(parameters, period)
-    else:
-        made = block.parameters_class()(*(getattr(parameters, n) for n in block.parameters_class()._fields))  # type: ignore[attr-defined]
-    return _typed(made)
+def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
+    """Constants and wires of tick 0, about which the continuous groups are linearised."""
+    from proofmass.runner.interpret import Interpreter
 
-
-def start_of(block: Block, buffers: Mapping[str, list[float]]) -> Any:
-    """State at tick 0; may fill the buffers."""
-    if "start" in block.functions:
-        start = block.functions["start"]
-        return _typed(start.function(block, *(buffers[name] for name in start.arguments)))
-    state = block.state_class()
-    return None if state is None else state(*(kind(0) for kind in state.__annotations__.values()))
-
-
-def _typed(values: Any) -> Any:
-    """A NamedTuple with each field of its declared type, as the compiled loop holds it."""
-    if values is None:
-        return None
-    return type(values)(*(kind(value) for kind, value in zip(values.__annotations__.values(), values, strict=True)))
+    return Interpreter(ready, ready.graph.seed).first_tick()
 
 
 def _zeros(block: Block, buffer: str) -> list[float]:

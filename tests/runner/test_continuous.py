@@ -1,5 +1,6 @@
 """Continuous blocks between the ticks: groups stepped exactly, against matrices and closed forms by hand."""
 
+import dataclasses
 import math
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ from proofmass.blocks.sine import Sine
 from proofmass.blocks.step import Step
 from proofmass.blocks.transfer_function import TransferFunction
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.integration import Integration
 from proofmass.runner.plan import plan
 from proofmass.runner.simulate import EngineName, simulate
 
@@ -82,7 +84,7 @@ class TestTwoBlocksThatDriveEachOther:
             size = np.abs(expected[:, column]).max()
             assert np.abs(result[signal].values - expected[:, column]).max() < 1e-11 * size
         # one block after the other, with what the other held, is far from it
-        assert [group.blocks for group in plan(graph).groups] == [("filter", "mass", "source")]
+        assert [solver.group.blocks for solver in plan(graph).solvers] == [("filter", "mass", "source")]
 
 
 class CoilState(NamedTuple):
@@ -129,7 +131,7 @@ def test_a_chain_with_feedthrough_inside_the_group(engine: EngineName) -> None:
     expected = stepped(a, b, 1 / 50, inputs)
     assert result["lag.output"].values == pytest.approx(expected[:, 1], rel=1e-12, abs=1e-13)
     assert result["lead.output"].values == pytest.approx(-17.0 * expected[:, 0] + inputs[:, 0], rel=1e-12, abs=1e-13)
-    assert len(plan(graph).groups) == 1
+    assert len(plan(graph).solvers) == 1
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -228,12 +230,15 @@ def wrong(rate: Any, linear: bool = True, default: float = 0.0) -> Block:
     ],
     ids=["said so", "square", "constant", "absolute", "product", "default"],
 )
-def test_what_is_not_linear_is_refused(block: Block) -> None:
+def test_what_is_not_linear_is_not_stepped_exactly(block: Block) -> None:
     blocks = {"block": block, "source": Constant(value=1.0)}
     wires = [] if block.inputs["input"].default else ["source.output -> block.input"]
     graph = Graph(name="wrong", rate="1 kHz", blocks=blocks, wires=wires, probes=["block.output"])
-    with pytest.raises(ModelError, match=r"blocks\.block: the derivatives of block are not linear"):
-        simulate(graph, samples=3)
+    assert plan(graph).solvers[0].method == "runge_kutta_4"
+    with pytest.raises(
+        ModelError, match=r"blocks\.block: block: cannot be stepped exactly: .*block (is|are) not linear"
+    ):
+        simulate(dataclasses.replace(graph, integration=Integration(method="exact")), samples=3)
 
 
 def test_what_is_linear_is_not_refused() -> None:

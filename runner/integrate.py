@@ -1,0 +1,149 @@
+"""From one tick to the next: steps of any method, their length chosen by their error, and events in between.
+
+Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits. What they are given:
+`step(context, time, length, x, moved, error)` writes the states one step later and an estimate of their error;
+`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens; `then(context, time, x,
+which)` changes the states when it happens.
+"""
+
+from typing import Any
+
+from proofmass.blocks.elementary import exponential, logarithm_of_fraction
+
+Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
+
+MOST_EVENTS = 10_000  # in one tick
+SHORTEST = 1e-12  # step, in ticks
+STEPS_TOO_SHORT = -1.0  # what `integrate` returns where no step is short enough
+DONE = 0.0
+SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step's length, in this one's
+NEARLY = 1.0 - 1e-9
+TINY = 1e-300
+
+
+def integrate(
+    step: Any,
+    clearances: Any,
+    then: Any,
+    context: Any,
+    start: float,
+    period: float,
+    first: float,
+    tolerance: float,
+    order: int,
+    precision: float,
+    x: Flat,
+    moved: Flat,
+    error: Flat,
+    largest: Flat,
+    clear: Flat,
+) -> float:
+    """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a tolerance allows.
+
+    A tolerance of zero means steps as long as the first. Errors are relative to the `largest` value that a state ever
+    had, which is kept there. Events are found to within `precision` seconds. Returns
+    `DONE`, or `STEPS_TOO_SHORT`, or the number, from 1, of an event that happens again and again.
+    """
+    done, size = 0.0, first
+    allowed = _settled(clearances, then, context, start, x, clear, MOST_EVENTS)
+    while done < period and allowed > 0:
+        left = period - done
+        length = left if size >= left * NEARLY else size
+        step(context, start + done, length, x, moved, error)
+        if tolerance > 0.0:
+            worst = _largest_error(moved, error, largest) / tolerance
+            size = length * _growth(worst, order)
+            if not worst <= 1.0:
+                if size < period * SHORTEST:
+                    return STEPS_TOO_SHORT
+                continue
+        event = _due(clearances, context, start + done + length, moved, clear)
+        if event >= 0:
+            length, event = _located(
+                step, clearances, context, start + done, length, event, precision, x, moved, error, clear
+            )
+            step(context, start + done, length, x, moved, error)
+        for i in range(len(x)):
+            x[i] = moved[i]
+            largest[i] = max(largest[i], abs(x[i]))
+        done = period if length == left else done + length
+        if event >= 0:
+            then(context, start + done, x, event)
+            allowed -= 1
+        allowed = _settled(clearances, then, context, start + done, x, clear, allowed)
+    return DONE if allowed > 0 else 1.0 + _due(clearances, context, start + done, x, clear)
+
+
+def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
+    """Of all states, relative to the largest value that each ever had; NaN where one is not finite."""
+    worst, broken = 0.0, 0.0
+    for i in range(len(moved)):
+        ratio = abs(error[i]) / (max(largest[i], abs(moved[i])) + TINY)
+        worst = max(worst, ratio)
+        broken += ratio - ratio
+    return worst + broken
+
+
+def _growth(worst: float, order: int) -> float:
+    """Length of the next step in this one's, from the error of this one in tolerances."""
+    if not worst < 1e10:
+        return LEAST
+    if worst < 1e-10:
+        return MOST
+    logarithm = logarithm_of_fraction(worst) if worst <= 1.0 else -logarithm_of_fraction(1.0 / worst)
+    return min(MOST, max(LEAST, SAFETY * exponential(-logarithm / order)))
+
+
+def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat) -> int:
+    """The first event whose clearance is used up, or -1."""
+    if len(clear) > 0:
+        clearances(context, time, x, clear)
+        for i in range(len(clear)):
+            if clear[i] <= 0.0:
+                return i
+    return -1
+
+
+def _settled(clearances: Any, then: Any, context: Any, time: float, x: Flat, clear: Flat, allowed: int) -> int:
+    """Let everything happen that is due; how many events are still allowed in this tick."""
+    due = _due(clearances, context, time, x, clear)
+    while due >= 0 and allowed > 0:
+        then(context, time, x, due)
+        allowed -= 1
+        due = _due(clearances, context, time, x, clear)
+    return allowed
+
+
+def _located(
+    step: Any,
+    clearances: Any,
+    context: Any,
+    time: float,
+    length: float,
+    event: int,
+    precision: float,
+    x: Flat,
+    moved: Flat,
+    error: Flat,
+    clear: Flat,
+) -> tuple[float, int]:
+    """The length of a step that ends at the first event in it, and which one that is; `event` is due at its end.
+
+    Bisection finds the event to within `precision`; where its clearance is a straight line there, what is left is
+    taken off too, since whatever an event comes late stays in the motion that follows.
+    """
+    before, after, used = 0.0, length, clear[event]
+    for _ in range(1100):
+        middle = 0.5 * (before + after)
+        if not (after - before > precision and before < middle < after):
+            break
+        step(context, time, middle, x, moved, error)
+        found = _due(clearances, context, time + middle, moved, clear)
+        if found >= 0:
+            after, event, used = middle, found, clear[found]
+        else:
+            before = middle
+    step(context, time, before, x, moved, error)
+    clearances(context, time + before, moved, clear)
+    share = clear[event] / (clear[event] - used) if clear[event] > 0.0 else 1.0
+    return before + share * (after - before), event
