@@ -230,12 +230,11 @@ def _object_code(module: Any, entry: str) -> bytes:
         elif not function.is_declaration:
             function.linkage = "internal"
     machine = _machine()
-    called = {f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")}
-    helped = any(name.startswith(("numba_", "NRT_")) for name in called)
     passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
     manager = llvm.create_new_module_pass_manager()
     manager.add_global_dead_code_eliminate_pass()
     manager.run(module, passes)
+    helped = any(f.is_declaration and f.name.startswith(("numba_", "NRT_")) for f in module.functions)
     return (_WITH_NUMBA if helped else _ALONE) + bytes(machine.emit_object(module))
 
 
