@@ -16,6 +16,7 @@ An output that names an input depends on it in the same sample; one that does no
 """
 
 import dataclasses
+import dis
 import inspect
 import typing
 from collections import namedtuple
@@ -62,6 +63,7 @@ class Behaviour:
     function: Callable[..., Any]
     arguments: tuple[str, ...]
     returns: Any
+    reads_constants: bool  # some outputs are a field of the state and nothing else
 
 
 class Input:
@@ -379,7 +381,8 @@ def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]
     if not names or unknown:
         hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner.__name__}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
-    return Behaviour(function, tuple(names[1:]), returns)
+    reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
+    return Behaviour(function, tuple(names[1:]), returns, reads_constants)
 
 
 def _refuse_taken(owner: type, name: str, taken: Iterable[str]) -> None:

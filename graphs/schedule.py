@@ -51,7 +51,8 @@ def _needs(graph: Graph, drivers: dict[Node, Node]) -> dict[Node, list[Node]]:
             constants = [(name, "")]
             needs[name, ""] = driven
         for port in block.outputs:
-            needs[name, port] = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers] + constants
+            needs[name, port] = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers]
+            needs[name, port] += constants if block.output_functions[port].reads_constants else []
     return needs
 
 

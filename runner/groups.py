@@ -144,7 +144,7 @@ def _needs(block: Block, schedule: Schedule, name: str, port: str) -> list[Node]
     if not port:
         return driven
     fed = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers]
-    return [*fed, (name, "")] if driven else fed
+    return [*fed, (name, "")] if driven and block.output_functions[port].reads_constants else fed
 
 
 def _analogue(graph: Graph, name: str) -> bool:

@@ -47,7 +47,9 @@ class Pieces:
     def call(self, name: str, function: str, port: str) -> str:
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
-        arguments = [f"{word(name)}__c", *(self.argument(name, port, a) for a in behaviour.arguments)]
+        known = self.plan.constants[name] is not None or behaviour.reads_constants
+        constants = f"{word(name)}__c" if known else "0"  # that come later in the tick
+        arguments = [constants, *(self.argument(name, port, a) for a in behaviour.arguments)]
         return f"{self.named(block, function, behaviour.function)}({', '.join(arguments)})"
 
     def argument(self, name: str, port: str, argument: str) -> str:
