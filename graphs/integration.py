@@ -85,7 +85,7 @@ def read_integration(table: object) -> Integration:
     try:
         made = Integration(**known)
     except ModelError as error:
-        problems += error.problems
+        raise ModelError([*problems, *error.problems]) from None
     if problems:
         raise ModelError(problems)
     return made

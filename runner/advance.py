@@ -7,9 +7,10 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.exact_hold import Matrix
 from proofmass.runner.integrate import DONE, STEPS_TOO_SHORT, integrate
 from proofmass.runner.methods import EXPLICIT, explicit_step
-from proofmass.runner.plan import Plan
+from proofmass.runner.planned import Plan
 from proofmass.runner.radau import radau_step, scratch
-from proofmass.runner.solvers import Solver, assemble
+from proofmass.runner.solver import Solver
+from proofmass.runner.solvers import assemble
 from proofmass.runner.stages import Context, Stages
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.memory import Memory
-from proofmass.runner.plan import Plan, PlannedProbe
+from proofmass.runner.planned import Plan, PlannedProbe
 from proofmass.runner.provenance import graph_text
 from proofmass.runner.result import Recorder, Result
 

@@ -12,7 +12,7 @@ from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node
 from proofmass.runner.group_code import GroupCode
 from proofmass.runner.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields, variable, word
-from proofmass.runner.plan import Plan
+from proofmass.runner.planned import Plan
 
 
 @dataclass(frozen=True)

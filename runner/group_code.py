@@ -10,7 +10,7 @@ from proofmass.runner.integrate import integrate
 from proofmass.runner.methods import EXPLICIT, explicit_step
 from proofmass.runner.pieces import Pieces, fields, variable, word
 from proofmass.runner.radau import radau_step, scratch
-from proofmass.runner.solvers import Solver
+from proofmass.runner.solver import Solver
 
 _ASSEMBLED = ("matrix", "grown", "square", "scale")  # scratch of the matrix exponential
 _STEPPED = ("x", "moved", "error")

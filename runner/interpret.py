@@ -10,7 +10,7 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.advance import Advance, IntegrationError
 from proofmass.runner.constants import constants_of
 from proofmass.runner.memory import Memory, Rows, start
-from proofmass.runner.plan import Plan
+from proofmass.runner.planned import Plan
 
 
 class TickError(ArithmeticError):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from proofmass.graphs.schedule import Node
-from proofmass.runner.plan import Plan
+from proofmass.runner.planned import Plan
 
 Rows = Sequence[Any]  # an array for each probe, with one row per recorded tick
 

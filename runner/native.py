@@ -10,7 +10,7 @@ from proofmass.runner.compile import is_cached, key_of, load
 from proofmass.runner.generate import Generated, generate
 from proofmass.runner.memory import Memory, Rows, start
 from proofmass.runner.pieces import FLOATS, INTEGERS, Slots
-from proofmass.runner.plan import Plan
+from proofmass.runner.planned import Plan
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

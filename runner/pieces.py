@@ -5,7 +5,7 @@ from typing import Any
 
 from proofmass.blocks.counter_random import normal_deviate
 from proofmass.graphs.schedule import Node
-from proofmass.runner.plan import Plan
+from proofmass.runner.planned import Plan
 
 FLOATS, INTEGERS = "numbers", "integers"
 

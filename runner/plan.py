@@ -1,106 +1,22 @@
-"""A checked graph made ready to run: constants, start values, solvers, probes. Both engines read this."""
+"""From a graph to the plan that both engines read: checked, flat, scheduled, with constants, starts and solvers."""
 
 import math
-import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
-from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.check import checked
 from proofmass.graphs.flatten import flatten
-from proofmass.graphs.graph import LARGEST_RUN, Graph, split
-from proofmass.graphs.rates import write_rate
-from proofmass.graphs.schedule import Node, Schedule, schedule
+from proofmass.graphs.graph import Graph, split
+from proofmass.graphs.schedule import Node, schedule
 from proofmass.runner.constants import constants_of, start_of
-from proofmass.runner.groups import ahead
+from proofmass.runner.interpret import Interpreter
+from proofmass.runner.planned import Plan, PlannedProbe
 from proofmass.runner.recording import read_recordings
-from proofmass.runner.solvers import Solver, find_solvers
+from proofmass.runner.solvers import find_solvers
 
-
-@dataclass(frozen=True)
-class PlannedProbe:
-    """A probe with the base ticks between its rows and the facts of what it records."""
-
-    signal: str
-    node: Node
-    stride: int
-    dtype: type
-    shape: tuple[int, ...]
-    unit: str
-    doc: str
-
-    def rows(self, first: int, last: int) -> int:
-        """Rows recorded in the ticks from `first` up to, not including, `last`."""
-        return -(-last // self.stride) - -(-first // self.stride)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Everything that a run needs besides seed and length, in plain values."""
-
-    graph: Graph
-    schedule: Schedule
-    constants: Mapping[str, Any]  # per block; None where driven parameters make them anew in every tick
-    starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
-    buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
-    solvers: tuple[Solver, ...]
-    probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
-
-    @cached_property
-    def recorded(self) -> frozenset[Node]:
-        """Buffers that hold a recording: nothing writes to them."""
-        return frozenset((n, b) for n, b in self.buffers if n and self.blocks[n].buffers[b].recorded)
-
-    @cached_property
-    def ahead(self) -> tuple[Node, ...]:
-        """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
-        return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
-
-    @property
-    def blocks(self) -> Mapping[str, Block]:
-        """Blocks by name."""
-        return self.graph.blocks
-
-    @property
-    def period(self) -> float:
-        """Base period in seconds."""
-        return float(1 / self.schedule.base_rate)
-
-    def block_period(self, name: str) -> float:
-        """Period of a block in seconds."""
-        return float(self.schedule.divisors[name] / self.schedule.base_rate)
-
-    def ticks(self, duration: Fraction | None = None, samples: int | None = None) -> int:
-        """Base ticks of a run: `samples`, or all from 0 to `duration` with both ends; else what the graph says."""
-        if samples is None and duration is None:
-            samples, duration = self.graph.samples, self.graph.duration
-        if samples is not None:
-            ticks = samples
-        elif duration is not None:
-            ticks = math.floor(duration * self.schedule.base_rate) + 1
-        else:
-            hint = 'add duration = "1 s" at the top of the file, or say --duration "1 s"'
-            raise self._refused(Problem(message="how long to run is not said", key="duration", hint=hint))
-        if ticks > LARGEST_RUN:
-            expected = f"at most {LARGEST_RUN:g} ticks of {write_rate(self.schedule.base_rate)}"
-            raise self._refused(Problem(message="too long", key="duration", got=f"{ticks:g} ticks", expected=expected))
-        return ticks
-
-    def _refused(self, problem: Problem) -> ModelError:
-        return ModelError([self.graph.placed(problem)])
-
-    def stride(self, node: Node) -> int:
-        """Base ticks from one value of an output to its next."""
-        block = self.blocks[node[0]]
-        return self.schedule.divisors[node[0]] * block.size(block.outputs[node[1]].every)
-
-    def stream(self, name: str) -> int:
-        """Number of the block's random stream: from its name alone, so that nothing else moves its noise."""
-        return zlib.crc32(name.encode())
+__all__ = ["Plan", "PlannedProbe", "plan"]
 
 
 def plan(graph: Graph) -> Plan:
@@ -148,8 +64,6 @@ def plan(graph: Graph) -> Plan:
 
 def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
     """Constants and wires of tick 0, about which the continuous groups are linearised."""
-    from proofmass.runner.interpret import Interpreter
-
     return Interpreter(ready, ready.graph.seed).first_tick()
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_writer import write_graph
 from proofmass.runner.memory import Memory
-from proofmass.runner.plan import PlannedProbe
+from proofmass.runner.planned import PlannedProbe
 
 if TYPE_CHECKING:
     import xarray

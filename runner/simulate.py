@@ -18,7 +18,8 @@ from proofmass.blocks.units import UnitError
 from proofmass.graphs.graph import LARGEST_SEED, Graph, read_duration, split
 from proofmass.runner.interpret import Interpreter, TickError
 from proofmass.runner.memory import Engine, Memory, start
-from proofmass.runner.plan import Plan, plan
+from proofmass.runner.plan import plan
+from proofmass.runner.planned import Plan
 from proofmass.runner.provenance import provenance
 from proofmass.runner.result import Recorder, Result
 

@@ -4,21 +4,18 @@ import itertools
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.integration import MOST_SUBSTEPS
 from proofmass.graphs.schedule import Node
-from proofmass.runner import radau
 from proofmass.runner.exact_hold import Matrix, hold
 from proofmass.runner.groups import Group, find_groups
 from proofmass.runner.methods import EXPLICIT
+from proofmass.runner.planned import Plan
+from proofmass.runner.solver import Solver
 from proofmass.runner.stages import Context, Stages
-
-if TYPE_CHECKING:
-    from proofmass.runner.plan import Plan
 
 FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Node, Any]]]  # constants and wires
 
@@ -27,42 +24,7 @@ PRECISION = 1e-12  # of the time of an event, in ticks
 _SCALES = (1.0, -1.0, 2.0, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
 
 
-@dataclass(frozen=True)
-class Solver:
-    """A group with the method that integrates it.
-
-    Steps are `1/substeps` of a tick long, at first where the tolerance is not zero. The matrices are those of the exact
-    method, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick); none where driven parameters
-    change them from tick to tick.
-    """
-
-    name: str  # in generated code
-    group: Group
-    method: str
-    substeps: int
-    tolerance: float
-    precision: float  # seconds
-    driven: bool
-    transition: Matrix
-    entry: Matrix
-
-    @property
-    def exact(self) -> bool:
-        """Whether the group is stepped by matrices."""
-        return self.method == "exact"
-
-    @property
-    def order(self) -> int:
-        """By which power of its length the error of a step falls."""
-        return EXPLICIT[self.method].order if self.method in EXPLICIT else radau.ORDER
-
-    @property
-    def largest(self) -> tuple[str, str]:
-        """Where the largest value of each state is kept, among the buffers."""
-        return "", f"{self.name}_largest"
-
-
-def find_solvers(plan: "Plan", constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
+def find_solvers(plan: Plan, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
     """A solver for every group of a plan that has none yet; `constants` are those of the parameters as they are set."""
     groups = find_groups(plan.graph, plan.schedule)
     return tuple(
@@ -93,7 +55,7 @@ class _Choice:
 
     def __init__(
         self,
-        plan: "Plan",
+        plan: Plan,
         group: Group,
         constants: Mapping[str, Any],
         first_tick: FirstTick,
