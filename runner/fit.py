@@ -86,7 +86,7 @@ def fit(
     """
     scaled = Scaled(readings)
     if start:
-        scaled.refuse(start)
+        scaled.refuse(start, "start nearer to zero")
     guess = prony(scaled.x, scaled.v)
     optimum = best(DOUBLE, scaled.x, scaled.v, [guess] if guess else [])
     a, b = scaled.unscaled(optimum)
@@ -123,19 +123,19 @@ class Scaled:
     def unscaled(self, optimum: Optimum) -> tuple[tuple[float, float], tuple[float, float]]:
         """Linear coefficients and exponents of two exponentials, at zero temperature."""
         b = self.exponents(optimum.at.exponents)
-        self.refuse(b)
+        self.refuse(b, f"take a constant off the temperatures, such as {self.middle:.3g}")
         pairs = zip(optimum.at.linear.tolist(), optimum.at.exponents, b, strict=True)
         first, second = (a * self.size * math.exp(-abs(e) - slope * self.middle) for a, e, slope in pairs)
         return (first, second), b
 
-    def refuse(self, exponents: tuple[float, float]) -> None:
-        """Raise `ModelError` where an exponential at zero temperature would be out of range."""
+    def refuse(self, exponents: tuple[float, float], hint: str) -> None:
+        """Raise `ModelError` where exponentials that steep would be out of range, counted from zero temperature."""
         steepest = max(exponents, key=abs)
         if abs(steepest) * self.largest > LARGEST_ARGUMENT:
             problem = Problem(
                 message="the temperatures are too far from zero for exponentials that steep",
                 got=f"exponent {steepest:g} at {self.largest:g}",
-                hint=f"take a constant off the temperatures, such as {self.middle:.3g}",
+                hint=hint,
             )
             raise ModelError([problem])
 

@@ -15,7 +15,7 @@ from proofmass.runner.result import Array
 from proofmass.runner.simulate import simulate
 
 FEWEST_TEMPERATURES = 5  # one more than the coefficients of two exponentials
-LARGEST = 1e30
+LARGEST = 1e15
 SMALLEST_SPAN = 1e-9  # of the temperatures, against the largest
 _TEMPERATURE = re.compile("temp|therm", re.IGNORECASE)
 
@@ -118,7 +118,7 @@ def _choose(names: Sequence[str], temperature: str, output: str) -> tuple[int, i
     missing = [not temperature, not output].count(True)
     if missing and len(free) != missing:
         hint = f"say --temperature and --output; the columns: {', '.join(names)}"
-        raise RecordingError(f"has {len(free)} columns that may be meant", hint=hint)
+        raise RecordingError("does not say which two of its columns are meant", hint=hint)
     first = temperature or free.pop(0)
     second = output or free.pop(0)
     if missing and _TEMPERATURE.search(second) and not _TEMPERATURE.search(first):

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from proofmass.blocks.problem import Problem
+from proofmass.blocks.problem import Problem, shown
 from proofmass.runner.fit_data import Readings
 from proofmass.runner.fit_projection import (
     CONSTANT,
@@ -54,7 +54,8 @@ def _undetermined(
 
     forward, backward = roughness(x, v), roughness(v, x)
     if forward > ROUGH and forward > ROUGHER * backward:
-        hint = f"for the other order say --temperature {readings.output_name} --output {readings.temperature_name}"
+        names = shown(readings.output_name), shown(readings.temperature_name)
+        hint = f"for the other order say --temperature {names[0]} --output {names[1]}"
         yield _problem(
             "the temperature follows the output more closely than the output the temperature: the columns look swapped",
             readings.output_name,
