@@ -49,6 +49,9 @@ blocks_option = click.option(
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Python file of your own blocks; it is run.",
 )
+set_option = click.option(
+    "--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter."
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
 
@@ -58,7 +61,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the an
 @click.option("--samples", type=click.IntRange(1), help="How many ticks of the base rate, instead of a duration.")
 @click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the noise.")
 @click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True)
-@click.option("--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter.")
+@set_option
 @click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for traces, plot and report.")
 @click.option(
@@ -166,7 +169,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     "--write", "target", type=click.Path(dir_okay=False, path_type=Path), help="Graph file to write coefficients into."
 )
 @click.option("--block", "names", multiple=True, help="Block of that file; default: every model in it.")
-@click.option("--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter of a graph.")
+@set_option
 @click.option("--duration", help="How long to run a graph.")
 @click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of its noise.")
 @click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True)

@@ -1,5 +1,6 @@
 """Liu, Li and Shen's temperature compensation: their figures, on sets and graphs built to give them."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,15 @@ def test_alternation_reaches_the_optimum_in_thousands_of_iterations(device: Devi
     assert report.rate == pytest.approx(device.rate, abs=6e-5)
     assert projected.iterations < 50
     assert report.findings == ()
+
+
+@pytest.mark.parametrize(("coldest", "iterations"), [(-40.0, 452), (233.15, 17_901)], ids=["Celsius", "kelvins"])
+def test_the_way_of_the_alternation_depends_on_the_origin(coldest: float, iterations: int) -> None:
+    volts = DEVICES["m1"].readings()
+    degrees = dataclasses.replace(volts, temperature=coldest + 125.0 * (volts.temperature - 0.6) / 1.2)
+    projected, alternated = fit(degrees, []).fits
+    assert alternated.iterations == pytest.approx(iterations, rel=2e-2)
+    assert projected.rmse == pytest.approx(DEVICES["m1"].rmse[0], rel=1e-4)
 
 
 @pytest.mark.parametrize("name", DEVICES)
