@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem
-from proofmass.runner.fit_alternation import LARGEST_ARGUMENT, TOLERANCE, alternate, convergence_rate
+from proofmass.runner.fit_alternation import TOLERANCE, alternate, convergence_rate
 from proofmass.runner.fit_data import Readings
-from proofmass.runner.fit_projection import DOUBLE, Optimum, best, prony
-from proofmass.runner.fit_verdict import findings, lagging
+from proofmass.runner.fit_projection import DOUBLE, best, prony
+from proofmass.runner.fit_scale import Scaled, half_widths
+from proofmass.runner.fit_verdict import lagging, notes, undetermined
 from proofmass.runner.result import Array
 
-CONFIDENCE = 0.95
 ORDERS = (3, 4)
 HIGHEST_ORDER = 6
 
@@ -82,13 +82,19 @@ def fit(
 ) -> FitReport:
     """Fit everything; `start` are exponents that the alternation starts from, in place of Prony's.
 
-    Raises `ModelError` where the temperatures or the start are out of range.
+    Raises `ModelError` where the start is out of range, or the exponentials are, with the reason if the readings do not
+    determine them.
     """
     scaled = Scaled(readings)
     if start:
         scaled.refuse(start, "start nearer to zero")
     guess = prony(scaled.x, scaled.v)
+    if guess and not scaled.reaches(scaled.exponents(guess)):
+        guess = None
     optimum = best(DOUBLE, scaled.x, scaled.v, [guess] if guess else [])
+    wrong = undetermined(readings, scaled, optimum)
+    if wrong is not None and not scaled.reaches(scaled.exponents(optimum.at.exponents)):
+        raise ModelError([wrong])
     a, b = scaled.unscaled(optimum)
     projected = _exponentials(readings, "variable projection", a, b, optimum.iterations, optimum.converged)
     begin = start or scaled.exponents(guess or optimum.at.exponents)
@@ -98,46 +104,13 @@ def fit(
     fits = (projected, alternated, *(_polynomial(readings, scaled, order) for order in known))
     values = projected.values
     rate = convergence_rate(readings.temperature, (values["a1"], values["a2"]), (values["b1"], values["b2"]))
-    widths = {c.name: c.half_width for c in projected.coefficients}
-    found = findings(readings, scaled.x, scaled.v, optimum, values, widths)
     before = float(np.ptp(readings.output))
-    found += lagging(projected.rmse, alternated.rmse, before, alternated.iterations)
-    return FitReport(readings, before, fits, rate, found)
-
-
-class Scaled:
-    """Readings without dimension: x from -1 to 1, v at most 1."""
-
-    def __init__(self, readings: Readings) -> None:
-        t = readings.temperature
-        self.middle, self.half = float(t.max() + t.min()) / 2.0, float(np.ptp(t)) / 2.0
-        self.size = float(np.abs(readings.output).max())
-        self.x, self.v = (t - self.middle) / self.half, readings.output / self.size
-        self.largest = float(np.abs(t).max())
-
-    def exponents(self, scaled: Sequence[float]) -> tuple[float, float]:
-        """Two exponents in units of the temperature."""
-        first, second = scaled
-        return first / self.half, second / self.half
-
-    def unscaled(self, optimum: Optimum) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Linear coefficients and exponents of two exponentials, at zero temperature."""
-        b = self.exponents(optimum.at.exponents)
-        self.refuse(b, f"take a constant off the temperatures, such as {self.middle:.3g}")
-        pairs = zip(optimum.at.linear.tolist(), optimum.at.exponents, b, strict=True)
-        first, second = (a * self.size * math.exp(-abs(e) - slope * self.middle) for a, e, slope in pairs)
-        return (first, second), b
-
-    def refuse(self, exponents: tuple[float, float], hint: str) -> None:
-        """Raise `ModelError` where exponentials that steep would be out of range, counted from zero temperature."""
-        steepest = max(exponents, key=abs)
-        if abs(steepest) * self.largest > LARGEST_ARGUMENT:
-            problem = Problem(
-                message="the temperatures are too far from zero for exponentials that steep",
-                got=f"exponent {steepest:g} at {self.largest:g}",
-                hint=hint,
-            )
-            raise ModelError([problem])
+    vague = [c.name for c in projected.coefficients if not c.half_width < abs(c.value)]
+    noted = (
+        *notes(readings, projected.residual, vague),
+        *lagging(projected.rmse, alternated.rmse, before, turns.iterations),
+    )
+    return FitReport(readings, before, fits, rate, noted if wrong is None else (wrong, *noted))
 
 
 def _exponentials(
@@ -208,20 +181,3 @@ def _fit(
 def _factor(unit: str) -> str:
     """A unit as it may stand in a product."""
     return unit if unit.isalnum() else f"({unit})"
-
-
-def half_widths(jacobian: Array, residual: Array) -> list[float]:
-    """Half the width of the 95 % interval of each coefficient; infinite where its column adds nothing."""
-    from scipy.special import stdtrit
-
-    rows, count = jacobian.shape
-    free = rows - count
-    lengths = np.linalg.norm(jacobian, axis=0)
-    if free < 1 or not lengths.all():
-        return [math.inf] * count
-    _, singular, turned = np.linalg.svd(jacobian / lengths, full_matrices=False)
-    if singular[-1] < 1e-12 * singular[0]:
-        return [math.inf] * count
-    spread = np.sqrt(((turned.T / singular) ** 2).sum(axis=1)) / lengths
-    deviation = math.sqrt(float(residual @ residual) / free)
-    return list((float(stdtrit(free, (1.0 + CONFIDENCE) / 2.0)) * deviation * spread).tolist())

@@ -16,7 +16,7 @@ from proofmass.runner.result import Array
 
 TOLERANCE = 1e-12  # relative change of the mean square error
 MOST_ITERATIONS = 20_000
-MOST_WORK = 200_000_000  # iterations times rows
+MOST_WORK = 100_000_000  # iterations times rows
 LARGEST_ARGUMENT = 300.0  # of an exponential: its square is finite too, and the block takes it
 
 

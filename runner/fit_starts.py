@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
 
-from proofmass.runner.fit import FitReport, Scaled
+from proofmass.runner.fit import FitReport
 from proofmass.runner.fit_alternation import alternate
 from proofmass.runner.fit_projection import DOUBLE, refine
+from proofmass.runner.fit_scale import Scaled
 from proofmass.runner.fit_verdict import NOTHING, SHORT
 
 GRID = (-4.8, -2.4, -1.2, -0.6, -0.3, 0.3, 0.6, 1.2, 2.4, 4.8)  # exponents times half the range of the temperature

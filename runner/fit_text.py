@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from proofmass.runner.fit import CONFIDENCE, Fit, FitReport
+from proofmass.runner.fit import Fit, FitReport
+from proofmass.runner.fit_scale import CONFIDENCE
 from proofmass.runner.fit_starts import Arrivals
 
 

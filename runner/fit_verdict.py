@@ -5,7 +5,7 @@ interval around zero and an exponent at its bound.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from proofmass.runner.fit_projection import (
     Optimum,
     best,
 )
+from proofmass.runner.fit_scale import Scaled
 from proofmass.runner.result import Array
 
 SIGNIFICANT = 0.01  # chance of a simpler law to look this much worse by accident
@@ -34,18 +35,14 @@ NOTHING = 1e-12  # of the range of the output: a residual that is rounding
 ROUGH, ROUGHER = 0.1, 4.0  # when the columns look swapped
 
 
-def findings(
-    readings: Readings, x: Array, v: Array, optimum: Optimum, values: Mapping[str, float], widths: Mapping[str, float]
-) -> tuple[Problem, ...]:
-    """Everything that is to be said about a fit of two exponentials; what is no note forbids to use it."""
-    wrong = next(_undetermined(readings, x, v, optimum, values, widths), None)
-    return ((wrong,) if wrong else ()) + tuple(_notes(readings, optimum, values, widths))
+def undetermined(readings: Readings, scaled: Scaled, optimum: Optimum) -> Problem | None:
+    """Why the readings do not determine two exponentials, or None where they do."""
+    return next(_reasons(readings, scaled, optimum), None)
 
 
-def _undetermined(
-    readings: Readings, x: Array, v: Array, optimum: Optimum, values: Mapping[str, float], widths: Mapping[str, float]
-) -> Iterator[Problem]:
-    """The reasons why the coefficients are not determined, the deepest first."""
+def _reasons(readings: Readings, scaled: Scaled, optimum: Optimum) -> Iterator[Problem]:
+    """The deepest reason first."""
+    x, v, exponents = scaled.x, scaled.v, scaled.intervals(optimum)
     squares, range_of_v = optimum.at.squares, float(np.ptp(v))
     floor = len(v) * (NOTHING * range_of_v) ** 2
 
@@ -73,36 +70,36 @@ def _undetermined(
     if max(map(abs, optimum.at.exponents)) >= LARGEST_EXPONENT:
         hint = "is that reading right? measure more temperatures there"
         yield _problem("an exponential acts on a single point", "b1, b2", hint)
-    if simpler is DOUBLE_ROOT or not all(map(math.isfinite, widths.values())):
+    if simpler is DOUBLE_ROOT or not all(math.isfinite(width) for _, width in exponents):
         hint = "only their sum is determined; a polynomial of order 3 has as many coefficients"
         yield _problem("the two exponents cannot be told apart", "b1, b2", hint)
-    yield from _constant_left(readings, x, v, squares, floor)
-    for name, exponent in zip(("b1", "b2"), sorted(optimum.at.exponents), strict=True):
-        if abs(exponent) < LEVEL or not abs(values[name]) > widths[name]:
+    yield from _constant_left(readings, scaled, squares, floor)
+    for name, (exponent, width) in zip(("b1", "b2"), exponents, strict=True):
+        if abs(exponent) * scaled.half < LEVEL or not abs(exponent) > width:
             hint = "its exponential acts as a constant: take that off with --offset"
-            yield _problem("cannot be told from 0", name, hint, f"{values[name]:.3g} +- {widths[name]:.2g}")
+            yield _problem("cannot be told from 0", name, hint, f"{exponent:.3g} +- {width:.2g}")
     if not optimum.converged:
         yield _problem("the iteration did not converge", "two exponentials", "the readings do not fix the exponents")
 
 
-def _constant_left(readings: Readings, x: Array, v: Array, squares: float, floor: float) -> Iterator[Problem]:
+def _constant_left(readings: Readings, scaled: Scaled, squares: float, floor: float) -> Iterator[Problem]:
     """A constant that was left in the output and is larger than what the temperature does."""
-    fitted = best(DOUBLE_AND_CONSTANT, x, v).at
-    if len(v) <= DOUBLE_AND_CONSTANT.coefficients:
+    rows = len(scaled.v)
+    if rows <= DOUBLE_AND_CONSTANT.coefficients:
         return
-    better = _better(squares, fitted.squares, DOUBLE_AND_CONSTANT, DOUBLE, len(v), floor)
+    fitted = best(DOUBLE_AND_CONSTANT, scaled.x, scaled.v).at
+    better = _better(squares, fitted.squares, DOUBLE_AND_CONSTANT, DOUBLE, rows, floor)
     if not better or fitted.squares > WORTH_A_CONSTANT**2 * squares:
         return
-    constant = float(fitted.linear[-1]) * float(np.abs(readings.output).max())
+    constant = float(fitted.linear[-1]) * scaled.size
     if abs(constant) > float(np.ptp(readings.output)):
         hint = f"take it off with --offset, about {constant:.6g}"
         yield _problem("a constant is left in the output, larger than what the temperature does", "a1, a2", hint)
 
 
-def _notes(
-    readings: Readings, optimum: Optimum, values: Mapping[str, float], widths: Mapping[str, float]
-) -> Iterator[Problem]:
-    rows, residual = len(readings.output), optimum.at.residual
+def notes(readings: Readings, residual: Array, vague: Sequence[str]) -> Iterator[Problem]:
+    """What else is to be said; `vague` are coefficients known no better than by their own size."""
+    rows = len(readings.output)
     if rows - DOUBLE.coefficients < FEW:
         yield _note(f"{rows} rows for {DOUBLE.coefficients} coefficients: the intervals are wide", readings.source)
     mean, span = float(readings.output.mean()), float(np.ptp(readings.output))
@@ -115,7 +112,6 @@ def _notes(
         yield _note(
             f"{repeated} of {rows} rows repeat another exactly: the intervals count them as measured", readings.source
         )
-    vague = [name for name in values if not widths[name] < abs(values[name])]
     if vague:
         yield _note("known no better than by its own size", ", ".join(vague))
     size = float(residual @ residual)

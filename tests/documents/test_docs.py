@@ -51,7 +51,7 @@ def test_graph(text: str) -> None:
 def test_commands(
     commands: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In a copy of the library; numbers of the answer within a twentieth (iterations differ by one), everything else as it stands."""
+    """In a copy of the library; numbers of the answer within a twentieth, since iterations may differ by one."""
     folder = shutil.copytree(LIBRARY, tmp_path / "library")
     monkeypatch.chdir(folder)
     for line in commands.splitlines():

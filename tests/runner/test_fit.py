@@ -12,7 +12,7 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import curve_fit, least_squares
 
 from proofmass.blocks.problem import ModelError
-from proofmass.runner.fit import Fit, fit, half_widths
+from proofmass.runner.fit import Fit, fit
 from proofmass.runner.fit_data import Readings
 from tests.temperature_sets import DEVICES, M1, TEMPERATURE, Device
 
@@ -157,11 +157,7 @@ def test_no_order_beyond_the_temperatures() -> None:
 def test_exponentials_that_no_block_could_compute_are_refused() -> None:
     with pytest.raises(ModelError, match="too far from zero"):
         fit(readings(TEMPERATURE + 1000.0, M1.output()))
+    with pytest.raises(ModelError, match="does not depend on the temperature"):
+        fit(readings(TEMPERATURE + 1000.0, np.cos(37.0 * TEMPERATURE)))
     with pytest.raises(ModelError, match="start nearer to zero"):
         fit(M1.readings(), start=(-1e6, 1.0))
-
-
-def test_a_column_that_adds_nothing_has_no_interval() -> None:
-    columns = np.stack([TEMPERATURE, np.zeros(61)], axis=1)
-    assert half_widths(columns, M1.output()) == [math.inf, math.inf]
-    assert half_widths(np.stack([TEMPERATURE, 2.0 * TEMPERATURE], axis=1), M1.output()) == [math.inf, math.inf]

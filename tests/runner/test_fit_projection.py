@@ -59,6 +59,15 @@ def test_no_start_nearby_is_lower_than_the_best(family: Family) -> None:
         assert refine(family, start.tolist(), X, v).at.squares >= lowest * (1.0 - 1e-9)
 
 
+def test_many_rows_have_the_optimum_of_all_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    v = 1.0 + X**2 - 0.3 * X**3 + 0.05 * NOISE
+    whole = best(DOUBLE, X, v)
+    monkeypatch.setattr("proofmass.runner.fit_projection.CHOOSING", 12)
+    chosen = best(DOUBLE, X[::-1], v[::-1])
+    assert chosen.at.squares == pytest.approx(whole.at.squares, rel=1e-12)
+    assert len(chosen.at.residual) == 50
+
+
 def test_never_beyond_the_bound() -> None:
     step = np.where(X > 0.97, 1.0, 0.0)
     found = best(DOUBLE, X, step)
