@@ -4,7 +4,7 @@ With b1 < 0 < b2 it fits the bias of inertial sensors from cold to hot better th
 """
 
 from proofmass.blocks.declare import Block, Input, param
-from proofmass.blocks.elementary import exponential
+from proofmass.blocks.double_exponential_model import double_exponential
 
 
 class TemperatureDoubleExponential(Block):
@@ -22,7 +22,7 @@ class TemperatureDoubleExponential(Block):
 
 def deviation_at(p: TemperatureDoubleExponential, voltage: float) -> float:
     """Relative deviation at a voltage of the sensor."""
-    return p.a1 * exponential(p.b1 * voltage) + p.a2 * exponential(p.b2 * voltage)
+    return double_exponential(p.a1, p.b1, p.a2, p.b2, voltage)
 
 
 @TemperatureDoubleExponential.output("{unit}")

@@ -49,6 +49,9 @@ blocks_option = click.option(
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Python file of your own blocks; it is run.",
 )
+set_option = click.option(
+    "--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter."
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
 
@@ -58,7 +61,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the an
 @click.option("--samples", type=click.IntRange(1), help="How many ticks of the base rate, instead of a duration.")
 @click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the noise.")
 @click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True)
-@click.option("--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter.")
+@set_option
 @click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for traces, plot and report.")
 @click.option(
@@ -143,6 +146,47 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     else:
         output.write_text(text, encoding="utf-8")
         click.echo(f"wrote {output}")
+
+
+@cli.command()
+@click.argument("source", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--temperature", metavar="COLUMN", help="Column, or signal of a graph, of the temperature.")
+@click.option("--output", metavar="COLUMN", help="Column, or signal of a graph, of what depends on it.")
+@click.option("--offset", type=float, default=0.0, help="Constant to take off the output first.")
+@click.option(
+    "--order",
+    "orders",
+    type=click.IntRange(1, 6),
+    multiple=True,
+    default=(3, 4),
+    show_default=True,
+    help="Polynomials to compare with.",
+)
+@click.option("--start", type=(float, float), metavar="B1 B2", help="Exponents that the alternation starts from.")
+@click.option("--starts", is_flag=True, help="Also from which starts of a grid both methods reach the optimum.")
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Picture to write: .svg, .png or .pdf.")
+@click.option(
+    "--write", "target", type=click.Path(dir_okay=False, path_type=Path), help="Graph file to write coefficients into."
+)
+@click.option("--block", "names", multiple=True, help="Block of that file; default: every model in it.")
+@set_option
+@click.option("--duration", help="How long to run a graph.")
+@click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of its noise.")
+@click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True)
+@blocks_option
+@json_option
+def fit(**options: Any) -> int:
+    """Fit a temperature law: two exponentials and polynomials, to a table or to a run of a graph.
+
+    The table is CSV, Parquet or netCDF, with a column of temperature (or of its sensor's voltage) and one of output.
+
+    \b
+    proofmass fit graphs/library/zero_bias_m1.csv --plot fit.png
+    proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
+    """
+    from proofmass.runner.fit_command import run_fit
+
+    return run_fit(**options)
 
 
 @cli.command()

@@ -25,7 +25,7 @@ _FEW = 300  # rows up to which held signals are drawn as steps
 _DOTTED = 120  # rows up to which each has a dot
 _STRETCHES = 1500  # of a long trace, each drawn by its lowest and highest row
 _WIDTH, _PANEL, _LEFT, _RIGHT, _TOP = 9.0, 1.7, 1.25, 0.2, 0.55  # inches
-_STYLE: Any = {
+STYLE: Any = {
     "font.size": 10.0,
     "font.family": ["sans-serif"],
     "font.sans-serif": ["DejaVu Sans"],
@@ -71,7 +71,7 @@ def plot_traces(result: Result) -> "Figure":
     lowest = len(signals) - 1  # the panel that names the time axis which all signals share
     seconds = prefix("s", max((float(t.period) * len(t.values) for t in signals), default=0.0))
     stretches = min(_STRETCHES, max(100, 16_000 // max(1, len(traces))))
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         height = _TOP + sum(_PANEL + _gap(i >= lowest) for i in range(len(traces)))
         figure = Figure(figsize=(_WIDTH, height), facecolor=PAPER)
         figure.text(
@@ -105,19 +105,25 @@ def save_plot(result: Result, path: str | Path) -> Path:
 
 def save_figure(figure: "Figure", path: str | Path) -> Path:
     """Write any figure likewise: whole or not at all, without a date in it."""
-    kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in _NO_DATE:
-        raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'ending')}")
+    kind = figure_kind(path)
     with whole_file(path) as file:
         write_figure(figure, file, kind)
     return Path(path)
+
+
+def figure_kind(path: str | Path) -> str:
+    """What the ending of a picture's name says; raises `ValueError` for one that cannot be drawn."""
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in _NO_DATE:
+        raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'ending')}")
+    return kind
 
 
 def write_figure(figure: "Figure", file: BinaryIO, kind: str, **style: Any) -> None:
     """Write a figure as "svg", "png" or "pdf": the same bytes every time."""
     import matplotlib
 
-    with matplotlib.rc_context(_STYLE | style):
+    with matplotlib.rc_context(STYLE | style):
         figure.savefig(file, format=kind, dpi=150, metadata=_NO_DATE[kind])
 
 

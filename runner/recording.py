@@ -25,11 +25,8 @@ class Column(NamedTuple):
     values: Sequence[object]
 
 
-class Played(NamedTuple):
-    """The two columns that a block plays."""
-
-    time: Column
-    value: Column
+Columns = tuple[Column, Column]
+Choice = Callable[[Sequence[str]], tuple[int, int]]  # of two columns, from the names of all
 
 
 class RecordingError(ValueError):
@@ -56,7 +53,8 @@ def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
     try:
         if not file:
             raise RecordingError("says no file", hint='write file = "recording.csv"')
-        time, value = _read(path, str(getattr(block, "column", "")))
+        column = str(getattr(block, "column", ""))
+        time, value = read_columns(path, lambda names: (0, _chosen(names, column)))
         read = {"time": _converted(time, "s"), "value": _converted(value, unit)}
         _ascending(read["time"])
     except RecordingError as error:
@@ -73,8 +71,12 @@ def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
     return {buffer: read[quantity] for buffer, quantity in wanted.items()}
 
 
-def _read(path: Path, wanted: str) -> Played:
-    readers: dict[str, Callable[[Path, str], Played]] = {
+def read_columns(path: Path, choice: Choice) -> Columns:
+    """Two columns of a CSV, Parquet or netCDF file; raises `RecordingError`.
+
+    In a netCDF file of several time axes the first name, "time", stands for the axis of the other column.
+    """
+    readers: dict[str, Callable[[Path, Choice], Columns]] = {
         ".csv": _read_csv, ".parquet": _read_parquet, ".nc": _read_netcdf,
     }  # fmt: skip
     reader = readers.get(path.suffix.lower())
@@ -85,7 +87,7 @@ def _read(path: Path, wanted: str) -> Played:
             raise RecordingError("is no file")
         if path.stat().st_size > LARGEST_FILE:
             raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
-        return reader(path, wanted)
+        return reader(path, choice)
     except RecordingError:
         raise
     except FileNotFoundError:
@@ -103,7 +105,7 @@ def _near(path: Path, suffixes: list[str]) -> str:
     return did_you_mean(path.name, names, "file")
 
 
-def _read_csv(path: Path, wanted: str) -> Played:
+def _read_csv(path: Path, choice: Choice) -> Columns:
     at = 0  # the line read last
 
     def rows_of(file: Iterable[str]) -> Iterator[str]:
@@ -119,7 +121,7 @@ def _read_csv(path: Path, wanted: str) -> Played:
             if len(heads) < 2 or any(_number(name) is not None for name, _ in heads):
                 hint = "separate the columns by commas" if len(heads) == 1 and ";" in heads[0][0] else ""
                 raise RecordingError("needs a row of column names such as time [s],acceleration [m/s^2]", at or 1, hint)
-            chosen = (0, _chosen([name for name, _ in heads], wanted))
+            chosen = choice([name for name, _ in heads])
             columns: tuple[list[float], list[float]] = ([], [])
             for cells in rows:
                 if len(cells) != len(heads):
@@ -131,35 +133,42 @@ def _read_csv(path: Path, wanted: str) -> Played:
                     column.append(number)
         except csv.Error as error:
             raise RecordingError(str(error), at) from None
-    return Played(*(Column(*heads[index], column) for index, column in zip(chosen, columns, strict=True)))
+    return Column(*heads[chosen[0]], columns[0]), Column(*heads[chosen[1]], columns[1])
 
 
-def _read_parquet(path: Path, wanted: str) -> Played:
+def _read_parquet(path: Path, choice: Choice) -> Columns:
     import pyarrow.parquet
 
     with pyarrow.parquet.ParquetFile(path, memory_map=True) as file:
         fields = list(file.schema_arrow)
         heads = [_split_unit(field.name) for field in fields]
-        chosen = (0, _chosen([name for name, _ in heads], wanted))
+        chosen = choice([name for name, _ in heads])
         table = file.read(columns=[fields[index].name for index in chosen])
-    units = [heads[i][1] or (fields[i].metadata or {}).get(b"unit", b"").decode() for i in chosen]
-    return Played(
-        *(Column(heads[i][0], unit, table[fields[i].name].to_pylist()) for i, unit in zip(chosen, units, strict=True))
-    )
+
+    def column(index: int) -> Column:
+        unit = heads[index][1] or (fields[index].metadata or {}).get(b"unit", b"").decode()
+        return Column(heads[index][0], unit, table[fields[index].name].to_pylist())
+
+    return column(chosen[0]), column(chosen[1])
 
 
-def _read_netcdf(path: Path, wanted: str) -> Played:
+def _read_netcdf(path: Path, choice: Choice) -> Columns:
     import h5netcdf
 
     with h5netcdf.File(path, "r") as file:
         series = {name: v for name, v in file.variables.items() if v.ndim == 1}
         times = [name for name, v in series.items() if name == "time" or (name,) == v.dimensions]
         names = [name for name in series if name not in times]
-        name = names[_chosen(["time", *names], wanted) - 1]
-        for time in times:
-            if series[time].dimensions == series[name].dimensions:
-                return Played(_variable(time, series[time]), _variable(name, series[name]))
-        raise RecordingError(f"has no variable with the times of {name}", hint=f"name it {series[name].dimensions[0]}")
+        first, second = choice(["time", *names])
+        other = names[second - 1]
+        along = series[other].dimensions
+        candidates = [names[first - 1]] if first else times
+        for name in candidates:
+            if series[name].dimensions == along:
+                return _variable(name, series[name]), _variable(other, series[other])
+        if first:
+            raise RecordingError(f"{candidates[0]} and {other} are not on one time axis")
+        raise RecordingError(f"has no variable with the times of {other}", hint=f"name it {along[0]}")
 
 
 def _variable(name: str, variable: Any) -> Column:
@@ -185,7 +194,8 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
     return names.index(wanted, 1) if wanted else 1
 
 
-def _converted(column: Column, unit: str) -> list[float]:
+def numbers(column: Column) -> list[float]:
+    """The numbers of a column as they stand, all of them finite; raises `RecordingError`."""
     values = []
     for row, value in enumerate(column.values, 1):
         if value is not None and not isinstance(value, float | int):
@@ -195,6 +205,11 @@ def _converted(column: Column, unit: str) -> list[float]:
             raise RecordingError(f"column {column.name} holds {values[-1]} in row {row}")
     if not values:
         raise RecordingError("holds no rows")
+    return values
+
+
+def _converted(column: Column, unit: str) -> list[float]:
+    values = numbers(column)
     given = column.unit or unit
     try:
         if not same_dimension(given, unit):

@@ -46,7 +46,7 @@ def run_graph(
         raise click.UsageError("--resume needs --out, the folder of the interrupted run")
     if formats and out is None:
         raise click.UsageError("--format needs --out, the folder to write to")
-    loaded = _changed(read_graph(graph, own_blocks(own)), changes, probes)
+    loaded = changed(read_graph(graph, own_blocks(own)), changes, probes)
     if show_source:
         return _show_source(loaded)
     from proofmass.runner.simulate import simulate
@@ -93,7 +93,8 @@ def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
         raise ModelError([Problem(message=message, file=str(path), line=line or 0)]) from error
 
 
-def _changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> Graph:
+def changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> Graph:
+    """The graph with what `--set` and `--probe` say."""
     values = {}
     for change in changes:
         key, equals, text = change.partition("=")

@@ -1,19 +1,30 @@
-"""Every fenced graph of the docs is whole and runs; every link leads somewhere."""
+"""Every fenced graph and command of the docs runs and answers what the page says; every link leads somewhere."""
 
 import re
+import shlex
+import shutil
 from pathlib import Path
 
 import pytest
 
 from proofmass.graphs.check import check
 from proofmass.graphs.toml_reader import TOP_KEYS, read_graph_text
+from proofmass.runner.command_line import main
 from proofmass.runner.simulate import simulate
 
 DOCS = Path(__file__).parents[2] / "docs"
+LIBRARY = DOCS.parent / "graphs" / "library"
 FENCED = [
     pytest.param(text, id=f"{path.stem}-{number}")
     for path in sorted(DOCS.glob("*.md"))
     for number, text in enumerate(re.findall(r"^```toml\n(.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE))
+]
+COMMANDS = [
+    pytest.param(commands, answer, id=f"{path.stem}-{number}")
+    for path in sorted(DOCS.glob("*.md"))
+    for number, (commands, answer) in enumerate(
+        re.findall(r"^```sh\n(.*?)^```$(?:\n\n^```text\n(.*?)^```$)?", path.read_text(), re.DOTALL | re.MULTILINE)
+    )
 ]
 
 
@@ -23,7 +34,7 @@ def test_every_fence_says_what_it_is() -> None:
         for path in DOCS.glob("*.md")
         for language in re.findall(r"^```(\w*)\n(?:.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
     }
-    assert languages <= {"toml"}, "a new kind of block needs a test that runs it"
+    assert languages <= {"toml", "sh", "text"}, "a new kind of block needs a test that runs it"
     assert FENCED
 
 
@@ -34,6 +45,29 @@ def test_graph(text: str) -> None:
     python, compiled = (simulate(graph, engine=engine) for engine in ("python", "compiled"))
     for name in python:
         assert (python[name].values == compiled[name].values).all()
+
+
+@pytest.mark.parametrize(("commands", "answer"), COMMANDS)
+def test_commands(
+    commands: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a copy of the library; numbers of the answer within a twentieth, since iterations may differ by one."""
+    folder = shutil.copytree(LIBRARY, tmp_path / "library")
+    monkeypatch.chdir(folder)
+    for line in commands.splitlines():
+        program, *arguments = shlex.split(line)
+        assert program == "proofmass"
+        assert main(arguments) == 0, capsys.readouterr().err
+    if answer:
+        found, promised = ([_value(word) for word in text.split()] for text in (capsys.readouterr().out, answer))
+        assert found == [pytest.approx(word, rel=5e-2) if isinstance(word, float) else word for word in promised]
+
+
+def _value(word: str) -> str | float:
+    try:
+        return float(word.replace(",", ""))
+    except ValueError:
+        return word
 
 
 def test_every_key_of_a_file_is_explained() -> None:
