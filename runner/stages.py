@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from proofmass.blocks.declare import Block
+from proofmass.blocks.declare import Behaviour, Block
 from proofmass.graphs.schedule import Node, Schedule
 from proofmass.runner.constants import constants_of
 from proofmass.runner.groups import Group, state_fields
@@ -18,6 +18,15 @@ class Context(NamedTuple):
     start: float
 
 
+class _Call(NamedTuple):
+    """A function, where its arguments stand among the values of an instant, and where its result goes."""
+
+    at: str  # block and function, for messages
+    function: Callable[..., Any]
+    arguments: tuple[int, ...]
+    result: int
+
+
 class Stages:
     """A group's functions of (context, time, states), states being a flat sequence of floats."""
 
@@ -25,83 +34,111 @@ class Stages:
         self, blocks: Mapping[str, Block], schedule: Schedule, group: Group, periods: Callable[[str], float]
     ) -> None:
         self.blocks, self.schedule, self.group, self.periods = blocks, schedule, group, periods
-        self.at = ""  # the function under way, for messages
+        self.at = ""  # the function under way
+        self._states: list[tuple[str, Any, list[type]]] = [
+            (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
+            for name in group.blocks
+        ]
+        self._places: dict[Any, int] = {"time": 0}  # of the values of an instant
+        self._defaults: dict[int, float] = {}  # of inputs that are not connected, by place
+        self._nodes = [self._output(*node) if node[1] else self._constants(node[0]) for node in group.nodes]
+        derivatives = ((name, blocks[name].functions.get("derivative")) for name in group.blocks)
+        self._rates = [None if found is None else self._call(name, "derivative", found) for name, found in derivatives]
+        self._clearances = [self._call(name, event, blocks[name].events[event][0]) for name, event in group.events]
+        self._thens = [self._call(name, event, blocks[name].events[event][1]) for name, event in group.events]
 
     def rates(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
         """Derivatives of all states; modes stand still."""
         known = self._known(context, time, x)
         place = 0
-        for name in self.group.blocks:
-            block = self.blocks[name]
-            derivative = block.functions.get("derivative")
-            made = self._called(known, name, "derivative", derivative) if derivative else None
-            for number, (_, kind) in enumerate(state_fields(block)):
-                out[place] = made[number] if kind is float and made is not None else 0.0
+        for (_, _, kinds), call in zip(self._states, self._rates, strict=True):
+            made = kinds if call is None else self._called(call, known)
+            for kind, rate in zip(kinds, made, strict=True):
+                out[place] = 0.0 if call is None or kind is not float else rate
                 place += 1
 
     def clearances(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
         """What is above zero as long as nothing happens, for each event."""
         known = self._known(context, time, x)
-        for number, (name, event) in enumerate(self.group.events):
-            out[number] = self._called(known, name, event, self.blocks[name].events[event][0])
+        for number, call in enumerate(self._clearances):
+            out[number] = self._called(call, known)
 
     def then(self, context: Context, time: float, x: Any, which: int) -> None:
         """The states after an event."""
-        known = self._known(context, time, x)
-        name, event = self.group.events[which]
-        made = self._called(known, name, event, self.blocks[name].events[event][1])
-        for number, (_, kind) in enumerate(state_fields(self.blocks[name])):
-            x[self.group.states.index((name, made._fields[number]))] = float(kind(made[number]))
+        made = self._called(self._thens[which], self._known(context, time, x))
+        name = self.group.events[which][0]
+        for value, (field, kind) in zip(made, state_fields(self.blocks[name]), strict=True):
+            x[self.group.states.index((name, field))] = float(kind(value))
 
     def states(self, x: Sequence[float]) -> dict[str, Any]:
         """The states of all blocks as they declare them."""
         made, place = {}, 0
-        for name in self.group.blocks:
-            fields = state_fields(self.blocks[name])
-            state: Any = self.blocks[name].state_class()
-            values = x[place : place + len(fields)]
-            made[name] = state(*(kind(value) for (_, kind), value in zip(fields, values, strict=True)))
-            place += len(fields)
+        for name, state, kinds in self._states:
+            made[name] = state(*[kind(v) for kind, v in zip(kinds, x[place : place + len(kinds)], strict=True)])
+            place += len(kinds)
         return made
 
-    def _known(self, context: Context, time: float, x: Sequence[float]) -> "_Known":
-        """Everything that the functions of the blocks are given at an instant."""
-        constants = dict(context.constants)
-        signals = dict(zip(self.group.inputs, context.inputs, strict=True))
+    def _known(self, context: Context, time: float, x: Sequence[float]) -> list[Any]:
+        """Everything that the functions of the blocks are given at an instant, each in its place."""
+        known: list[Any] = [None] * len(self._places)
+        known[0] = time
+        for name in self.group.members:
+            self._keep(known, (name, "c"), context.constants[name])
+        for name, state in self.states(x).items():
+            self._keep(known, (name, "x"), state)
+        inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
         for node, slope in zip(self.group.ramps, context.slopes, strict=True):
-            signals[node] = signals[node] + slope * (time - context.start)
-        known = _Known(constants, self.states(x), signals, time)
-        for name, port in self.group.nodes:
-            block = self.blocks[name]
-            if port:
-                signals[name, port] = self._called(known, name, port, block.output_functions[port])
-            else:
-                self.at = f"{name}.constants"
-                made = block.parameters_class()
-                drivers = self.schedule.drivers
-                values = (
-                    signals[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
-                    for p in made._fields  # type: ignore[attr-defined]
-                )
-                constants[name] = constants_of(block, made(*values), self.periods(name))
+            inputs[node] = inputs[node] + slope * (time - context.start)
+        for node, value in inputs.items():
+            self._keep(known, node, value)
+        for place, default in self._defaults.items():
+            known[place] = default
+        for call in self._nodes:
+            known[call.result] = self._called(call, known)
         return known
 
-    def _called(self, known: "_Known", name: str, what: str, behaviour: Any) -> Any:
-        self.at = f"{name}.{what}"
-        arguments = (self._argument(known, name, argument) for argument in behaviour.arguments)
-        return behaviour.function(known.constants[name], *arguments)
+    def _keep(self, known: list[Any], key: Node, value: Any) -> None:
+        if key in self._places:
+            known[self._places[key]] = value
 
-    def _argument(self, known: "_Known", name: str, argument: str) -> Any:
-        if argument == "x":
-            return known.states[name]
+    def _called(self, call: _Call, known: list[Any]) -> Any:
+        self.at = call.at
+        return call.function(*[known[place] for place in call.arguments])
+
+    def _output(self, name: str, port: str) -> _Call:
+        call = self._call(name, port, self.blocks[name].output_functions[port])
+        return call._replace(result=self._place((name, port)))
+
+    def _constants(self, name: str) -> _Call:
+        """Constants made anew from what drives the parameters of a block."""
+        block, drivers, period = self.blocks[name], self.schedule.drivers, self.periods(name)
+        made = block.parameters_class()
+        driven = [p for p in block.parameters if (name, p) in drivers]
+
+        def compute(*values: Any) -> Any:
+            moved = dict(zip(driven, values, strict=True))
+            fields: Any = made._fields  # type: ignore[attr-defined]
+            return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), period)
+
+        places = tuple(self._place(drivers[name, p]) for p in driven)
+        return _Call(f"{name}.constants", compute, places, self._place((name, "c")))
+
+    def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
+        arguments = [self._place((name, "c")), *(self._argument(name, a) for a in behaviour.arguments)]
+        return _Call(f"{name}.{what}", behaviour.function, tuple(arguments), -1)
+
+    def _argument(self, name: str, argument: str) -> int:
         if argument == "time":
-            return known.time
-        driver: Node | None = self.schedule.drivers.get((name, argument))
-        return self.blocks[name].inputs[argument].default if driver is None else known.signals[driver]
+            return 0
+        if argument == "x":
+            return self._place((name, "x"))
+        driver = self.schedule.drivers.get((name, argument))
+        if driver is not None:
+            return self._place(driver)
+        declared = self.blocks[name].inputs[argument]
+        place = self._place((name, argument, "default"))
+        self._defaults[place] = declared.dtype(declared.default)  # type: ignore[arg-type]
+        return place
 
-
-class _Known(NamedTuple):
-    constants: dict[str, Any]
-    states: dict[str, Any]
-    signals: dict[Node, float]
-    time: float
+    def _place(self, key: Any) -> int:
+        return self._places.setdefault(key, len(self._places))
