@@ -7,6 +7,7 @@ minima, with the median of the paired ratios beside it, since machines are share
 
 import argparse
 import ctypes
+import dataclasses
 import json
 import statistics
 import subprocess
@@ -30,15 +31,16 @@ HERE = Path(__file__).parent
 LIBRARY = HERE.parent / "graphs" / "library"
 SAMPLES = 1_000_000
 PERIODS = 1_000
+GYROSCOPE_SAMPLES, STEPS = 100_000, 6
 
 
 def main() -> None:
-    """Measure both workloads and print the ratios."""
+    """Measure all workloads and print the ratios."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--rounds", type=int, default=15)
     arguments = parser.parse_args()
-    rows = [closed_loop(arguments.rounds), self_test(arguments.rounds)]
+    rows = [closed_loop(arguments.rounds), self_test(arguments.rounds), gyroscope(arguments.rounds)]
     if arguments.json:
         print(json.dumps(rows, indent=2))
         return
@@ -78,6 +80,29 @@ def self_test(rounds: int) -> dict[str, Any]:
     row = _measure("W2 PN self-test", "self_test.c", c, graph, samples, rounds, 1.5)
     found = simulate(graph, samples=samples + 1, engine="compiled")["correlator.impulse_response"].values[1:]
     row["equal"] = bool((found == sums).all())
+    return row
+
+
+def gyroscope(rounds: int) -> dict[str, Any]:
+    """A non-linear continuous group: both modes of a gyroscope, six steps of Runge-Kutta 4 a tick."""
+    graph = dataclasses.replace(
+        read_graph(LIBRARY / "vibratory_gyroscope.toml"),
+        integration={"method": "runge_kutta_4", "substeps": STEPS, "sources": "held"},
+        probes=["sense.displacement"],
+    )
+    sources = dataclasses.replace(graph, probes=["rotation.output", "signal.output"])
+    held = simulate(sources, samples=GYROSCOPE_SAMPLES, engine="compiled")
+    drive, rotation = held["signal.output"].values, held["rotation.output"].values
+    record = np.zeros(GYROSCOPE_SAMPLES)
+
+    def c(library: ctypes.CDLL) -> None:
+        arrays = (ctypes.c_void_p(array.ctypes.data) for array in (drive, rotation, record))
+        length = ctypes.c_double(plan(graph).period)
+        library.gyroscope(ctypes.c_int64(GYROSCOPE_SAMPLES), ctypes.c_int64(STEPS), length, *arrays)
+
+    row = _measure("gyroscope, Runge-Kutta 4", "gyroscope.c", c, graph, GYROSCOPE_SAMPLES, rounds, 1.3)
+    found = simulate(graph, samples=GYROSCOPE_SAMPLES, engine="compiled")["sense.displacement"].values
+    row["equal"] = bool((found == record).all())
     return row
 
 
