@@ -32,8 +32,8 @@ class Advance:
         self._moved, self._error = [0.0] * size, [0.0] * size
         self._clear = [0.0] * len(solver.group.events)
         self._work = tuple([0.0] * length for length in scratch(size))
-        self._matrices = solver.transition, solver.entry
-        self._assembled_from: list[Any] = []
+        self._matrices: tuple[Matrix, Matrix] = [], []
+        self._assembled_from: list[Any] | None = None
 
     def __call__(
         self,
@@ -66,7 +66,7 @@ class Advance:
 
     def _current(self, constants: Mapping[str, Any]) -> tuple[Matrix, Matrix]:
         """The matrices, made anew when a driven parameter has moved."""
-        if self.solver.driven:
+        if self.solver.driven or self._assembled_from is None:
             used = [constants[name] for name in self.solver.group.members]
             if used != self._assembled_from:
                 self._matrices = assemble(self.stages, constants, self.period)

@@ -24,7 +24,7 @@ class GroupCode:
         self.blocks = pieces.plan.blocks
         self.columns = len(self.group.states) + len(self.group.inputs) + len(self.group.ramps)
         self.scratch: dict[str, int] = {}  # names of arrays with their lengths
-        if solver.exact and solver.driven:
+        if solver.exact:
             self.scratch = dict.fromkeys(_ASSEMBLED, self.columns * self.columns)
             self.scratch["used"] = sum(len(fields(self.blocks[m].constants_class())) for m in self._driven())
         elif not solver.exact:
@@ -37,8 +37,6 @@ class GroupCode:
 
     def functions(self) -> Iterator[str]:
         """Functions that stand before the loop."""
-        if self.solver.exact and not self.solver.driven:
-            return
         yield from self._rates()
         if self.solver.exact:
             yield from self._assemble()
@@ -66,9 +64,10 @@ class GroupCode:
                 yield f"{self.name}_tolerance = {self._number('tolerance', float, self.solver.tolerance)}"
                 yield f"{self.name}_precision = {self._number('precision', float, self.solver.precision)}"
         elif not self.solver.driven:
-            for i, row in enumerate(zip(self.solver.transition, self.solver.entry, strict=True)):
-                for j, value in enumerate((*row[0], *row[1])):
-                    yield f"{self.name}_{i}_{j} = {self._number((i, j), float, value)}"
+            yield self._assembled()
+            for i in range(len(self.group.states)):
+                for j in range(self.columns):
+                    yield f"{self.name}_{i}_{j} = {self.name}_matrix[{i * self.columns + j}]"
 
     def move(self) -> Iterator[str]:
         """The states one tick later, in the order of the reference engine."""
@@ -98,8 +97,11 @@ class GroupCode:
         used = [f"{word(m)}__c.{f}" for m in self._driven() for f, _ in fields(self.blocks[m].constants_class())]
         yield f"if {' or '.join(f'{value} != {self.name}_used[{i}]' for i, value in enumerate(used))}:"
         yield from (f"    {self.name}_used[{i}] = {value}" for i, value in enumerate(used))
+        yield f"    {self._assembled()}"
+
+    def _assembled(self) -> str:
         arrays = ", ".join(f"{self.name}_{key}" for key in _ASSEMBLED)
-        yield f"    {self.name}_assemble(({', '.join(self._constants())},), period, {arrays})"
+        return f"{self.name}_assemble(({', '.join(self._constants())},), period, {arrays})"
 
     def _assemble(self) -> Iterator[str]:
         """Transition and entry from the rates for unit states and inputs."""

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from proofmass.runner import radau
-from proofmass.runner.exact_hold import Matrix
 from proofmass.runner.groups import Group
 from proofmass.runner.methods import EXPLICIT
 
@@ -12,9 +11,9 @@ from proofmass.runner.methods import EXPLICIT
 class Solver:
     """A group with the method that integrates it.
 
-    Steps are `1/substeps` of a tick long, at first where the tolerance is not zero. The matrices are those of the exact
-    method, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick); none where driven parameters
-    change them from tick to tick.
+    "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick), which change
+    where a parameter is driven. Steps of the other methods are `1/substeps` of a tick long, at first where the
+    tolerance is not zero.
     """
 
     name: str  # in generated code
@@ -24,8 +23,6 @@ class Solver:
     tolerance: float
     precision: float  # seconds
     driven: bool
-    transition: Matrix
-    entry: Matrix
 
     @property
     def exact(self) -> bool:

@@ -69,12 +69,9 @@ class _Choice:
     def solver(self, name: str) -> Solver:
         method, substeps = self._method()
         adaptive = method in ("dormand_prince", "radau")
-        matrices: tuple[Matrix, Matrix] = [], []
-        if method == "exact" and not self.driven:
-            matrices = assemble(self.stages, self.constants, self.period)
         precision = self.says.event_tolerance or PRECISION * self.period
         tolerance = self.says.accuracy if adaptive else 0.0
-        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven, *matrices)
+        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven)
 
     def _method(self) -> tuple[str, int]:
         method = self.says.method
