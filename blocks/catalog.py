@@ -10,6 +10,7 @@ from typing import Any
 
 import proofmass.blocks
 from proofmass.blocks.declare import Block, Port
+from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.parameter import Parameter
 
 Own = Mapping[str, type[Block]]
@@ -61,14 +62,19 @@ def facts(kind: type[Block]) -> dict[str, Any]:
 
 
 def _parameter(p: Parameter) -> dict[str, Any]:
-    data: dict[str, Any] = {"type": "list" if p.kind is tuple else p.kind.__name__, "unit": p.unit, "doc": p.doc}
-    data["default"] = list(p.default) if isinstance(p.default, tuple) else p.default
+    kind = {tuple: "list", Fixed: "format"}.get(p.kind, p.kind.__name__)
+    default = list(p.default) if p.kind is tuple else str(p.default) if p.kind is Fixed else p.default
+    data: dict[str, Any] = {"type": kind, "unit": p.unit, "doc": p.doc, "default": default}
     bounds = {n: getattr(p, n) for n in ("above", "at_least", "below", "at_most") if getattr(p, n) is not None}
     return data | bounds | ({"choices": list(p.choices)} if p.choices else {})
 
 
 def _port(p: Port) -> dict[str, Any]:
-    data: dict[str, Any] = {"type": p.dtype.__name__, "unit": p.unit, "doc": p.doc}
+    data: dict[str, Any] = {
+        "type": "fixed" if p.dtype is FixedValue else p.dtype.__name__,
+        "unit": p.unit,
+        "doc": p.doc,
+    }
     if p.shape:
         data["shape"] = [size if isinstance(size, int | str) else "derived" for size in p.shape]
     if p.every != 1:

@@ -11,7 +11,8 @@
         return p.gain * input
 
 The first argument of every function is the block's constants (or its parameters, where it declares no `constants`);
-the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `RUNNER_NAMES`.
+the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `RUNNER_NAMES`; in a block with
+`formats`, whose constants are in registers, also `p`, the parameters.
 An output that names an input depends on it in the same sample; one that does not, does not.
 """
 
@@ -20,40 +21,31 @@ import dis
 import inspect
 import typing
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, TypeVar, dataclass_transform
 
-from proofmass.blocks.parameter import Parameter, fill, param, read_parameters
+from proofmass.blocks.fixed_point import Fixed, FixedValue
+from proofmass.blocks.parameter import Parameter, declared, fill, param, read_parameters
+from proofmass.blocks.ports import (
+    RESERVED,
+    RUNNER_NAMES,
+    Buffer,
+    BufferPort,
+    Input,
+    Number,
+    Port,
+    Recording,
+    Size,
+    refuse_taken,
+)
 from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.units import UnitError, unit
 
-__all__ = ["Block", "Buffer", "Input", "Recording", "block", "param"]
+__all__ = ["Block", "Buffer", "BufferPort", "Input", "Port", "Recording", "block", "param"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-Number = type[float] | type[int] | type[bool]
-Size = int | str | Callable[[Any], int]  # a number, an integer parameter, a list parameter (its length), a function
 
-RUNNER_NAMES = {
-    "time": "seconds since the start, tick times period",
-    "tick": "ticks of the block since the start",
-    "normal": "a fresh standard normal deviate, a pure function of (seed, run, block, tick)",
-    "out": "where an output with a shape writes its entries",
-}
-_RESERVED = {*RUNNER_NAMES, "p", "c", "x", "period", "kind", "rate", "graph"}
-_ROLES = ("constants", "start", "update", "derivative")  # the functions beside outputs, told apart by name
-
-
-@dataclasses.dataclass(frozen=True)
-class Port:
-    """One input or output of a block; unit and shape may name parameters."""
-
-    name: str
-    unit: str
-    doc: str
-    dtype: Number
-    shape: tuple[Size, ...] = ()
-    default: float | None = None  # inputs: the value when nothing is connected
-    every: Size = 1  # outputs: ticks of the block per tick of the port
+_ROLES = ("formats", "constants", "start", "update", "derivative")  # the functions beside outputs, told apart by name
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,51 +58,6 @@ class Behaviour:
     reads_constants: bool  # some outputs are a field of the state and nothing else
 
 
-class Input:
-    """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected."""
-
-    def __init__(
-        self, unit: str, doc: str, dtype: Number = float, shape: tuple[Size, ...] = (), default: float | None = None
-    ) -> None:
-        self._port = Port("", unit, doc, dtype, shape, default)
-
-    def __set_name__(self, owner: "type[Block]", name: str) -> None:
-        _refuse_taken(owner, name, Block.__dict__)
-        owner.inputs = {**owner.inputs, name: dataclasses.replace(self._port, name=name)}
-
-
-@dataclasses.dataclass(frozen=True)
-class BufferPort:
-    """A vector of state, kept by the runner and updated in place."""
-
-    name: str
-    doc: str
-    dtype: Number
-    shape: tuple[Size, ...]
-    recorded: str = ""  # "time" or "value": filled from a recording, as long as it is
-
-
-class Buffer:
-    """Declare a vector of state: a delay line, cells. `start` may fill it, `update` changes it in place."""
-
-    def __init__(self, doc: str, dtype: Number, shape: tuple[Size, ...]) -> None:
-        self._buffer = BufferPort("", doc, dtype, shape)
-
-    def __set_name__(self, owner: "type[Block]", name: str) -> None:
-        _refuse_taken(owner, name, Block.__dict__)
-        owner.buffers = {**owner.buffers, name: dataclasses.replace(self._buffer, name=name)}
-
-
-class Recording(Buffer):
-    """Declare a buffer that the runner fills from the recording named by the block's `file` and `column`.
-
-    `quantity` is "time" (seconds) or "value" (converted to the unit of the block's output).
-    """
-
-    def __init__(self, quantity: str, doc: str) -> None:
-        self._buffer = BufferPort("", doc, float, (), quantity)
-
-
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(param,))
 class Block:
     """Base of every block; a subclass is a frozen dataclass of its parameters."""
@@ -119,7 +66,7 @@ class Block:
     inputs: ClassVar[dict[str, Port]] = {}
     outputs: ClassVar[dict[str, Port]] = {}
     buffers: ClassVar[dict[str, BufferPort]] = {}
-    functions: ClassVar[dict[str, Behaviour]] = {}  # constants, start, update, derivative
+    functions: ClassVar[dict[str, Behaviour]] = {}  # formats, constants, start, update, derivative
     output_functions: ClassVar[dict[str, Behaviour]] = {}
     linear: ClassVar[bool] = False  # of a continuous block: its derivative is linear in state and inputs
     events: ClassVar[dict[str, tuple[Behaviour, Behaviour]]] = {}  # what falls to zero, and what happens then
@@ -208,12 +155,28 @@ class Block:
         """The shape of a port or buffer as numbers."""
         return tuple(self.size(size) for size in what.shape)
 
+    def format_of(self, what: str) -> Fixed:
+        """The format of a fixed-point port or buffer, or of a field as in "x.total"; `formats` may say "x" for all."""
+        formats = self.functions["formats"].function(self) if "formats" in self.functions else {}
+        found = formats.get(what) or formats.get(what.partition(".")[0])
+        if found is None:
+            key = f"{type(self).__name__}.formats"
+            hint = f'return it there: {{"{what}": Fixed(16, 12)}}'
+            raise ModelError([Problem(message=f"the format of {what} is not said", key=key, hint=hint)])
+        return typing.cast(Fixed, found)
+
     # -- facts of a class ----------------------------------------------------------------------------------------
 
     @classmethod
     def continuous(cls) -> bool:
         """Whether the runner integrates the block between ticks."""
         return "derivative" in cls.functions or bool(cls.events)
+
+    @classmethod
+    def digital(cls) -> bool:
+        """Whether its functions work on `FixedValue`: it has formats, and no port carries floating-point numbers."""
+        ports = (*cls.inputs.values(), *cls.outputs.values())
+        return "formats" in cls.functions and all(port.dtype is not float for port in ports)
 
     @classmethod
     def feedthrough(cls, port: str) -> tuple[str, ...]:
@@ -247,15 +210,26 @@ class Block:
     @classmethod
     def drivable(cls, parameter: str) -> bool:
         """Whether a wire may drive the parameter: a number that no start or requirement uses."""
-        if cls.parameters[parameter].kind is not float:
+        if cls.digital() or cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
         once = [f for f in (start and start.function, cls.requirements) if f]
-        lists = {name for name, p in cls.parameters.items() if p.kind is tuple}
-        from_lists = constants is not None and lists & set(constants.function.__code__.co_names)
-        return not from_lists and not any(parameter in f.__code__.co_names for f in once)
+        no_numbers = {name for name, p in cls.parameters.items() if p.kind in (tuple, Fixed)}
+        from_these = constants is not None and no_numbers & set(constants.function.__code__.co_names)
+        return not from_these and not any(parameter in f.__code__.co_names for f in once)
 
     # -- registration --------------------------------------------------------------------------------------------
+
+    @classmethod
+    def _bound(cls) -> set[str]:
+        """Arguments of functions that run in the loop; where `formats` come first, the parameters are one of them."""
+        return {"x", *cls.buffers, *cls.inputs, *RUNNER_NAMES} | ({"p"} if "formats" in cls.functions else set())
+
+    @classmethod
+    def formats(cls, function: Function) -> Function:
+        """Register `formats(p) -> dict[str, Fixed]`: of fixed-point ports, buffers, state ("x") and constants ("c")."""
+        cls.functions["formats"] = _behaviour(cls, function, set())
+        return function
 
     @classmethod
     def constants(cls, function: Function) -> Function:
@@ -272,7 +246,7 @@ class Block:
     @classmethod
     def update(cls, function: Function) -> Function:
         """Register `update(c, x, buffers..., inputs...) -> State`: from this tick to the block's next."""
-        cls.functions["update"] = _behaviour(cls, function, {"x", *cls.buffers, *cls.inputs, "time", "tick", "normal"})
+        cls.functions["update"] = _behaviour(cls, function, cls._bound() - {"out"})
         return function
 
     @classmethod
@@ -322,12 +296,13 @@ class Block:
 
         def register(function: Function) -> Function:
             name = function.__name__
-            _refuse_taken(cls, name, (*_ROLES, *cls.parameters, *cls.inputs, *cls.buffers, *cls.outputs))
-            known = {"x", *cls.buffers, *cls.inputs, *RUNNER_NAMES}
-            behaviour = _behaviour(cls, function, known)
+            refuse_taken(cls, name, (*_ROLES, *cls.parameters, *cls.inputs, *cls.buffers, *cls.outputs))
+            behaviour = _behaviour(cls, function, cls._bound())
             kind = dtype or behaviour.returns
-            if kind not in (float, int, bool) or bool(shape) != ("out" in behaviour.arguments):
-                raise TypeError(f"{cls.__name__}.{name} must return float, int or bool, or write its entries into out")
+            if kind not in (float, int, bool, FixedValue) or bool(shape) != ("out" in behaviour.arguments):
+                raise TypeError(
+                    f"{cls.__name__}.{name} must return float, int, bool or FixedValue, or write its entries into out"
+                )
             doc = inspect.getdoc(function) or ""
             cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every)
             cls.output_functions[name] = behaviour
@@ -360,16 +335,9 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
 
 
 def _parameter(owner: type, field: "dataclasses.Field[Any]", kind: Any) -> Parameter:
-    if kind not in (float, int, bool, str):
-        kind = tuple if typing.get_origin(kind) is tuple else None
-    if kind is None or "bounds" not in field.metadata:
-        raise TypeError(
-            f"{owner.__name__}.{field.name} must be float, int, bool, str or tuple[float, ...] = param(...)"
-        )
-    if field.name in _RESERVED or field.name in Block.__dict__:
+    if field.name in RESERVED or field.name in Block.__dict__:
         raise TypeError(f"{owner.__name__}.{field.name}: the name is taken")
-    m: Mapping[str, Any] = field.metadata
-    return Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], choices=m["choices"])
+    return declared(owner.__name__, field, kind)
 
 
 def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]) -> Behaviour:
@@ -383,11 +351,6 @@ def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]
         raise TypeError(f"{owner.__name__}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
     reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
     return Behaviour(function, tuple(names[1:]), returns, reads_constants)
-
-
-def _refuse_taken(owner: type, name: str, taken: Iterable[str]) -> None:
-    if name in _RESERVED or name in taken:
-        raise TypeError(f"{owner.__name__}.{name}: the name is taken")
 
 
 def _names_a_unit(name: str) -> bool:

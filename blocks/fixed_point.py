@@ -10,6 +10,7 @@ reference, or a signal of a trace (`proofmass.runner.trace`), from which the com
 same lines. A mantissa has no unit; a port's unit belongs to the value.
 """
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -24,6 +25,7 @@ Integer: TypeAlias = Any  # a Python integer, or a signal of a trace: it has the
 Condition: TypeAlias = Any  # a Python truth value, or a signal
 
 _ROUNDINGS, _OVERFLOWS = get_args(Rounding), get_args(Overflow)
+_NOTATION = re.compile(r"\(\s*(\d{1,4})\s*,\s*([+-]?\d{1,4})\s*\)(\s+unsigned)?")
 
 MOST_BITS = 512  # of a format: far beyond any register, small enough that no shift can fill the memory
 
@@ -32,8 +34,8 @@ MOST_BITS = 512  # of a format: far beyond any register, small enough that no sh
 class Fixed:
     """A fixed-point format: `width` bits in all, the sign included, `fraction` of them after the binary point.
 
-    Written (32, 30) in System Generator's notation: -2 to almost 2 in steps of 2**-30. `fraction` may be negative or
-    exceed the width. Raises ValueError for a width or fraction out of bounds.
+    Written "(32, 30)" in System Generator's notation: -2 to almost 2 in steps of 2**-30; "(8, 0) unsigned" is 0 to 255.
+    `fraction` may be negative or exceed the width. Raises ValueError for a width or fraction out of bounds.
 
     >>> Fixed(16, 12).lowest, Fixed(16, 12).highest, Fixed(16, 12).resolution
     (-32768, 32767, Fraction(1, 4096))
@@ -48,6 +50,14 @@ class Fixed:
             raise ValueError(f"a format of {self.width} bits: the width is 1 to {MOST_BITS}")
         if abs(self.fraction) > MOST_BITS:
             raise ValueError(f"a format with {self.fraction} fraction bits: they are -{MOST_BITS} to {MOST_BITS}")
+
+    @classmethod
+    def read(cls, text: str) -> "Fixed":
+        """The format named by a text; raises ValueError."""
+        found = _NOTATION.fullmatch(text.strip())
+        if found is None:
+            raise ValueError("is no format")
+        return cls(int(found[1]), int(found[2]), signed=found[3] is None)
 
     @cached_property
     def lowest(self) -> int:
@@ -75,25 +85,34 @@ class Fixed:
         """
         value = _lifted(value)
         if value.fraction > self.fraction:
-            raise TypeError(f"{value.fraction} fraction bits do not go into {self}: round with .to({self})")
+            raise TypeError(f"{value.fraction} fraction bits do not go into {self!r}: round with .to({self!r})")
         return _held(value.mantissa << (self.fraction - value.fraction), self)
 
     def __repr__(self) -> str:
         return f"Fixed({self.width}, {self.fraction}{'' if self.signed else ', signed=False'})"
 
+    def __str__(self) -> str:
+        return f"({self.width}, {self.fraction}){'' if self.signed else ' unsigned'}"
+
 
 class OverflowCount:
-    """How many casts saturated or wrapped; `total` is a signal while a step is traced."""
+    """How many casts saturated or wrapped: `total`; `lost` is not 0 where that is not, at two operations a cast.
 
-    def __init__(self) -> None:
+    While a step is traced they are signals; with `refusals` so is `refused`, not 0 where a cast refuses.
+    """
+
+    def __init__(self, refusals: bool) -> None:
         self.total: Integer = 0
+        self.lost: Integer = 0
+        self.refused: Integer = 0
+        self.refusals = refusals
 
 
 _counting: ContextVar[OverflowCount | None] = ContextVar("_counting", default=None)
 
 
 @contextmanager
-def counting_overflows() -> Iterator[OverflowCount]:
+def counting_overflows(*, refusals: bool = False) -> Iterator[OverflowCount]:
     """Count the casts that saturate or wrap inside the `with` block, of both arms where `where` chooses one.
 
     >>> with counting_overflows() as overflows:
@@ -102,7 +121,7 @@ def counting_overflows() -> Iterator[OverflowCount]:
     >>> overflows.total
     1
     """
-    count = OverflowCount()
+    count = OverflowCount(refusals)
     token = _counting.set(count)
     try:
         yield count
@@ -221,7 +240,7 @@ def fixed(value: int | float | Fraction, format: Fixed, rounding: Rounding | Lit
     try:
         scaled = Fraction(value) * Fraction(2) ** format.fraction
     except (OverflowError, ValueError):
-        raise ValueError(f"{value} is no number that {format} could hold") from None
+        raise ValueError(f"{value} is no number that {format!r} could hold") from None
     if rounding == "exact" and scaled.denominator != 1:
         raise ValueError(f'{value} is no multiple of {format.resolution}: say a rounding, as in "half_even"')
     # Two bits below the step, the lowest set where anything follows, are enough for every rule of rounding.
@@ -271,7 +290,7 @@ def wrap(value: Any, format: Fixed) -> Any:
     """
     if isinstance(value, FixedValue):
         if value.fraction != format.fraction:
-            raise TypeError(f"{value.fraction} fraction bits do not wrap in {format}: bring them there with .to()")
+            raise TypeError(f"{value.fraction} fraction bits do not wrap in {format!r}: bring them there with .to()")
         return FixedValue(wrap(value.mantissa, format), format.fraction)
     low_bits = value & ((1 << format.width) - 1)
     if not format.signed:
@@ -301,14 +320,19 @@ def _rounded(mantissa: Integer, dropped: int, rounding: Rounding) -> Integer:
 
 
 def _fitted(mantissa: Integer, format: Fixed, overflow: Overflow) -> Integer:
-    if overflow == "refuse":
-        return _held(mantissa, format)
     if overflow not in _OVERFLOWS:
         raise TypeError(f"overflow is one of {', '.join(_OVERFLOWS)}, not {overflow!r}")
     count = _counting.get()
-    if count is not None:
+    if overflow == "refuse" and (isinstance(mantissa, int) or count is None or not count.refusals):
+        return _held(mantissa, format)
+    if count is not None and overflow != "refuse":
         count.total = count.total + ((mantissa < format.lowest) | (mantissa > format.highest))
-    return clip(mantissa, format.lowest, format.highest) if overflow == "saturate" else wrap(mantissa, format)
+    fitted = wrap(mantissa, format) if overflow == "wrap" else clip(mantissa, format.lowest, format.highest)
+    if count is not None and overflow == "refuse":
+        count.refused = count.refused | (fitted ^ mantissa)
+    elif count is not None:
+        count.lost = count.lost | (fitted ^ mantissa)
+    return fitted
 
 
 # -- what a signal of a trace does in its own way ------------------------------------------------------------------
@@ -369,7 +393,7 @@ def _constant_shift(places: int) -> int:
 
 def _range(format: Fixed) -> str:
     lowest, highest = (_shown(mantissa * format.resolution) for mantissa in (format.lowest, format.highest))
-    return f"{format}, which holds {lowest} to {highest}"
+    return f"{format!r}, which holds {lowest} to {highest}"
 
 
 def _shown(value: Fraction) -> str:

@@ -2,9 +2,11 @@
 
 import dataclasses
 import math
+import typing
 from collections.abc import Mapping
 from typing import Any, TypeGuard
 
+from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.problem import Problem, shown
 from proofmass.blocks.units import UnitError, convert_exactly
 
@@ -16,7 +18,7 @@ class Parameter:
     """What is known of one parameter besides its value."""
 
     name: str
-    kind: type  # float, int, bool, str, or tuple for a list of floats
+    kind: type  # float, int, bool, str, Fixed, or tuple for a list of floats
     default: Any
     unit: str  # may name other parameters in braces: "{unit}"
     doc: str
@@ -37,6 +39,8 @@ class Parameter:
             return "true or false"
         if self.kind is str:
             return f"one of {', '.join(self.choices)}" if self.choices else "a string"
+        if self.kind is Fixed:
+            return 'a format such as "(16, 12)": bits in all, bits of the fraction'
         noun = {float: "a number", int: "an integer", tuple: "a list of numbers"}[self.kind]
         bounds = f" {self.bounds()}" if self.bounds() else ""
         return f"{noun}{bounds}" + (f", in {unit}" if unit not in ("1", "") else "")
@@ -58,6 +62,8 @@ class Parameter:
             return value
         if self.kind is str:
             return self._text(value)
+        if self.kind is Fixed:
+            return _format(value)
         return self._number(value, unit)
 
     def _text(self, value: object) -> str:
@@ -113,6 +119,17 @@ class Parameter:
         )
 
 
+def _format(value: object) -> Fixed:
+    if isinstance(value, Fixed):
+        return value
+    if not isinstance(value, str):
+        raise ParameterError("must be a format", "write it in quotes")
+    try:
+        return Fixed.read(value)
+    except ValueError as error:
+        raise ParameterError(str(error)) from None
+
+
 def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
@@ -142,6 +159,18 @@ def param(
     """
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, "bounds": bounds, "choices": choices})
+
+
+def declared(owner: str, field: "dataclasses.Field[Any]", annotation: Any) -> Parameter:
+    """The parameter that a field of the class `owner` declares; the values of a `Literal` are its choices."""
+    m, kind, choices = field.metadata, annotation, field.metadata.get("choices", ())
+    if typing.get_origin(kind) is typing.Literal:
+        kind, choices = str, typing.get_args(kind)
+    if typing.get_origin(kind) is tuple:
+        kind = tuple
+    if kind not in (float, int, bool, str, Fixed, tuple) or "bounds" not in m:
+        raise TypeError(f"{owner}.{field.name} must be float, int, bool, str, Fixed or tuple[float, ...] = param(...)")
+    return Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], choices=choices)
 
 
 def read_parameters(

@@ -7,6 +7,7 @@ from itertools import chain, islice
 from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, Port
+from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import Unit, UnitError, unit
@@ -175,24 +176,34 @@ class _Wiring:
     def _fitting(self, block: Block, port: Port, path: str) -> list[str]:
         """Outputs that fit, of the blocks of the graph of that path, as they are named there."""
         try:
-            key = path, unit(block.unit_of(port)), port.dtype, block.shape_of(port)
+            key = path, unit(block.unit_of(port)), _kind(block, port), block.shape_of(port)
         except UnitError:
             return []
         return [signal.removeprefix(f"{path}.") for signal in self._outputs.get(key, [])]
 
     @cached_property
-    def _outputs(self) -> dict[tuple[str, Unit, type, tuple[int, ...]], list[str]]:
+    def _outputs(self) -> dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]]:
         """Up to four outputs of each graph, unit, type and shape."""
-        found: dict[tuple[str, Unit, type, tuple[int, ...]], list[str]] = {}
+        found: dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]] = {}
         for name, block in self.graph.blocks.items():
             for port, declared in block.outputs.items():
                 try:
-                    kind = (split(name)[0], unit(block.unit_of(declared)), declared.dtype, block.shape_of(declared))
+                    kind = (
+                        split(name)[0],
+                        unit(block.unit_of(declared)),
+                        _kind(block, declared),
+                        block.shape_of(declared),
+                    )
                 except UnitError:
                     continue
                 if len(found.setdefault(kind, [])) < 4:
                     found[kind].append(f"{name}.{port}")
         return found
+
+
+def _kind(block: Block, port: Port) -> type | Fixed:
+    """Type of a port; of a fixed-point one its format."""
+    return block.format_of(port.name) if port.dtype is FixedValue else port.dtype
 
 
 class _Mismatch(NamedTuple):
@@ -213,7 +224,8 @@ def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Paramete
     except UnitError as error:
         yield _Mismatch(f"the units cannot be compared: {error}", got, expected, "write a shorter unit")
     else:
-        convert = f'put a Gain with input_unit = "{got}" and output_unit = "{expected}" between'
+        gain = "FixedGain" if out.dtype is FixedValue else "Gain"
+        convert = f'put a {gain} with input_unit = "{got}" and output_unit = "{expected}" between'
         if given.exponents != wanted.exponents:
             same = f"{given.in_base_units()} is not {wanted.in_base_units()}"
             yield _Mismatch("the units do not match", got, expected, f"{same}; {convert}")
@@ -228,21 +240,41 @@ def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Paramete
         hint += ", or wire it to an input that takes a vector of the same length" if giver.shape_of(out) else ""
         yield _Mismatch("the shapes do not match", counted(giver.shape_of(out)), counted(shape), hint)
     elif out.dtype is not kind:
-        yield _Mismatch("the types do not match", out.dtype.__name__, kind.__name__, _same_type(giver, kind))
+        yield _Mismatch("the types do not match", _type(out.dtype), _type(kind), _same_type(giver, out.dtype, kind))
+    elif kind is FixedValue:
+        given_format, wanted_format = giver.format_of(out.name), taker.format_of(into.name)
+        if given_format != wanted_format:
+            hint = f'put a FixedCast with input_format = "{given_format}", output_format = "{wanted_format}" between'
+            yield _Mismatch("the formats do not match", str(given_format), str(wanted_format), hint)
 
 
-def _same_type(source: Block, kind: type) -> str:
+def _type(kind: type) -> str:
+    return "fixed" if kind is FixedValue else kind.__name__
+
+
+def _same_type(source: Block, given: type, kind: type) -> str:
     """A hint for a wire of the wrong type: nothing is converted in silence."""
     fitting = [name for name, port in source.outputs.items() if port.dtype is kind]
     if fitting:
         return f"its output {fitting[0]} has that type"
+    if kind is FixedValue and given is float:
+        return "a FixedQuantiser makes fixed-point values of numbers"
+    if given is FixedValue and kind is float:
+        return "a FixedToNumber makes numbers of fixed-point values"
     return "an AnalogToDigital makes codes of numbers" if kind is int else "choose an output of that type"
 
 
 def _facts(block: Block, port: Port) -> str:
     """Unit, type and shape of a port in words, as far as they are out of the common."""
     measure = block.unit_of(port)
-    kind = {float: f"a number in {measure}" if measure != "1" else "a number", int: "an integer", bool: "true or false"}
+    if port.dtype is FixedValue:
+        measure = f"{block.format_of(port.name)} fixed-point" + (f" in {measure}" if measure != "1" else "")
+    kind = {
+        float: f"a number in {measure}" if measure != "1" else "a number",
+        int: "an integer",
+        bool: "true or false",
+        FixedValue: f"a value in {measure}",
+    }
     return kind[port.dtype] if not port.shape else f"{counted(block.shape_of(port))}, each {kind[port.dtype]}"
 
 

@@ -44,8 +44,8 @@ def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | P
     if port in block.parameters and block.drivable(port):
         return block, block.parameters[port]
     if port in block.parameters:
-        hint = f"it is a parameter that fixes a size, a start or a choice: set it under [blocks.{name}]"
-        return Missing(f"{signal} cannot be driven", hint)
+        why = "of a fixed-point block" if block.digital() else "that fixes a size, a start or a choice"
+        return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
     if port in block.outputs:
         return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", block.inputs))
     names = [*block.inputs, *(parameter for parameter in block.parameters if block.drivable(parameter))]

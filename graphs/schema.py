@@ -18,6 +18,7 @@ _QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$
 _NAME = NAME.pattern.partition(")")[2]  # without the limit of its length
 _SIGNAL = rf"{_NAME}(\.{_NAME})+"
 _PATH = rf"(?!.*[^.]{{65}}){_NAME}(\.{_NAME})*"
+_FORMAT = r"^\s*\(\s*\d{1,4}\s*,\s*[+-]?\d{1,4}\s*\)(\s+unsigned)?\s*$"
 _BOUNDS = {
     "above": "exclusiveMinimum",
     "at_least": "minimum",
@@ -138,6 +139,8 @@ def _parameter(parameter: Mapping[str, Any]) -> Schema:
     if parameter["type"] == "list":
         entry = _quantity({"type": "number"} | bounds)
         return about | {"type": "array", "minItems": 1, "items": entry}
+    if parameter["type"] == "format":
+        return about | {"type": "string", "pattern": _FORMAT}
     value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
     if parameter["type"] == "str":
         return about | value | {"maxLength": TEXT_LENGTH}

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.units import same_unit
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.rates import write_rate
@@ -61,8 +62,8 @@ def _parameters(block: Block) -> Iterator[str]:
         quantity = f"{value!r} {unit}"
         if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
             yield f"{name} = {_text(quantity)}"
-        elif parameter.kind is str:
-            yield f"{name} = {_text(value)}"
+        elif parameter.kind in (str, Fixed):
+            yield f"{name} = {_text(str(value))}"
         elif parameter.kind is bool:
             yield f"{name} = {'true' if value else 'false'}"
         else:

@@ -45,6 +45,7 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
         "rows": {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes},
         "states": {name: None if x is None else [_text(v) for v in x] for name, x in memory.states.items()},
         "buffers": [[*node, _text(held)] for node, held in memory.buffers.items() if node not in planned.recorded],
+        "overflows": memory.overflows,
         "wires": [[*node, _text(value)] for node, value in memory.wires.items()],
     }
     temporary = folder / (FILE + ".partial")
@@ -150,7 +151,10 @@ def _memory(data: dict[str, Any], planned: Plan) -> Memory:
         states[name] = None if made is None else made(*map(_number, data["states"][name]))
     buffers = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
     buffers |= {node: planned.buffers[node] for node in planned.recorded}
-    return Memory(data["tick"], states, buffers, {(name, port): _number(value) for name, port, value in data["wires"]})
+    wires = {(name, port): _number(value) for name, port, value in data["wires"]}
+    return Memory(
+        data["tick"], states, buffers, wires, {name: int(data["overflows"][name]) for name in planned.digital}
+    )
 
 
 def _text(value: Any) -> Any:

@@ -70,7 +70,7 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
         function = _linked(code, argument_kinds) if code else None
         if function is None:
             code = _compiled(generated, argument_kinds)
-            _keep(key, code, generated.source)
+            _keep(key, code, generated.listing)
             function = _linked(code, argument_kinds)
         _loaded[key] = function
     return _loaded[key][1]

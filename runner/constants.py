@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from proofmass.blocks.declare import Block
+from proofmass.runner.step_formats import held_as
 
 
 def constants_of(block: Block, parameters: Any, period: float) -> Any:
@@ -21,11 +22,12 @@ def start_of(block: Block, buffers: Mapping[str, list[float]]) -> Any:
         start = block.functions["start"]
         return typed(start.function(block, *(buffers[name] for name in start.arguments)))
     state = block.state_class()
-    return None if state is None else state(*(kind(0) for kind in state.__annotations__.values()))
+    return None if state is None else state(*(held_as(kind)(0) for kind in state.__annotations__.values()))
 
 
 def typed(values: Any) -> Any:
     """A NamedTuple with each field of its declared type, as the compiled loop holds it."""
     if values is None:
         return None
-    return type(values)(*(kind(value) for kind, value in zip(values.__annotations__.values(), values, strict=True)))
+    kinds = map(held_as, values.__annotations__.values())
+    return type(values)(*(kind(value) for kind, value in zip(kinds, values, strict=True)))

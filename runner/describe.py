@@ -5,6 +5,7 @@ from typing import Any
 
 from proofmass.blocks.catalog import facts
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_point import Fixed
 
 
 def block_text(kind: type[Block]) -> str:
@@ -34,7 +35,7 @@ def _example(kind: type[Block]) -> list[str]:
             lines.append(f'    {name} = "{p.default:g} {p.unit}"')
         elif p.kind is bool:
             lines.append(f"    {name} = {'true' if p.default else 'false'}")
-        elif p.kind is str:
+        elif p.kind in (str, Fixed):
             lines.append(f'    {name} = "{p.default}"')
         else:
             lines.append(f"    {name} = {list(p.default) if isinstance(p.default, tuple) else repr(p.default)}")

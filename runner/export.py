@@ -112,6 +112,7 @@ def save_summary(result: Result, path: str | Path) -> Path:
         "seconds": result.seconds,
         "preparation_seconds": result.preparation,
         "signals": [{key: _plain(value) for key, value in row.items()} for row in result.summary()],
+        "overflows": dict(result.overflows),
     }
     with whole_file(path) as file:
         file.write((json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode())
@@ -162,7 +163,7 @@ def _write_axis(data: Any, dimension: str, traces: list[Trace], guarded: _Guarde
             data.dimensions[entry] = size
         logical = trace.values.dtype == bool
         variable = data.create_variable(trace.signal, (dimension, *entries), np.int8 if logical else trace.values.dtype)
-        variable.attrs.update(units=trace.unit, long_name=trace.doc)
+        variable.attrs.update(trace.facts)
         if logical:
             variable.attrs["dtype"] = "bool"  # as xarray writes and reads it: netCDF has no type for it
         for first, last in pieces(rows, trace.entries):

@@ -8,11 +8,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from proofmass.blocks.fixed_point import FixedValue
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node
+from proofmass.runner.digital_code import DigitalCode
 from proofmass.runner.group_code import GroupCode
 from proofmass.runner.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields, variable, word
 from proofmass.runner.planned import Plan
+from proofmass.runner.step_formats import held_as
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,12 @@ class Generated:
     scratch: int  # floats that the loop works on, not kept from call to call
     functions: tuple[str, ...]  # that the source defines before the loop
     inlined: frozenset[str]  # those of them that are worth it wherever they are called
+    steps: tuple[str, ...]  # source of those among the names that are integer code
+
+    @property
+    def listing(self) -> str:
+        """The loop and the integer code that it calls, for readers."""
+        return "\n\n".join([self.source, *self.steps])
 
 
 def generate(plan: Plan) -> Generated:
@@ -40,25 +49,28 @@ class _Generator(Pieces):
     def __init__(self, plan: Plan) -> None:
         super().__init__(plan)
         self.groups = [GroupCode(self, solver) for solver in plan.solvers]
+        self.digital = DigitalCode(self)
         self.vectors: dict[Node, tuple[type, tuple[int, ...]]] = {}
         for solver in plan.solvers:
             if solver.largest in plan.buffers:
                 self.vectors[solver.largest] = (float, (len(solver.group.states),))
         for name, block in plan.blocks.items():
             for buffer, declared in block.buffers.items():
-                self.vectors[name, buffer] = (declared.dtype, (len(plan.buffers[name, buffer]),))
+                self.vectors[name, buffer] = (held_as(declared.dtype), (len(plan.buffers[name, buffer]),))
             for port, output in block.outputs.items():
                 if output.shape:
-                    self.vectors[name, port] = (output.dtype, block.shape_of(output))
+                    self.vectors[name, port] = (held_as(output.dtype), block.shape_of(output))
 
     def generated(self) -> Generated:
         before = [*self._unpacked(), ""]
         loop = [*self._outputs(), *self._probes(), *self._updates(), *self._groups()]
         after = [*self._packed()]
         rows = [f"row_{i} = 0" for i, probe in enumerate(self.plan.probes) if probe.stride > 1]
-        body = [*self._views(), *before, *rows, "not_finite = 0.0", "for tick in range(first, last):"]
+        flags = ["not_finite = 0.0", *(["refused = 0"] if self.digital.refuses else [])]
+        body = [*self._views(), *before, *rows, *flags, "for tick in range(first, last):"]
         body += ["    time = tick * period", *(f"    {line}" for line in loop), *after]
         body += [f"state_{FLOATS}[{self.memory.counts[FLOATS]}] = not_finite"]
+        body += [f"state_{INTEGERS}[{self.memory.counts[INTEGERS]}] = refused"] if self.digital.refuses else []
         functions = [line for group in self.groups for line in group.functions()]
         own = [line[4 : line.index("(")] for line in functions if line.startswith("def ")]
         source = (
@@ -78,6 +90,7 @@ class _Generator(Pieces):
             self._scratch(),
             tuple(own),
             frozenset(name for group in self.groups for name in group.inlined()),
+            tuple(self.digital.steps[name] for name in sorted(self.digital.steps)),
         )
 
     def _scratch(self) -> int:
@@ -92,7 +105,8 @@ class _Generator(Pieces):
         yield ""
         yield "# The functions that it calls, each compiled from the file of its block:"
         for name, value in sorted(self.names.items()):
-            yield f"# {name}: {value.__module__}.{value.__qualname__}"
+            place = "integer code" if name in self.digital.steps else f"{value.__module__}.{value.__qualname__}"
+            yield f"# {name}: {place}"
         yield ""
         yield ""
 
@@ -121,9 +135,9 @@ class _Generator(Pieces):
         plan = self.plan
         yield f"period = {self.constant('period', float, plan.period)}"
         for name, block in plan.blocks.items():
-            made = block.constants_class()
-            if plan.constants[name] is not None:
-                values = plan.constants[name]
+            values = plan.constants[name]
+            if values is not None:
+                made = type(values)
                 given = [self.constant((name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True)]
                 if given:
                     yield f"{word(name)}__c = {self.named(block, 'Constants', made)}({', '.join(given)})"
@@ -141,14 +155,16 @@ class _Generator(Pieces):
         for name, block in plan.blocks.items():
             state = block.state_class()
             if state is not None:
-                held = [self.memory.add((name, "x", f), k) for f, k in fields(state)]
+                held = [self.memory.add((name, "x", f), held_as(k)) for f, k in fields(state)]
                 yield f"{word(name)}__x = {self.named(block, 'State', state)}({', '.join(held)})"
             for port, output in block.outputs.items():
                 if not output.shape:
-                    yield f"{word(name)}__{port} = {self.memory.add((name, port), output.dtype)}"
+                    yield f"{word(name)}__{port} = {self.memory.add((name, port), held_as(output.dtype))}"
+        yield from self.digital.before()
 
     def _outputs(self) -> Iterator[str]:
         plan = self.plan
+        yield from self.digital.begin_tick()
         drawn: set[str] = set()
         watched: list[str] = []  # of every tick
         # What enters a group stays in its state:
@@ -168,9 +184,11 @@ class _Generator(Pieces):
             if not port:
                 yield indent + self.driven(name)
                 continue
-            call = self.call(name, port, port)
             output = block.outputs[port]
-            yield indent + (call if output.shape else f"{word(name)}__{port} = {call}")
+            target = "" if output.shape else f"{word(name)}__{port}"
+            yield from (indent + line for line in self._kept(name, port, target))
+            if output.dtype is FixedValue and not block.digital():
+                yield from (indent + line for line in self.digital.hold((name, port)))
             if output.dtype is float and (name, port) not in persistent:
                 held = entries((name, port), block.shape_of(output))
                 if stride == 1:
@@ -208,12 +226,18 @@ class _Generator(Pieces):
             if "update" not in block.functions:
                 continue
             divisor = self.plan.schedule.divisors[name]
-            call = self.call(name, "update", "update")
-            line = call if block.state_class() is None else f"{word(name)}__x = {call}"
+            target = "" if block.state_class() is None else f"{word(name)}__x"
             if divisor > 1:
                 yield f"if tick % {divisor} == 0:"
-                line = "    " + line
-            yield line
+            yield from ("    " * (divisor > 1) + line for line in self._kept(name, "update", target))
+        yield from self.digital.end_tick()
+
+    def _kept(self, name: str, function: str, target: str) -> Iterator[str]:
+        """Lines that call a function and keep what it returns in `target`, where there is one."""
+        if name in self.plan.digital:
+            return self.digital.call(name, function, target)
+        call = self.call(name, function, function)
+        return iter([f"{target} = {call}" if target else call])
 
     def _groups(self) -> Iterator[str]:
         """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
@@ -235,7 +259,9 @@ class _Generator(Pieces):
 
     def _packed(self) -> Iterator[str]:
         for key in self.memory.kinds:
-            if len(key) == 3:
+            if len(key) == 1:
+                yield f"{self.memory.write(key)} = {word(key[0])}__overflows_"
+            elif len(key) == 3:
                 yield f"{self.memory.write(key)} = {word(key[0])}__x.{key[2]}"
             else:
                 yield f"{self.memory.write(key)} = {variable(key)}"

@@ -49,17 +49,20 @@ def compile_step(
     `formats` has an entry for every argument, and "return". Raises `TraceError`.
     """
     traced = trace(function, formats)
-    name = name or function.__name__
-    source = integer_source(traced, name, count_overflows=count_overflows)
-    namespace = {kind.__name__: kind for kind in _classes(formats.get("return"))}
+    return compile_traced(traced, name or function.__name__, (traced.overflows,) if count_overflows else ())
+
+
+def compile_traced(traced: Traced, name: str, beside: Sequence[Node] = ()) -> CompiledStep:
+    """A traced step as integer code; with `beside` it returns (result, value of each of these nodes...)."""
+    source = integer_source(traced, name, beside)
+    namespace = {kind.__name__: kind for kind in _classes(traced.formats.get("return"))}
     exec(compile(source, f"<integer code of {name}>", "exec"), namespace)
     return CompiledStep(source, namespace[name])
 
 
-def integer_source(traced: Traced, name: str, *, count_overflows: bool = False) -> str:
+def integer_source(traced: Traced, name: str, beside: Sequence[Node] = ()) -> str:
     """The source text of a traced step."""
-    results = [*traced.results.values(), *traced.writes.values()]
-    live = traced.program.live([*results, traced.overflows] if count_overflows else results)
+    live = traced.program.live([*traced.results.values(), *traced.writes.values(), *beside])
     writer = _Writer(_clamped(live, traced.name), _bools(traced.formats), traced.arguments)
     lines = list(writer.lines(live))
     for text, node in traced.writes.items():
@@ -68,8 +71,7 @@ def integer_source(traced: Traced, name: str, *, count_overflows: bool = False) 
     returned = _result(
         traced.formats.get("return"), "return", {t: writer.returned(t, n) for t, n in traced.results.items()}
     )
-    if count_overflows:
-        returned = f"{returned}, {writer.text[traced.overflows]}"
+    returned = ", ".join([returned, *(writer.text[node] for node in beside)])
     if returned != "None":
         lines.append(f"return {returned}")
     body = "\n".join(f"    {line}" for line in lines or ["pass"])

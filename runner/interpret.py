@@ -6,11 +6,13 @@ from contextlib import suppress
 from typing import Any
 
 from proofmass.blocks.counter_random import normal_deviate
+from proofmass.blocks.fixed_point import FixedValue, counting_overflows
 from proofmass.graphs.schedule import Node
 from proofmass.runner.advance import Advance, IntegrationError
 from proofmass.runner.constants import constants_of
 from proofmass.runner.memory import Memory, Rows, start
 from proofmass.runner.planned import Plan
+from proofmass.runner.step_formats import held_as
 
 
 class TickError(ArithmeticError):
@@ -31,6 +33,7 @@ class Interpreter:
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
         self._at = ""  # the function under way, for messages
+        self._overflowed: set[str] = set()  # in this tick
         self._advances = [
             Advance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
             for solver in plan.solvers
@@ -114,6 +117,9 @@ class Interpreter:
             for name in moved:
                 if not _finite(states[name]):
                     raise TickError(f"{name}.state", tick, states[name])
+        for name in self._overflowed:
+            self._memory.overflows[name] += 1
+        self._overflowed.clear()
         self._memory.tick = tick + 1
 
     def _step(self, name: str, port: str) -> Callable[[int], Any]:
@@ -122,14 +128,27 @@ class Interpreter:
     def _output(self, name: str, port: str) -> Callable[[int], Any]:
         shape = self.plan.blocks[name].shape_of(self.plan.blocks[name].outputs[port])
         compute = self._bound(name, port)
-        if not shape:
-            return compute
 
         def fill(tick: int) -> Any:
             compute(tick)
             return self._memory.wires[name, port]
 
-        return fill
+        return self._held(name, port, fill if shape else compute)
+
+    def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
+        """An output, checked where a converter makes mantissas: no trace answers for their range."""
+        block = self.plan.blocks[name]
+        if block.outputs[port].dtype is not FixedValue or block.digital():
+            return compute
+        format = block.format_of(port)
+
+        def checked(tick: int) -> Any:
+            value = compute(tick)
+            for mantissa in value if isinstance(value, list) else [value]:
+                format.store(FixedValue(mantissa, format.fraction))
+            return value
+
+        return checked
 
     def _driven(self, name: str) -> Callable[[int], Any]:
         """Constants made anew from the wires that drive parameters."""
@@ -151,18 +170,33 @@ class Interpreter:
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
         getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
-        call = behaviour.function
+        call = self._counted(name, function) if name in self.plan.digital else behaviour.function
 
         def compute(tick: int) -> Any:
             return call(self._constants[name], *[get(tick) for get in getters])
 
         return compute
 
+    def _counted(self, name: str, function: str) -> Callable[..., Any]:
+        """A function of a digital block, on raw values; it notes when a cast saturates or wraps."""
+        reference = self.plan.digital[name].steps[function].reference
+
+        def call(*arguments: Any) -> Any:
+            with counting_overflows() as overflows:
+                value = reference(*arguments)
+            if overflows.total:
+                self._overflowed.add(name)
+            return value
+
+        return call
+
     def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
         plan = self.plan
         divisor, period = plan.schedule.divisors[name], plan.period
         if argument == "x":
             return lambda tick: self._memory.states[name]
+        if argument == "p":
+            return lambda tick: plan.blocks[name]
         if argument == "out":
             return lambda tick: self._memory.wires[name, function]
         if argument == "time":
@@ -178,7 +212,7 @@ class Interpreter:
         driver = plan.schedule.drivers.get((name, argument))
         declared = plan.blocks[name].inputs[argument]
         if driver is None:
-            default = declared.dtype(declared.default)  # type: ignore[arg-type]
+            default = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
             return lambda tick: default
         return lambda tick: self._memory.wires[driver]
 

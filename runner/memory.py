@@ -6,13 +6,14 @@ from typing import Any, Protocol
 
 from proofmass.graphs.schedule import Node
 from proofmass.runner.planned import Plan
+from proofmass.runner.step_formats import held_as
 
 Rows = Sequence[Any]  # an array for each probe, with one row per recorded tick
 
 
 @dataclass
 class Memory:
-    """State of every block, buffers, and what each wire holds, at the start of `tick`.
+    """State of every block, buffers, what each wire holds, and overflows so far, at the start of `tick`.
 
     Lists move; the tuples among the buffers are recordings, which stand still and are shared.
     """
@@ -21,11 +22,18 @@ class Memory:
     states: dict[str, Any]
     buffers: dict[Node, Sequence[float]]
     wires: dict[Node, Any]
+    overflows: dict[str, int]  # of each digital block, the ticks in which a cast saturated or wrapped
+
+    def overflow_counts(self) -> dict[str, int]:
+        """Ticks in which a value of a block saturated or wrapped; a block that is not digital counts in its state."""
+        own = {name: x.overflows for name, x in self.states.items() if hasattr(x, "overflows")}
+        return self.overflows | own
 
     def copy(self) -> "Memory":
         """A copy that moves on its own."""
         buffers = {node: _copied(held) for node, held in self.buffers.items()}
-        return Memory(self.tick, dict(self.states), buffers, {node: _copied(held) for node, held in self.wires.items()})
+        wires = {node: _copied(held) for node, held in self.wires.items()}
+        return Memory(self.tick, dict(self.states), buffers, wires, dict(self.overflows))
 
 
 class Engine(Protocol):
@@ -36,7 +44,8 @@ class Engine(Protocol):
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order.
 
-        False, or a `TickError` where it is known, when what a wire held in one of the ticks was not finite.
+        False, or a `TickError` where it is known, when what a wire held in one of the ticks was not finite, or did not
+        fit its format.
         """
         ...
 
@@ -55,12 +64,12 @@ def start(plan: Plan) -> Memory:
     for name, block in plan.blocks.items():
         for port, declared in block.outputs.items():
             shape = block.shape_of(declared)
-            zero = declared.dtype(0)
+            zero = held_as(declared.dtype)(0)
             wires[name, port] = [zero] * shape[0] if shape else zero
     buffers: dict[Node, Sequence[float]] = {
         node: held if node in plan.recorded else list(held) for node, held in plan.buffers.items()
     }
-    return Memory(0, dict(plan.starts), buffers, wires)
+    return Memory(0, dict(plan.starts), buffers, wires, dict.fromkeys(plan.digital, 0))
 
 
 def _copied(held: Any) -> Any:

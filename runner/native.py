@@ -36,14 +36,16 @@ class CompiledLoop:
         states = [made.memory.kinds[name, "x", f] for solver in plan.solvers for name, f in solver.group.states]
         integrated = [place for kind, place in states if kind is float]
         self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
+        self._refused = made.memory.counts[INTEGERS]  # place of `state_integers`
 
     def advance(self, last: int, rows: Rows) -> bool:
-        """Run up to, not including, the tick `last`; false when a number was not finite."""
+        """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
         self._scratch.fill(np.nan)  # what nothing has been computed from yet
         arrays = [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
         self.tick = last
-        return bool(np.isfinite(self._state[FLOATS][self._watched]).all())
+        finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())
+        return finite and not self._state[INTEGERS][self._refused]
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
@@ -68,7 +70,8 @@ class CompiledLoop:
         buffers: dict[Node, Sequence[float]] = {
             n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
         }
-        return Memory(tick, states, buffers, wires)
+        overflows = {name: values.get((name,), 0) for name in plan.digital}
+        return Memory(tick, states, buffers, wires, overflows)
 
 
 def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
@@ -96,7 +99,9 @@ def _arrays(slots: Slots, values: Mapping[Any, Any]) -> dict[str, Array]:
 
 
 def _moving(memory: Memory, key: tuple[str, ...]) -> Any:
-    """What the memory holds of a state's field (block, "x", field) or of a wire (block, port)."""
+    """What the memory holds of a state's field (block, "x", field), a wire (block, port) or the overflows (block,)."""
+    if len(key) == 1:
+        return memory.overflows[key[0]]
     return getattr(memory.states[key[0]], key[2]) if len(key) == 3 else memory.wires[key[0], key[1]]
 
 

@@ -6,6 +6,7 @@ from typing import Any
 from proofmass.blocks.counter_random import normal_deviate
 from proofmass.graphs.schedule import Node
 from proofmass.runner.planned import Plan
+from proofmass.runner.step_formats import held_as
 
 FLOATS, INTEGERS = "numbers", "integers"
 
@@ -60,6 +61,7 @@ class Pieces:
             "out": f"{word(name)}__{port}",
             "time": "time",
             "normal": f"{word(name)}__normal",
+            "p": "0",  # known to the integer code
         }
         if argument in fixed:
             return fixed[argument]
@@ -70,7 +72,7 @@ class Pieces:
         driver = plan.schedule.drivers.get((name, argument))
         declared = block.inputs[argument]
         if driver is None:
-            return repr(declared.dtype(declared.default))  # type: ignore[arg-type]
+            return repr(held_as(declared.dtype)(declared.default))  # type: ignore[arg-type]
         return variable(driver)
 
     def driven(self, name: str) -> str:
@@ -93,6 +95,8 @@ class Pieces:
         return f"{word(name)}__normal = normal_deviate(seed, run, {stream}, {tick})"
 
     def constant(self, key: Any, kind: type, value: Any) -> str:
+        if isinstance(value, tuple):
+            return f"({''.join(self.constant((*key, i), kind, entry) + ', ' for i, entry in enumerate(value))})"
         self.values[key] = value
         return self.constants.add(key, kind)
 

@@ -5,16 +5,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_point import FixedValue
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.check import checked
 from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.schedule import Node, schedule
 from proofmass.runner.constants import constants_of, start_of
+from proofmass.runner.digital import DigitalBlock, digital_block
 from proofmass.runner.interpret import Interpreter
 from proofmass.runner.planned import Plan, PlannedProbe
 from proofmass.runner.recording import read_recordings
 from proofmass.runner.solvers import find_solvers
+from proofmass.runner.step_formats import held_as
 
 __all__ = ["Plan", "PlannedProbe", "plan"]
 
@@ -24,13 +27,19 @@ def plan(graph: Graph) -> Plan:
     probed = graph.probes  # as they are named there
     graph = flatten(checked(graph))
     scheduled = schedule(graph)
-    made = Plan(graph, scheduled, {}, {}, {}, (), ())  # answers what follows from the schedule alone
+    made = Plan(graph, scheduled, {}, {}, {}, (), (), {})  # answers what follows from the schedule alone
     constants, starts, problems = dict[str, Any](), dict[str, Any](), list[Problem]()
     buffers: dict[Node, tuple[float, ...]] = {}
     as_set: dict[str, Any] = {}  # of blocks with driven parameters too
+    digital: dict[str, DigitalBlock] = {}
     for name, block in graph.blocks.items():
         driven = any((name, p) in scheduled.drivers for p in block.parameters)
         try:
+            if block.digital():
+                prepared = digital[name] = digital_block(name, block, made.block_period(name))
+                constants[name], starts[name] = prepared.constants, prepared.start
+                buffers |= {(name, b): values for b, values in prepared.buffers.items()}
+                continue
             as_set[name] = constants_of(block, block, made.block_period(name))
             constants[name] = None if driven else as_set[name]
             if not all(map(math.isfinite, as_set[name] or ())):
@@ -54,12 +63,12 @@ def plan(graph: Graph) -> Plan:
             buffers |= {(name, b): tuple(values) for b, values in filled.items()}
     if problems:
         raise ModelError([graph.placed(problem) for problem in problems])
-    ready = Plan(graph, scheduled, constants, starts, buffers, (), ())
+    ready = Plan(graph, scheduled, constants, starts, buffers, (), (), digital)
     solvers = find_solvers(ready, as_set, lambda: _first_tick(ready))
     buffers |= {solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance}
     named = sorted(zip(probed, graph.probes, strict=True))
     probes = tuple(_probe(made, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
-    return Plan(graph, scheduled, constants, starts, buffers, solvers, probes)
+    return Plan(graph, scheduled, constants, starts, buffers, solvers, probes, digital)
 
 
 def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
@@ -69,7 +78,7 @@ def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
 
 def _zeros(block: Block, buffer: str) -> list[float]:
     declared = block.buffers[buffer]
-    zero = 0 if declared.dtype is int else 0.0
+    zero = 0 if held_as(declared.dtype) is int else 0.0
     return [zero] * math.prod(block.shape_of(declared))
 
 
@@ -77,5 +86,12 @@ def _probe(made: Plan, signal: str, node: Node, every: int) -> PlannedProbe:
     block = made.blocks[node[0]]
     port = block.outputs[node[1]]
     return PlannedProbe(
-        signal, node, made.stride(node) * every, port.dtype, block.shape_of(port), block.unit_of(port), port.doc
+        signal,
+        node,
+        made.stride(node) * every,
+        held_as(port.dtype),
+        block.shape_of(port),
+        block.unit_of(port),
+        port.doc,
+        block.format_of(port.name) if port.dtype is FixedValue else None,
     )

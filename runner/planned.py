@@ -9,10 +9,12 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import LARGEST_RUN, Graph
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node, Schedule
+from proofmass.runner.digital import DigitalBlock
 from proofmass.runner.groups import ahead
 from proofmass.runner.solver import Solver
 
@@ -28,6 +30,7 @@ class PlannedProbe:
     shape: tuple[int, ...]
     unit: str
     doc: str
+    format: Fixed | None = None  # of a fixed-point signal: its rows are mantissas
 
     def rows(self, first: int, last: int) -> int:
         """Rows recorded in the ticks from `first` up to, not including, `last`."""
@@ -36,7 +39,7 @@ class PlannedProbe:
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything that a run needs besides seed and length, in plain values."""
+    """Everything that a run needs besides seed and length, in plain values: of fixed-point ones the mantissas."""
 
     graph: Graph
     schedule: Schedule
@@ -45,6 +48,7 @@ class Plan:
     buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
     solvers: tuple[Solver, ...]
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
+    digital: Mapping[str, DigitalBlock]  # the blocks that work in fixed point
 
     @cached_property
     def recorded(self) -> frozenset[Node]:

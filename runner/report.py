@@ -34,6 +34,7 @@ def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str
     sections = [
         ("Block diagram", _diagram(graph)),
         ("Signals", _summary(result)),
+        *([("Overflows", _overflows(result))] if any(result.overflows.values()) else []),
         *extra,
         *([("Traces", _plots(result))] if result.traces else []),
         ("Blocks", _blocks(graph)),
@@ -99,6 +100,12 @@ def _summary(result: Result) -> str:
         )
     heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
     return _table(heads, rows, numbers=range(2, 8)) if rows else "<p>No probes.</p>"
+
+
+def _overflows(result: Result) -> str:
+    rows = (f'<th>{_broken(k)}</th><td class="number">{v:,}</td>' for k, v in result.overflows.items() if v)
+    about = "<p>Ticks in which a value did not fit its format, and saturated or wrapped.</p>"
+    return about + _table(("block", "ticks"), rows, numbers=(1,))
 
 
 def _blocks(graph: Graph) -> str:

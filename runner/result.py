@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from proofmass.blocks.fixed_point import Fixed
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_writer import write_graph
 from proofmass.runner.memory import Memory
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
+EXACT_BITS = 53  # of an integer that a float holds
 PIECE = 1 << 20  # numbers of a long trace that are looked at together
 
 
@@ -65,7 +67,21 @@ class Trace:
     doc: str
     stride: int  # base ticks from row to row
     base_rate: Fraction
-    values: Array
+    values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
+    format: Fixed | None = None  # of a fixed-point signal
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """Unit, doc and format as attributes of a variable in a file."""
+        known = {"units": self.unit, "long_name": self.doc}
+        return known if self.format is None else known | {"fixed_point": str(self.format)}
+
+    @property
+    def mantissas(self) -> Array:
+        """The integers that the register of a fixed-point signal held; raises ValueError for any other signal."""
+        if self.format is None or self.format.width > EXACT_BITS:
+            raise ValueError(f"{self.signal} is no fixed-point signal of up to {EXACT_BITS} bits")
+        return np.ldexp(self.values, self.format.fraction).astype(np.int64)
 
     @property
     def period(self) -> Fraction:
@@ -110,6 +126,7 @@ class Result:
     seconds: float  # wall time of the loop
     preparation: float  # wall time before it: plan, compilation
     provenance: Mapping[str, str] = field(default_factory=dict)
+    overflows: Mapping[str, int] = field(default_factory=dict)  # of blocks in fixed point: ticks with an overflow
     memory: Memory | None = None  # of an interrupted run, to go on from
 
     def __getitem__(self, signal: str) -> Trace:
@@ -145,8 +162,7 @@ class Result:
             coordinates[dimension] = (dimension, traces[0].times, {"units": "s", "long_name": "time"})
             for trace in traces:
                 extra = [f"{trace.signal}_entry{i or ''}" for i in range(trace.values.ndim - 1)]
-                facts = {"units": trace.unit, "long_name": trace.doc}
-                variables[trace.signal] = ([dimension, *extra], trace.values, facts)
+                variables[trace.signal] = ([dimension, *extra], trace.values, trace.facts)
         return xarray.Dataset(variables, coordinates, self.attributes())
 
     def axes(self) -> dict[str, list[Trace]]:
@@ -195,19 +211,22 @@ class Recorder:
     def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None) -> None:
         self.probe, self.rows, self.count = probe, rows, 0
         self._path = folder / f"{probe.signal}.npy" if folder else None
-        self._values: Array = np.empty((0 if folder else rows, *probe.shape), dtype=probe.dtype)
+        kind = np.float64 if probe.format else probe.dtype
+        self._values: Array = np.empty((0 if folder else rows, *probe.shape), dtype=kind)
         if self._path:
             with self._path.open("wb") as file:
                 self._write_head(file, rows)
 
     def space(self, rows: int) -> Array:
         """An array for the next rows, to be filled and then kept."""
-        if self._path:
+        if self._path or self.probe.format:
             return np.empty((rows, *self.probe.shape), dtype=self.probe.dtype)
         return self._values[self.count : self.count + rows]
 
     def keep(self, rows: Array) -> None:
-        """Keep rows, filled in the array from `space` or brought along."""
+        """Keep rows, filled in the array from `space` or brought along; mantissas in the unit of their signal."""
+        if self.probe.format and rows.dtype != np.float64:
+            rows = np.ldexp(rows.astype(np.float64), -self.probe.format.fraction)
         if self._path:
             with self._path.open("ab") as file:
                 file.write(rows.tobytes())
@@ -224,7 +243,7 @@ class Recorder:
                     self._write_head(file, self.count)
             values = np.load(self._path, mmap_mode="r")
         probe = self.probe
-        return Trace(probe.signal, probe.unit, probe.doc, probe.stride, base_rate, values)
+        return Trace(probe.signal, probe.unit, probe.doc, probe.stride, base_rate, values, probe.format)
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""

@@ -127,7 +127,7 @@ def _show_source(graph: Graph) -> int:
     from proofmass.runner.generate import generate
     from proofmass.runner.plan import plan
 
-    click.echo(generate(plan(graph)).source)
+    click.echo(generate(plan(graph)).listing)
     return 0
 
 
@@ -156,6 +156,9 @@ def show(result: "Result") -> None:
             right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
             click.echo("  ".join([*left, *right]).rstrip())
         click.echo()
+    for name, ticks in result.overflows.items():
+        if ticks:
+            click.echo(f"{name}: a value did not fit its format in {ticks:,} of {result.ticks:,} ticks")
 
 
 def _data(result: "Result") -> dict[str, Any]:
@@ -168,6 +171,7 @@ def _data(result: "Result") -> dict[str, Any]:
         "seconds": result.seconds,
         "preparation_seconds": result.preparation,
         "signals": result.summary(),
+        "overflows": dict(result.overflows),
         **result.provenance,
     }
 

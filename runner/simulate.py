@@ -64,7 +64,8 @@ def simulate(
     Ctrl-C (or SIGTERM) ends the run after the chunk under way: the result then holds what was done and says that it
     was interrupted. With a `folder` a checkpoint is kept there, and `resume` goes on from it to the same bits.
 
-    Raises `ModelError` when the graph is wrong and `RunError` when a number stops being finite.
+    Raises `ModelError` when the graph is wrong and `RunError` when a number stops being finite, or leaves a format
+    whose overflow is "refuse".
     """
     began = time.perf_counter()
     planned = plan(graph)
@@ -95,6 +96,7 @@ def simulate(
         seconds=ended - looped,
         preparation=looped - began,
         provenance=provenance(graph, runs.name),
+        overflows=memory.overflow_counts(),
         memory=memory if done < wanted.ticks else None,
     )
     if place is not None:
@@ -243,6 +245,8 @@ def _failed(planned: Plan, fault: TickError) -> Problem:
     ports = [*block.inputs, *block.parameters] if block else []
     inputs = [f"{port} = {'.'.join(drivers[name, port])}" for port in ports if (name, port) in drivers]
     hint = "the loop may be unstable, or a parameter of the wrong size"
+    if isinstance(fault.value, OverflowError):
+        hint = "take a wider format, or let it saturate or wrap"
     if isinstance(fault.value, Exception):
         message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
     else:

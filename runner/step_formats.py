@@ -1,19 +1,38 @@
 """Formats of the arguments and results of a step function: how its numbers lie in registers.
 
 A format is `Fixed`, `int` or `bool`. Formats stand in the place of the values: a NamedTuple of them for a state or the
-constants, a tuple, or a list for a buffer that the step updates in place. Anything else is a constant of the step.
+constants, a tuple, or a list for a buffer that the step updates in place. Anything else is a constant of the step,
+behind `Constant` where it could be mistaken for a format.
 """
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue
 
 Format: TypeAlias = Fixed | type[int] | type[bool]
+Held: TypeAlias = type[float] | type[int] | type[bool]
 Formats: TypeAlias = Any  # a format, a NamedTuple, tuple or list of them, or a constant
 
 WORD = Fixed(64)  # what the compiled loop holds an int in
+
+
+@dataclass(frozen=True)
+class Constant:
+    """Stands in the place of a format for a value that is the same whenever the step runs, a `Fixed` among them."""
+
+    value: Any
+
+
+def held_as(kind: Any) -> Held:
+    """The type of the number by which engines hold a value of a type: a fixed-point value is its mantissa.
+
+    >>> held_as(FixedValue), held_as(bool)
+    (<class 'int'>, <class 'bool'>)
+    """
+    return int if kind is FixedValue else kind
 
 
 def is_format(formats: Formats) -> bool:
@@ -75,7 +94,8 @@ def loader(formats: Formats) -> Callable[[Any], Any]:
     if isinstance(formats, tuple | list):
         make, loaders = _maker(formats), [loader(each) for each in formats]
         return lambda raw: make([load(entry) for load, entry in zip(loaders, raw, strict=True)])
-    return lambda raw: formats
+    value = formats.value if isinstance(formats, Constant) else formats
+    return lambda raw: value
 
 
 def storer(formats: Formats, text: str, at: Callable[[str], object] = lambda text: None) -> Callable[[Any], Any]:

@@ -36,12 +36,18 @@ class Traced:
     results: Mapping[str, Node]  # by the text of the result's leaf: "return", "return.total", "return[0]"
     writes: Mapping[str, Node]  # of buffers: "history[3]"
     overflows: Node  # how many casts saturated or wrapped
+    lost: Node  # not 0 where a cast saturated or wrapped
+    refused: Node  # not 0 where a cast refused, if that is decided when the code runs
     paths: int
     program: Program
 
 
-def trace(function: Callable[..., Any], formats: Mapping[str, Formats]) -> Traced:
-    """The operations of a step function whose arguments, and "return", have the given formats."""
+def trace(function: Callable[..., Any], formats: Mapping[str, Formats], *, refusals: bool = False) -> Traced:
+    """The operations of a step function whose arguments, and "return", have the given formats.
+
+    A cast with the overflow "refuse" is refused here where the value could leave its format; with `refusals` it may,
+    and `refused` says in each run of the code whether it did.
+    """
     arguments = tuple(inspect.signature(function).parameters)
     unknown = set(arguments).symmetric_difference(set(formats) - {"return"})
     if unknown:
@@ -51,24 +57,27 @@ def trace(function: Callable[..., Any], formats: Mapping[str, Formats]) -> Trace
 
     def run() -> list[Node]:
         values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
-        with counting_overflows() as overflows:
+        with counting_overflows(refusals=refusals) as overflows:
             result = function(**values)
         found = []
         for name, value in {"return": result, **{name: values[name] for name in buffers}}.items():
             raw = storer(formats.get(name), name, tracer.storing)(value)
             found += [mantissa for _, mantissa in mantissas(formats.get(name), raw, name)]
-        return [tracer.node(value) for value in (*found, overflows.total)]
+        return [tracer.node(value) for value in (*found, overflows.total, overflows.lost, overflows.refused)]
 
     nodes = tracer.follow(run)
     texts = [text for _, text in leaves(formats.get("return"), "return")]
     written = [text for name in buffers for _, text in leaves(formats[name], name)]
+    *values, overflows, lost, refused = nodes
     return Traced(
         function.__name__,
         arguments,
         formats,
-        dict(zip(texts, nodes[: len(texts)], strict=True)),
-        dict(zip(written, nodes[len(texts) : -1], strict=True)),
-        nodes[-1],
+        dict(zip(texts, values[: len(texts)], strict=True)),
+        dict(zip(written, values[len(texts) :], strict=True)),
+        overflows,
+        lost,
+        refused,
         tracer.paths,
         tracer.program,
     )

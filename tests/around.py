@@ -7,6 +7,8 @@ from typing import Any
 
 from proofmass.blocks.analog_to_digital import AnalogToDigital
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_point import FixedValue
+from proofmass.blocks.fixed_quantiser import FixedQuantiser
 from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.shift_register import ShiftRegister
@@ -31,6 +33,9 @@ def graph_around(block: Block, folder: Path) -> Graph:
         if port.dtype is int:
             blocks[f"adc_{number}"] = AnalogToDigital(bits=10, reference=4.0)
             wires += [f"{source}.output -> adc_{number}.voltage", f"adc_{number}.code -> block.{name}"]
+        elif port.dtype is FixedValue:
+            blocks[f"quantiser_{number}"] = FixedQuantiser(output_format=block.format_of(name), unit=unit)
+            wires += [f"{source}.output -> quantiser_{number}.input", f"quantiser_{number}.output -> block.{name}"]
         else:
             wires.append(f"{source}.output -> block.{name}")
     return Graph(

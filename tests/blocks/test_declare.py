@@ -342,7 +342,9 @@ def test_an_output_returns_one_number_or_writes_a_vector() -> None:
         (number, {"shape": (3,)}),
     ]
     for function, options in wrong:
-        with pytest.raises(TypeError, match="must return float, int or bool, or write its entries into out"):
+        with pytest.raises(
+            TypeError, match="must return float, int, bool or FixedValue, or write its entries into out"
+        ):
             kind.output("V", **options)(function)
     assert kind.outputs == {}
     kind.output("V", shape=(3,), dtype=float)(vector)
@@ -350,8 +352,8 @@ def test_an_output_returns_one_number_or_writes_a_vector() -> None:
 
 
 @pytest.mark.parametrize("annotation", [complex, list, "int | None"])
-def test_parameters_have_one_of_five_types(annotation: Any) -> None:
-    with pytest.raises(TypeError, match=r"must be float, int, bool, str or tuple\[float, ...\] = param"):
+def test_parameters_have_one_of_six_types(annotation: Any) -> None:
+    with pytest.raises(TypeError, match=r"must be float, int, bool, str, Fixed or tuple\[float, ...\] = param"):
         type(
             "Wrong",
             (Block,),

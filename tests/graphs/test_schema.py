@@ -7,7 +7,8 @@ from typing import Any
 import jsonschema
 import pytest
 
-from proofmass.blocks.catalog import all_blocks, facts
+from proofmass.blocks.catalog import all_blocks
+from proofmass.blocks.fixed_point import Fixed, facts
 from proofmass.blocks.declare import block
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.keys import TOP_KEYS
@@ -59,6 +60,7 @@ def test_defaults_are_valid_and_what_is_out_of_bounds_is_not(kind: Any) -> None:
             SCHEMA["$defs"][kind.__name__]["properties"][name] | {"$defs": SCHEMA["$defs"]}
         )
         default = list(parameter.default) if isinstance(parameter.default, tuple) else parameter.default
+        default = str(default) if isinstance(default, Fixed) else default
         assert own.is_valid(default), name
         if parameter.kind not in (float, int):
             continue
