@@ -55,7 +55,9 @@ def plan(graph: Graph) -> Plan:
                     message=f"its constants cannot be computed: {error}",
                     key=f"blocks.{name}",
                     got=repr(block),
-                    hint="look for a parameter many orders of magnitude off",
+                    hint="take a wider format, or a smaller parameter"
+                    if block.digital()
+                    else "look for a parameter many orders of magnitude off",
                     path=("blocks", name),
                 )
             )

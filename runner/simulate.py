@@ -35,6 +35,7 @@ CHUNK_BYTES = 32 << 20  # of rows
 INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
+_INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference takes apart in `FixedValue`
 
 
 class RunError(RuntimeError):
@@ -152,7 +153,9 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
     if wanted != "auto":
         return wanted
     entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
-    seconds = ticks * (len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY)
+    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
+    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
+    seconds = ticks * tick
     if seconds < 0.1:
         return "python"
     if seconds > INTERPRETED_SECONDS:

@@ -7,9 +7,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from proofmass.blocks.catalog import all_blocks
-from proofmass.blocks.fixed_point import Fixed, facts
+from proofmass.blocks.catalog import all_blocks, facts
 from proofmass.blocks.declare import block
+from proofmass.blocks.fixed_point import Fixed
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.keys import TOP_KEYS
 from proofmass.graphs.schema import schema
