@@ -1,9 +1,11 @@
-"""Every fenced graph and command of the docs runs and answers what the page says; every link leads somewhere."""
+"""Every fenced graph, program and command of the docs runs and answers what the page says; every link leads somewhere."""
 
 import re
+import runpy
 import shlex
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,11 +16,6 @@ from proofmass.runner.simulate import simulate
 
 DOCS = Path(__file__).parents[2] / "docs"
 LIBRARY = DOCS.parent / "graphs" / "library"
-FENCED = [
-    pytest.param(text, id=f"{path.stem}-{number}")
-    for path in sorted(DOCS.glob("*.md"))
-    for number, text in enumerate(re.findall(r"^```toml\n(.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE))
-]
 COMMANDS = [
     pytest.param(commands, answer, id=f"{path.stem}-{number}")
     for path in sorted(DOCS.glob("*.md"))
@@ -28,17 +25,33 @@ COMMANDS = [
 ]
 
 
+def fenced(language: str) -> list[Any]:
+    return [
+        pytest.param(text, id=f"{path.stem}-{number}")
+        for path in sorted(DOCS.glob("*.md"))
+        for number, text in enumerate(
+            re.findall(rf"^```{language}\n(.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
+        )
+    ]
+
+
 def test_every_fence_says_what_it_is() -> None:
     languages = {
         language
         for path in DOCS.glob("*.md")
         for language in re.findall(r"^```(\w*)\n(?:.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
     }
-    assert languages <= {"toml", "sh", "text"}, "a new kind of block needs a test that runs it"
-    assert FENCED
+    assert languages <= {"toml", "python", "sh", "text"}, "a new kind of block needs a test that runs it"
+    assert fenced("toml")
 
 
-@pytest.mark.parametrize("text", FENCED)
+@pytest.mark.parametrize("text", fenced("python"))
+def test_program(text: str, tmp_path: Path) -> None:
+    (tmp_path / "example.py").write_text(text)
+    runpy.run_path(str(tmp_path / "example.py"))
+
+
+@pytest.mark.parametrize("text", fenced("toml"))
 def test_graph(text: str) -> None:
     graph = read_graph_text(text)
     assert check(graph) == []

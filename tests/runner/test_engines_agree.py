@@ -50,10 +50,11 @@ def _bits(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
 
 
 @pytest.mark.parametrize("kind", all_blocks().values(), ids=lambda kind: kind.__name__)
-def test_every_block_with_five_random_parameter_sets(kind: type[Block], tmp_path: Path) -> None:
+def test_every_block_with_random_parameter_sets(kind: type[Block], tmp_path: Path) -> None:
     dice = random.Random(kind.__name__)
-    samples = SAMPLES // 5 if kind.digital() else SAMPLES  # straight-line code, and a slow reference
-    for _ in range(5):
+    # Rounding and overflow are part of the code of a digital block: each set compiles anew, to straight lines.
+    sets, samples = (3, SAMPLES // 5) if kind.digital() else (5, SAMPLES)
+    for _ in range(sets):
         assert_same_bits(graph_around(random_block(kind, dice, tmp_path), tmp_path), samples)
 
 
