@@ -55,7 +55,8 @@ def compile_step(
 def compile_traced(traced: Traced, name: str, beside: Sequence[Node] = ()) -> CompiledStep:
     """A traced step as integer code; with `beside` it returns (result, value of each of these nodes...)."""
     source = integer_source(traced, name, beside)
-    namespace = {kind.__name__: kind for kind in _classes(traced.formats.get("return"))}
+    namespace: dict[str, Any] = {kind.__name__: kind for kind in _classes(traced.formats.get("return"))}
+    namespace["__name__"] = "integer_code"
     exec(compile(source, f"<integer code of {name}>", "exec"), namespace)
     return CompiledStep(source, namespace[name])
 
