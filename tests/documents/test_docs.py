@@ -1,4 +1,4 @@
-"""Every fenced graph, program and command of the docs runs and answers what the page says; every link leads somewhere."""
+"""Every fenced graph, program and command of the docs runs and answers as the page says; every link leads somewhere."""
 
 import re
 import runpy
