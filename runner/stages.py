@@ -7,6 +7,7 @@ from proofmass.blocks.declare import Behaviour, Block
 from proofmass.graphs.schedule import Node, Schedule
 from proofmass.runner.constants import constants_of
 from proofmass.runner.groups import Group, state_fields
+from proofmass.runner.step_formats import held_as
 
 
 class Context(NamedTuple):
@@ -137,7 +138,7 @@ class Stages:
             return self._place(driver)
         declared = self.blocks[name].inputs[argument]
         place = self._place((name, argument, "default"))
-        self._defaults[place] = declared.dtype(declared.default)  # type: ignore[arg-type]
+        self._defaults[place] = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
         return place
 
     def _place(self, key: Any) -> int:
