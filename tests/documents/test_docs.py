@@ -14,10 +14,16 @@ from proofmass.runner.simulate import simulate
 
 DOCS = Path(__file__).parents[2] / "docs"
 LIBRARY = DOCS.parent / "graphs" / "library"
+FENCE = re.compile(r"^```toml\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 FENCED = [
     pytest.param(text, id=f"{path.stem}-{number}")
     for path in sorted(DOCS.glob("*.md"))
-    for number, text in enumerate(re.findall(r"^```toml\n(.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE))
+    for number, text in enumerate(FENCE.findall(path.read_text()))
+]
+PROGRAMS = [
+    pytest.param(text, id=f"{path.stem}-{number}")
+    for path in sorted(DOCS.glob("*.md"))
+    for number, text in enumerate(re.findall(r"^```python\n(.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE))
 ]
 COMMANDS = [
     pytest.param(commands, answer, id=f"{path.stem}-{number}")
@@ -34,7 +40,7 @@ def test_every_fence_says_what_it_is() -> None:
         for path in DOCS.glob("*.md")
         for language in re.findall(r"^```(\w*)\n(?:.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
     }
-    assert languages <= {"toml", "sh", "text"}, "a new kind of block needs a test that runs it"
+    assert languages <= {"toml", "sh", "text", "python"}, "a new kind of block needs a test that runs it"
     assert FENCED
 
 
@@ -52,8 +58,7 @@ def test_commands(
     commands: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In a copy of the library; numbers of the answer within a twentieth, since iterations may differ by one."""
-    folder = shutil.copytree(LIBRARY, tmp_path / "library")
-    monkeypatch.chdir(folder)
+    monkeypatch.chdir(folder_of_files(tmp_path))
     for line in commands.splitlines():
         program, *arguments = shlex.split(line)
         assert program == "proofmass"
@@ -61,6 +66,22 @@ def test_commands(
     if answer:
         found, promised = ([_value(word) for word in text.split()] for text in (capsys.readouterr().out, answer))
         assert found == [pytest.approx(word, rel=5e-2) if isinstance(word, float) else word for word in promised]
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_program(program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder_of_files(tmp_path))
+    exec(compile(program, "a program of the docs", "exec"), {"__name__": "__main__"})
+
+
+def folder_of_files(path: Path) -> Path:
+    """A copy of the library, with every graph of the docs whose first line says its name: `# loop.toml`."""
+    folder = shutil.copytree(LIBRARY, path / "library")
+    for text in (text for page in DOCS.glob("*.md") for text in FENCE.findall(page.read_text())):
+        name = re.match(r"# (\w+\.toml)\n", text)
+        if name:
+            (folder / name[1]).write_text(text)
+    return folder
 
 
 def _value(word: str) -> str | float:
