@@ -7,7 +7,7 @@ counts little. The logarithm is 2 atanh(s), s = (m - 1)/(m + 1), about the power
 stated are the largest of 10^7 arguments each against 64-bit mantissas: 1.22, 1.54, 0.84, 0.84 and 0.91 ulp.
 """
 
-from proofmass.blocks.rounding import round_half_even
+from proofmass.blocks.rounding import nearest_integer
 
 
 def sine_of_turns(turns: float) -> float:
@@ -16,7 +16,7 @@ def sine_of_turns(turns: float) -> float:
     >>> sine_of_turns(0.25), sine_of_turns(1000000.5), sine_of_turns(-0.25)
     (1.0, 0.0, -1.0)
     """
-    part = turns - round_half_even(turns)
+    part = turns - nearest_integer(turns)
     folded = 0.5 - part if part > 0.25 else part
     return _quarter_wave(-0.5 - part if part < -0.25 else folded)
 
@@ -27,7 +27,7 @@ def cosine_of_turns(turns: float) -> float:
     >>> cosine_of_turns(0.0), cosine_of_turns(0.25), cosine_of_turns(-0.5)
     (1.0, 0.0, -1.0)
     """
-    part = turns - round_half_even(turns)
+    part = turns - nearest_integer(turns)
     return _quarter_wave(0.25 - (part if part > 0.0 else -part))
 
 
@@ -111,7 +111,7 @@ def exponential(value: float) -> float:
     """
     low = -354.0 if value < -354.0 else value
     held = 354.0 if low > 354.0 else low
-    twos = round_half_even(held * 1.4426950408889634)
+    twos = nearest_integer(held * 1.4426950408889634)
     high, low = held - twos * 0.6931471803691238, twos * 1.9082149292705877e-10
     r = high - low
     z = r * r

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, param
-from proofmass.blocks.rounding import round_half_even
+from proofmass.blocks.rounding import nearest_integer
 
 
 class Pulse(Block):
@@ -35,5 +35,5 @@ def constants(p: Pulse, period: float) -> Constants:
 def output(c: Constants, time: float) -> float:
     """The rectangular wave."""
     repetitions = (time - c.first) / c.repetition
-    part = repetitions - round_half_even(repetitions)
+    part = repetitions - nearest_integer(repetitions)
     return c.level if repetitions >= 0.0 and (part if part >= 0.0 else part + 1.0) < c.duty else c.offset

@@ -12,6 +12,17 @@ def round_half_even(value: float) -> float:
     return (value + ROUNDS) - ROUNDS
 
 
+def nearest_integer(value: float) -> float:
+    """As `round_half_even`, for a count of whole turns that is taken off again: a step, not a quantised signal.
+
+    The two differ where a graph is linearised: the slope of a quantiser is one, that of a count is zero.
+
+    >>> nearest_integer(2.75)
+    3.0
+    """
+    return (value + ROUNDS) - ROUNDS
+
+
 def clip(value: float, low: float, high: float) -> float:
     """The value held between the bounds; a NaN comes out as `low`.
 

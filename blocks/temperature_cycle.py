@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, param
-from proofmass.blocks.rounding import clip, round_half_even
+from proofmass.blocks.rounding import clip, nearest_integer
 
 
 class TemperatureCycle(Block):
@@ -42,6 +42,6 @@ def constants(p: TemperatureCycle, period: float) -> Constants:
 def temperature(c: Constants, time: float) -> float:
     """The temperature."""
     cycles = time / (2.0 * c.half)
-    part = cycles - round_half_even(cycles)
+    part = cycles - nearest_integer(cycles)
     elapsed = (part if part >= 0.0 else part + 1.0) * (2.0 * c.half)
     return c.low + (clip(c.pace * elapsed, 0.0, c.span) - clip(c.pace * (elapsed - c.half), 0.0, c.span))

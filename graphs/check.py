@@ -16,6 +16,7 @@ from proofmass.graphs.flatten import flatten, inside
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.hints import counted
 from proofmass.graphs.limits import BLOCKS, PROBLEMS, WIRES
+from proofmass.graphs.loops import bad_loops
 from proofmass.graphs.names import Missing, find_output, find_target
 from proofmass.graphs.rates import LARGEST_RATIO, common_base_rate, write_rate
 from proofmass.graphs.schedule import schedule
@@ -30,7 +31,8 @@ def check(graph: Graph) -> list[Problem]:
     flat = flatten(graph)
     problems = list(_size(flat))
     if not problems:
-        found = chain(_rates(flat), _Wiring(flat, graph).problems(), _probes(flat, graph), bad_exports(graph, flat))
+        names = chain(_probes(flat, graph), bad_exports(graph, flat), bad_loops(graph, flat))
+        found = chain(_rates(flat), _Wiring(flat, graph).problems(), names)
         problems = list(islice(found, 2 * PROBLEMS))
     if not problems:
         try:
@@ -62,6 +64,8 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
             names = rest[0].split(" -> ")
         elif where == "probes":
             names = [graph.probes[int(rest[0])].signal]
+        elif where == "loops":
+            names = [graph.loops[rest[0]].open_at]
         elif where == "exports":
             names = [graph.exports.get(rest[0], rest[0])]
         return {name.partition(".")[0] for name in names}

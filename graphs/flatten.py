@@ -1,12 +1,13 @@
 """A graph with subgraphs as one flat graph, whose blocks are named by their paths: `x_axis.adc`."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NamedTuple
 
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import NOWHERE, Graph, Place, Probe, Wire
+from proofmass.graphs.loops import Loop
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def flatten(graph: Graph) -> Graph:
     """The graph without subgraphs: their blocks bear their paths as names, wires end at the blocks inside.
 
     What a wire, a probe or an export names and what is not there stays as it is written; `check` speaks about it.
-    Exports are those of the graph itself.
+    Exports are those of the graph itself; loops inside bear their paths.
     """
     if not graph.subgraphs:
         return graph
@@ -61,12 +62,15 @@ def flatten(graph: Graph) -> Graph:
     rates: dict[str, Fraction] = {}
     wires: list[Wire] = []
     origins: dict[str, Origin] = {}
+    loops: dict[str, Loop] = {}
     for path, part, rate in _parts(graph, "", None):
         for name, block in part.blocks.items():
             blocks[path + name] = block
             own = part.rates.get(name, None if block.continuous() else rate)
             if own is not None:
                 rates[path + name] = own
+        for name, loop in part.loops.items():
+            loops[path + name] = replace(loop, open_at=path + inside(part, loop.open_at))
         for wire in part.wires:
             flat = Wire(path + inside(part, wire.source), path + inside(part, wire.target))
             wires.append(flat)
@@ -84,6 +88,7 @@ def flatten(graph: Graph) -> Graph:
         probes=[Probe(inside(graph, probe.signal), probe.every) for probe in graph.probes],
         exports={name: inside(graph, signal) for name, signal in graph.exports.items()},
         integration=graph.integration,
+        loops=loops,
         place=FlatPlace(graph.place.file, graph.place.lines, graph.place.folder, graph.place.top, graph, origins),
     )
 

@@ -18,6 +18,7 @@ from proofmass.graphs.hints import like
 from proofmass.graphs.integration import Integration, read_integration
 from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.limits import BLOCKS, DEPTH, WIRES
+from proofmass.graphs.loops import Loop, read_loops
 from proofmass.graphs.rates import Rate, read_rate
 from proofmass.graphs.rates import read_duration as read_duration
 
@@ -96,6 +97,7 @@ class Graph:
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
     `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
     `seed` are what a run takes when nothing else is said; `integration` says how continuous blocks are integrated.
+    `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
     """
@@ -113,6 +115,7 @@ class Graph:
     probes: tuple[Probe, ...]
     exports: Mapping[str, str]
     integration: Integration
+    loops: Mapping[str, Loop]
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __init__(
@@ -129,13 +132,15 @@ class Graph:
         seed: int = 0,
         description: str = "",
         exports: Mapping[str, str] = MappingProxyType({}),
+        loops: "Mapping[str, Loop | Mapping[str, Any]]" = MappingProxyType({}),
         subgraphs: "Mapping[str, Graph]" = MappingProxyType({}),
         integration: Integration | Mapping[str, Any] = DEFAULT_INTEGRATION,
         place: Place = NOWHERE,
     ) -> None:
         blocks = {**subgraphs, **blocks}
         problems = [*_bad_texts(name, description), *_bad_run(samples, duration, seed), *_bad_blocks(blocks, rates)]
-        problems += _bad_exports(exports)
+        own_loops, wrong = read_loops(loops, _is_path)
+        problems += [*_bad_exports(exports), *wrong]
 
         def read(reader: Callable[[object], Value], value: object, *path: str) -> Value | None:
             try:
@@ -171,6 +176,7 @@ class Graph:
             "probes": tuple(read_each(read_probe, probes, "probes")),
             "exports": MappingProxyType(dict(sorted(exports.items())) if isinstance(exports, Mapping) else {}),
             "integration": DEFAULT_INTEGRATION,
+            "loops": MappingProxyType(own_loops),
             "place": place,
         }
         try:
@@ -184,7 +190,7 @@ class Graph:
 
     def __reduce__(self) -> "tuple[Any, ...]":
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        tables = {key: dict(values[key]) for key in ("blocks", "subgraphs", "rates", "exports")}
+        tables = {key: dict(values[key]) for key in ("blocks", "subgraphs", "rates", "exports", "loops")}
         return _rebuilt, (values | tables,)
 
     @cached_property

@@ -11,6 +11,7 @@ TOP_KEYS = {
     "probes": 'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.',
     "exports": 'Ports and parameters that the graph has as a part of others: a name for each, as in code = "adc.code".',
     "integration": "How continuous blocks are integrated between ticks: method, accuracy, events.",
+    "loops": "Control loops: [loops.NAME] with open_at, and the margins that it must have.",
     "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph.",
 }
 BLOCK_KEYS = {  # of every block, beside its parameters
@@ -21,4 +22,11 @@ PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',
     "rate": "Rate of the blocks inside that have none of their own.",
     "count": "How many there are, named NAME_1, NAME_2 and so on.",
+}
+LOOP_KEYS = {
+    "open_at": "Output at which the loop is opened: all of the loop goes through it.",
+    "gain_margin": 'Least factor, as "6 dB", by which the gain may rise or fall before the loop is unstable.',
+    "phase_margin": 'Least phase, as "30 deg", that makes the loop unstable.',
+    "delay_margin": 'Least delay, as "100 us", that makes the loop unstable.',
+    "sensitivity_peak": 'Largest amplification of a disturbance, as "6 dB".',
 }

@@ -8,7 +8,7 @@ from proofmass.blocks.catalog import Own, all_blocks, facts
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT, NAME
 from proofmass.graphs.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
-from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.keys import BLOCK_KEYS, LOOP_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.limits import BLOCKS, TEXT_LENGTH, WIRES
 
 Schema = dict[str, Any]
@@ -52,6 +52,11 @@ def schema(own: Own | None = None) -> Schema:
             "additionalProperties": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         },
         "integration": _integration(),
+        "loops": {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{_PATH}$"},
+            "additionalProperties": _loop(),
+        },
         "blocks": {
             "type": "object",
             "minProperties": 1,
@@ -128,6 +133,17 @@ def _parts(rate: Schema) -> dict[str, Schema]:
             "not": {"required": ["samples", "duration"]},
             "additionalProperties": False,
         },
+    }
+
+
+def _loop() -> Schema:
+    least = _quantity({"type": "number", "minimum": 0})
+    values = {key: {"type": "string", "pattern": f"^{_SIGNAL}$"} if key == "open_at" else least for key in LOOP_KEYS}
+    return {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in LOOP_KEYS.items()},
+        "required": ["open_at"],
+        "additionalProperties": False,
     }
 
 

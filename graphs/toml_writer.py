@@ -7,6 +7,7 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.units import same_unit
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.loops import REQUIREMENTS
 from proofmass.graphs.rates import write_rate
 
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
@@ -16,6 +17,15 @@ SCHEMA_LINE = "#:schema proofmass-graph.json"
 def write_graph(graph: Graph) -> str:
     """The text of a graph file: only what differs from the defaults, numbers with their units, subgraphs as tables."""
     return "\n".join([SCHEMA_LINE, f"name = {_text(graph.name)}", *_graph(graph, "")]) + "\n"
+
+
+def short_unit(unit: str) -> str:
+    """A unit without the brackets about single names, which filling in units of parameters leaves.
+
+    >>> short_unit("(V)/(m/s^2)")
+    'V/(m/s^2)'
+    """
+    return _SIMPLE_BRACKET.sub(r"\1", unit)
 
 
 def _graph(graph: Graph, path: str) -> Iterator[str]:
@@ -40,6 +50,9 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     if changed:
         lines = (f"{key} = {_text(v) if isinstance(v, str) else repr(v)}" for key, v in changed.items())
         yield from ("", f"[{path}integration]", *lines)
+    for name, loop in graph.loops.items():
+        yield from ("", f"[{path}loops.{_text(name) if '.' in name else name}]", f"open_at = {_text(loop.open_at)}")
+        yield from (f'{key} = "{value!r} {REQUIREMENTS[key]}"' for key, value in loop.requirements.items())
     for name, block in graph.blocks.items():
         key = _text(name) if "." in name else name
         yield from ("", f"[{path}blocks.{key}]", f"kind = {_text(type(block).__name__)}")
@@ -58,7 +71,7 @@ def _parameters(block: Block) -> Iterator[str]:
         value = getattr(block, name)
         if repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
             continue
-        unit = _SIMPLE_BRACKET.sub(r"\1", block.unit_of(parameter))
+        unit = short_unit(block.unit_of(parameter))
         quantity = f"{value!r} {unit}"
         if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
             yield f"{name} = {_text(quantity)}"

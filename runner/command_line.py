@@ -89,7 +89,7 @@ def run(**options: Any) -> int:
 @blocks_option
 @json_option
 def check(graph: Path, own: Path | None, as_json: bool) -> int:
-    """Say everything that is wrong with a graph; exit 1 when it cannot run.
+    """Say everything that is wrong with a graph; exit 1 when it cannot run, or its loops miss a margin.
 
     \b
     proofmass check sensor.toml
@@ -97,15 +97,24 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     from proofmass.blocks.problem import ModelError
     from proofmass.graphs.check import check as problems_of
     from proofmass.graphs.exports import runs_alone
+    from proofmass.graphs.flatten import flatten
     from proofmass.graphs.toml_reader import read_graph
 
     read = None
     try:
         read = read_graph(graph, _own(own))
         problems = problems_of(read)
+        if (
+            any(loop.requirements for loop in flatten(read).loops.values())
+            and not _wrong(problems)
+            and runs_alone(read)
+        ):
+            from proofmass.runner.margins_command import missed_margins
+
+            problems += missed_margins(read)
     except ModelError as error:
         problems = list(error.problems)
-    wrong = [problem for problem in problems if not problem.note]
+    wrong = _wrong(problems)
     if as_json:
         _print_json([problem.as_data() for problem in problems])
     else:
@@ -117,6 +126,33 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
         else:
             click.echo(f"{_count(len(wrong), 'problem')} in {graph}", err=True)
     return WRONG_MODEL if wrong else DONE
+
+
+@cli.command()
+@graph_argument
+@click.option("--loop", default="", metavar="NAME", help="One loop: by its name, or by the output to open it at.")
+@click.option("--at", default="0 s", show_default=True, help="Time of the operating point, after a run from tick 0.")
+@click.option(
+    "--sensitivity",
+    nargs=2,
+    metavar="INPUT OUTPUT",
+    help="What each parameter does to scale factor and bias between two outputs, and to the margins.",
+)
+@click.option("--plot", "picture", type=click.Path(dir_okay=False, path_type=Path), help="Picture, .svg, .png or .pdf.")
+@set_option
+@blocks_option
+@json_option
+def margins(**options: Any) -> int:
+    """Say how stable the loops of a graph are: margins, closed-loop poles, sensitivity.
+
+    \b
+    proofmass margins graphs/library/closed_loop_accelerometer.toml --plot loop.png
+    proofmass margins sensor.toml --loop dac.voltage --set pid.integral=12
+    proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
+    """
+    from proofmass.runner.margins_command import show_margins
+
+    return show_margins(**options)
 
 
 @cli.command()
@@ -309,6 +345,10 @@ def _explain(error: Exception) -> int:
     else:
         click.echo(f"an error inside proofmass: {name}: {error}\n  hint:     --traceback shows where", err=True)
     return FAILED
+
+
+def _wrong(problems: list[Any]) -> list[Any]:
+    return [problem for problem in problems if not problem.note]
 
 
 def _own(path: Path | None) -> Any:

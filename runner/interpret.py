@@ -91,7 +91,7 @@ class Interpreter:
                 if node[1] == "":
                     self._constants[node[0]] = value
                     continue
-                if not _finite(value):
+                if not self._finite(value):
                     raise TickError(self._at, tick, value)
                 wires[node] = value
 
@@ -115,7 +115,7 @@ class Interpreter:
                 raise
             states.update(moved)
             for name in moved:
-                if not _finite(states[name]):
+                if not self._finite(states[name]):
                     raise TickError(f"{name}.state", tick, states[name])
         for name in self._overflowed:
             self._memory.overflows[name] += 1
@@ -170,7 +170,7 @@ class Interpreter:
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
         getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
-        call = self._counted(name, function) if name in self.plan.digital else behaviour.function
+        call = self._counted(name, function) if name in self.plan.digital else self._callable(behaviour.function)
 
         def compute(tick: int) -> Any:
             return call(self._constants[name], *[get(tick) for get in getters])
@@ -189,6 +189,16 @@ class Interpreter:
             return value
 
         return call
+
+    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """What is called for a function of a block."""
+        return function
+
+    def _finite(self, value: Any) -> bool:
+        """Whether a value, or each entry of a vector or state, is finite."""
+        if isinstance(value, list | tuple):
+            return all(map(math.isfinite, value))
+        return math.isfinite(value)
 
     def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
         plan = self.plan
@@ -232,9 +242,3 @@ class Interpreter:
             self._at = f"{name}.{port}"
             following[name, port] = behaviour.function(self._constants[name], *values)
         return following
-
-
-def _finite(value: Any) -> bool:
-    if isinstance(value, list | tuple):
-        return all(map(math.isfinite, value))
-    return math.isfinite(value)

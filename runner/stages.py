@@ -112,21 +112,29 @@ class Stages:
 
     def _constants(self, name: str) -> _Call:
         """Constants made anew from what drives the parameters of a block."""
-        block, drivers, period = self.blocks[name], self.schedule.drivers, self.periods(name)
-        made = block.parameters_class()
-        driven = [p for p in block.parameters if (name, p) in drivers]
+        drivers = self.schedule.drivers
+        driven = [p for p in self.blocks[name].parameters if (name, p) in drivers]
 
         def compute(*values: Any) -> Any:
-            moved = dict(zip(driven, values, strict=True))
-            fields: Any = made._fields  # type: ignore[attr-defined]
-            return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), period)
+            return self._constants_of(name, dict(zip(driven, values, strict=True)))
 
         places = tuple(self._place(drivers[name, p]) for p in driven)
         return _Call(f"{name}.constants", compute, places, self._place((name, "c")))
 
+    def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
+        """Constants of a block, some of whose parameters have moved."""
+        block = self.blocks[name]
+        made = block.parameters_class()
+        fields: Any = made._fields  # type: ignore[attr-defined]
+        return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), self.periods(name))
+
+    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """What is called for a function of a block."""
+        return function
+
     def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
         arguments = [self._place((name, "c")), *(self._argument(name, a) for a in behaviour.arguments)]
-        return _Call(f"{name}.{what}", behaviour.function, tuple(arguments), -1)
+        return _Call(f"{name}.{what}", self._callable(behaviour.function), tuple(arguments), -1)
 
     def _argument(self, name: str, argument: str) -> int:
         if argument == "time":

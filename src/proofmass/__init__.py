@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     from proofmass.graphs.graph import Graph, Probe, Wire
     from proofmass.graphs.toml_reader import read_graph
     from proofmass.graphs.toml_writer import write_graph
+    from proofmass.runner.linearise import linearise
+    from proofmass.runner.margins import Margins
     from proofmass.runner.result import Result, Trace
     from proofmass.runner.simulate import RunError, simulate
+    from proofmass.runner.stability import margins
 
 __version__ = "0.1.0"
 
@@ -26,6 +29,7 @@ _HOMES = {
     "Buffer": "blocks.declare",
     "Graph": "graphs.graph",
     "Input": "blocks.declare",
+    "Margins": "runner.margins",
     "ModelError": "blocks.problem",
     "Probe": "graphs.graph",
     "Problem": "blocks.problem",
@@ -35,6 +39,8 @@ _HOMES = {
     "Wire": "graphs.graph",
     "block": "blocks.declare",
     "check": "graphs.check",
+    "linearise": "runner.linearise",
+    "margins": "runner.stability",
     "param": "blocks.declare",
     "read_graph": "graphs.toml_reader",
     "simulate": "runner.simulate",
@@ -46,6 +52,7 @@ __all__ = [
     "Buffer",
     "Graph",
     "Input",
+    "Margins",
     "ModelError",
     "Probe",
     "Problem",
@@ -55,6 +62,8 @@ __all__ = [
     "Wire",
     "block",
     "check",
+    "linearise",
+    "margins",
     "param",
     "read_graph",
     "simulate",

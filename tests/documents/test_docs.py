@@ -46,7 +46,8 @@ def test_every_fence_says_what_it_is() -> None:
 
 
 @pytest.mark.parametrize("text", fenced("python"))
-def test_program(text: str, tmp_path: Path) -> None:
+def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder_of_files(tmp_path))
     (tmp_path / "example.py").write_text(text)
     runpy.run_path(str(tmp_path / "example.py"))
 
@@ -65,8 +66,7 @@ def test_commands(
     commands: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In a copy of the library; numbers of the answer within a twentieth, since iterations may differ by one."""
-    folder = shutil.copytree(LIBRARY, tmp_path / "library")
-    monkeypatch.chdir(folder)
+    monkeypatch.chdir(folder_of_files(tmp_path))
     for line in commands.splitlines():
         program, *arguments = shlex.split(line)
         assert program == "proofmass"
@@ -74,6 +74,16 @@ def test_commands(
     if answer:
         found, promised = ([_value(word) for word in text.split()] for text in (capsys.readouterr().out, answer))
         assert found == [pytest.approx(word, rel=5e-2) if isinstance(word, float) else word for word in promised]
+
+
+def folder_of_files(path: Path) -> Path:
+    """A copy of the library, with every graph of the docs whose first line says its name: `# loop.toml`."""
+    folder = shutil.copytree(LIBRARY, path / "library")
+    for (text,) in (param.values for param in fenced("toml")):
+        name = re.match(r"# (\w+\.toml)\n", text)
+        if name:
+            (folder / name[1]).write_text(text)
+    return folder
 
 
 def _value(word: str) -> str | float:

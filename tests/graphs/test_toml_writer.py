@@ -17,6 +17,7 @@ from proofmass.blocks.pid import PID
 from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph, Probe, Wire
 from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS
+from proofmass.graphs.loops import Loop
 from proofmass.graphs.rates import HIGHEST_RATE, LOWEST_RATE
 from proofmass.graphs.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.toml_writer import write_graph
@@ -41,6 +42,9 @@ filters = st.builds(DiscreteTransferFunction, numerator=st.tuples(finite))
 controllers = st.builds(PID, proportional=finite, limited=st.booleans(), input_unit=units, output_unit=units)
 blocks = st.one_of(gains, constants, converters, filters, controllers)
 
+asked = st.none() | st.floats(0.0, 1e6)
+loops = st.builds(Loop, open_at=signals, gain_margin=asked, phase_margin=asked, delay_margin=asked)
+
 
 @st.composite
 def graphs(draw: st.DrawFn, depth: int = 0) -> Graph:
@@ -59,6 +63,7 @@ def graphs(draw: st.DrawFn, depth: int = 0) -> Graph:
         rates={name: draw(rates) for name in chosen if draw(st.booleans())},
         wires=draw(st.lists(st.builds(Wire, signals, signals), max_size=3)),
         exports=draw(st.dictionaries(names.filter(lambda name: name not in RESERVED), signals, max_size=2)),
+        loops=draw(st.dictionaries(signals | names, loops, max_size=2)),
         probes=draw(st.lists(st.builds(Probe, signals, st.integers(1, 10**12)), max_size=3)),
     )
 

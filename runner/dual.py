@@ -1,0 +1,169 @@
+"""Dual numbers: a value with its exact derivatives in any number of directions (Griewank and Walther 2008, chapter 3).
+
+    f(a + sum of s_i d_i) = f(a) + f'(a) sum of s_i d_i
+
+`slopes` holds what is not zero, by direction, so that a number which depends on nothing is a plain number. Levels nest:
+the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives mixed second
+derivatives, such as those of a transition matrix by a parameter.
+
+Quantisers count as their input, with the derivative one, in value too: `int`, `round`, `//`, `>>` and
+`rounding.round_half_even` of a dual number. What is counted with, `math.floor`, `math.ceil`, `math.trunc` and
+`rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual: `^` is known for
+0 and -1, the two ways to keep or turn a sign; other operations on bits raise TypeError.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+Slopes = Mapping[Any, Any]  # by direction
+_NONE: Slopes = {}
+
+
+class Dual:
+    """A value and its slopes; made by `dual`, which leaves plain what has no slopes."""
+
+    __slots__ = ("level", "slopes", "value")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, value: Any, slopes: Slopes, level: int) -> None:
+        self.value, self.slopes, self.level = value, slopes, level
+
+    def __repr__(self) -> str:
+        return f"Dual({self.value!r}, {dict(self.slopes)!r})"
+
+    def __add__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        return chained(level, a + b, (1.0, slopes), (1.0, others))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        return chained(level, a - b, (1.0, slopes), (-1.0, others))
+
+    def __rsub__(self, other: Any) -> Any:
+        return (-self) + other
+
+    def __mul__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        return chained(level, a * b, (b, slopes), (a, others))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        ratio = a / b
+        return chained(level, ratio, (1.0 / b, slopes), (-ratio / b, others))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        ratio = other / self.value
+        return chained(self.level, ratio, (-ratio / self.value, self.slopes))
+
+    def __mod__(self, other: Any) -> Any:
+        return self - other * (plain(self) // plain(other))
+
+    __floordiv__ = __truediv__
+    __rfloordiv__ = __rtruediv__
+
+    def __pow__(self, exponent: int) -> Any:
+        if not isinstance(exponent, int):
+            raise TypeError("a power of a dual number needs an integer exponent")
+        return chained(self.level, self.value**exponent, (exponent * self.value ** (exponent - 1), self.slopes))
+
+    def __lshift__(self, bits: int) -> Any:
+        return self * (1 << bits)
+
+    def __rshift__(self, bits: int) -> Any:
+        return self / (1 << bits)
+
+    def __xor__(self, mask: Any) -> Any:
+        if not isinstance(mask, int) or mask not in (0, -1):
+            raise TypeError("an operation on the bits of a number that signals move")
+        return self if mask == 0 else -self - 1
+
+    __rxor__ = __xor__
+
+    def __neg__(self) -> Any:
+        return chained(self.level, -self.value, (-1.0, self.slopes))
+
+    def __pos__(self) -> Any:
+        return self
+
+    def __abs__(self) -> Any:
+        return -self if plain(self) < 0 else self
+
+    def __round__(self, digits: int | None = None) -> Any:
+        return self
+
+    def __bool__(self) -> bool:
+        return bool(plain(self))
+
+    def __eq__(self, other: object) -> bool:
+        return bool(plain(self) == plain(other))
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(plain(self) < plain(other))
+
+    def __le__(self, other: Any) -> bool:
+        return bool(plain(self) <= plain(other))
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(plain(self) > plain(other))
+
+    def __ge__(self, other: Any) -> bool:
+        return bool(plain(self) >= plain(other))
+
+
+def dual(value: Any, slopes: Slopes, level: int = 0) -> Any:
+    """A dual number, or the plain value where no slope is left.
+
+    >>> x = dual(3.0, {"x": 1.0})
+    >>> x * x + 2.0 * x
+    Dual(15.0, {'x': 8.0})
+    """
+    kept = {key: slope for key, slope in slopes.items() if isinstance(slope, Dual) or slope != 0.0}
+    return Dual(value, kept, level) if kept else value
+
+
+def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
+    """The chain rule: a value whose slopes are the sum of factors times slopes."""
+    total: dict[Any, Any] = {}
+    for factor, slopes in terms:
+        for key, slope in slopes.items():
+            total[key] = total[key] + factor * slope if key in total else factor * slope
+    return dual(value, total, level)
+
+
+def plain(number: Any) -> Any:
+    """The value behind a number, whatever its slopes.
+
+    >>> plain(dual(3.0, {"x": 1.0})), plain(2)
+    (3.0, 2)
+    """
+    while isinstance(number, Dual):
+        number = number.value
+    return number
+
+
+def slopes_of(number: Any, level: int = 0) -> Slopes:
+    """The slopes of a number on a level."""
+    if isinstance(number, Dual) and number.level > level:
+        return slopes_of(number.value, level)
+    return number.slopes if isinstance(number, Dual) and number.level == level else _NONE
+
+
+def value_of(number: Any, level: int = 0) -> Any:
+    """The number without the slopes of a level and those above."""
+    while isinstance(number, Dual) and number.level >= level:
+        number = number.value
+    return number
+
+
+def _pair(a: Dual, b: Any) -> tuple[int, Any, Slopes, Any, Slopes]:
+    """Level, values and slopes of two numbers on the higher of their levels."""
+    if not isinstance(b, Dual):
+        return a.level, a.value, a.slopes, b, _NONE
+    level = max(a.level, b.level)
+    left, slopes = (a.value, a.slopes) if a.level == level else (a, _NONE)
+    right, others = (b.value, b.slopes) if b.level == level else (b, _NONE)
+    return level, left, slopes, right, others

@@ -1,0 +1,83 @@
+"""Ticks of a graph in dual numbers: the reference engine, with the blocks' functions made to take them.
+
+Only what the wanted outputs depend on is run. Noise is zero.
+"""
+
+from collections.abc import Callable, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+from typing import Any
+
+from proofmass.graphs.schedule import Node
+from proofmass.runner.dual import dual, plain
+from proofmass.runner.dual_functions import for_duals
+from proofmass.runner.dual_groups import DualAdvance
+from proofmass.runner.dual_plan import SIGNALS, dual_constants, dual_parameters
+from proofmass.runner.interpret import Interpreter
+from proofmass.runner.memory import Memory
+from proofmass.runner.planned import Plan
+
+
+class DualTicks(Interpreter):
+    """Ticks in which `inputs` are added to what some wires carry, and replace it where the wire is cut."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        memory: Memory,
+        blocks: AbstractSet[str],
+        inputs: Sequence[Node],
+        outputs: Sequence[Node],
+        cut: bool,
+        by_parameters: bool,
+    ) -> None:
+        self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
+        self.recorded: dict[Node, list[Any]] = {node: [] for node in outputs}
+        self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
+        super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
+        groups = (solver.group for solver in plan.solvers)
+        self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]  # type: ignore[misc]
+        self._outputs = [
+            (node, stride, self._wired(node, step)) for node, stride, step in self._outputs if node[0] in blocks
+        ]
+        self._updates = [update for update in self._updates if update[0] in blocks]
+
+    def _wired(self, node: Node, step: Callable[[int], Any]) -> Callable[[int], Any]:
+        """What a wire carries, once it is recorded and the input is added."""
+        if node not in self._inputs and node not in self._watched:
+            return step
+
+        def compute(tick: int) -> Any:
+            value = step(tick)
+            if node in self._watched:
+                self.recorded[node].append(value)
+            if node not in self._inputs:
+                return value
+            key = (*node, sum(node == earlier[:2] for earlier in self.injected))
+            self.injected.append(key)
+            return (plain(value) if self._cut else value) + dual(0.0, {key: 1.0}, SIGNALS)
+
+        return compute
+
+    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        return for_duals(function)
+
+    def _finite(self, value: Any) -> bool:
+        return super()._finite([plain(v) for v in value] if isinstance(value, list | tuple) else plain(value))
+
+    def _driven(self, name: str) -> Callable[[int], Any]:
+        block, drivers, wires = self.plan.blocks[name], self.plan.schedule.drivers, self._memory.wires
+        given = dual_parameters(self.plan, name, self._by_parameters)
+        driven = [parameter for parameter in block.parameters if (name, parameter) in drivers]
+        period = self.plan.block_period(name)
+
+        def compute(tick: int) -> Any:
+            vars(given).update({parameter: wires[drivers[name, parameter]] for parameter in driven})
+            return dual_constants(block, given, period)
+
+        return compute
+
+    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
+        if argument == "normal":
+            return lambda tick: 0.0
+        return super()._getter(name, function, argument)
