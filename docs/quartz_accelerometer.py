@@ -3,7 +3,7 @@
 python docs/quartz_accelerometer.py               print every table
 python docs/quartz_accelerometer.py --pictures    also draw Fig. 11 to 13 again, into docs/pictures
 
-Labels: [P] is in the paper; [A] an assumption, since the paper has no parameters; [C] a conjecture that fits its numbers.
+Labels: [P] is in the paper; [A] an assumption, for it has no parameters; [C] a conjecture that fits its numbers.
 """
 
 import argparse
@@ -159,7 +159,8 @@ def tables() -> Iterator[str]:
     yield f"disturbed [C], mean of six      {mean[0]:12.1f}{mean[1]:12.1f}"
     yield f"               and their std    {std[0]:12.1f}{std[1]:12.1f}"
     for bits in (16, 18, 20):
-        yield f"ideal with {bits} bits in DA0      {with_converter(bits).errors[0]:12.1f}{with_converter(bits).errors[1]:12.1f}"
+        before, after = with_converter(bits).errors
+        yield f"ideal with {bits} bits in DA0        {before:12.1f}{after:12.1f}"
     yield ""
     yield "Scatter of a feedback measurement, ppm [C]"
     yield f"{'seconds':>8}{'on, off once':>15}{'on off, 5 s':>15}{'ABBA, 5 s':>15}{'white noise':>15}"
