@@ -1,16 +1,13 @@
 """The digital quartz accelerometer of Ran et al. 2019: the paper's tables beside those of the graphs in the library.
 
-python docs/quartz_accelerometer.py               print every table
-python docs/quartz_accelerometer.py --pictures    also draw Fig. 11 to 13 again, into docs/pictures
+    python -m docs.quartz_accelerometer
 
 Labels: [P] is in the paper; [A] an assumption, for it has no parameters; [C] a conjecture that fits its numbers.
 """
 
-import argparse
 import functools
 from collections.abc import Iterator, Mapping
 from importlib.resources import as_file, files
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -170,16 +167,5 @@ def tables() -> Iterator[str]:
         yield f"{seconds:8}" + "".join(f"{cell:15.2f}" for cell in (*cells, bound))
 
 
-def main() -> None:
-    """Print the tables; draw the pictures where they are asked for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pictures", action="store_true", help="draw Fig. 11 to 13 again, into docs/pictures")
-    if parser.parse_args().pictures:
-        from quartz_pictures import draw  # type: ignore[import-not-found]  # beside this file
-
-        draw(Path(__file__).parent / "pictures")
-    print("\n".join(tables()))
-
-
 if __name__ == "__main__":
-    main()
+    print("\n".join(tables()))
