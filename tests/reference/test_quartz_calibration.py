@@ -120,7 +120,7 @@ def test_scatter_of_one_on_and_one_off_against_its_formula() -> None:
 
 
 def test_the_graph_of_long_averages_is_the_loop() -> None:
-    """A slow acceleration, chopped: the loop at 50 kHz and its scale factor, here at 10 kHz, give the same within 1 ppm."""
+    """A slow acceleration, chopped: the loop and its scale factor, here at 10 kHz, give the same within 1 ppm."""
     wave = Sine(amplitude=2e-3, frequency=0.23, unit="m/s^2")
     rows: dict[str, object] = {"slots.slots": 4, "slots.averaging": 0.7}
     quiet = {"random_walk.coefficient": 0.0, "flicker.level": 0.0, "white.density": 0.0}
