@@ -112,7 +112,7 @@ def estimates(title: str, paper: list[tuple[float, float]], ours: list[tuple[flo
               digits: int) -> Iterator[str]:  # fmt: skip
     """A table of six estimates beside ours."""
     yield title
-    yield f"{'':6}{'paper [P]':^36}{'disturbed graph [C]':^36}"
+    yield f"{'':19}{'paper [P]':23}{'':13}disturbed graph [C]"
     yield f"{'':6}" + f"{'before':>13}{'after':>13}{'ppm':>10}" * 2
     for n, (theirs, found) in enumerate(zip(paper, ours, strict=True), 1):
         yield f"{n:<6}" + "".join(f"{a:13.{digits}f}{b:13.{digits}f}{ppm((a, b)):10.2f}" for a, b in (theirs, found))
@@ -157,7 +157,7 @@ def tables() -> Iterator[str]:
     yield f"               and their std    {std[0]:12.1f}{std[1]:12.1f}"
     for bits in (16, 18, 20):
         before, after = with_converter(bits).errors
-        yield f"ideal with {bits} bits in DA0        {before:12.1f}{after:12.1f}"
+        yield f"ideal with {bits} bits in DA0       {before:12.1f}{after:12.1f}"
     yield ""
     yield "Scatter of a feedback measurement, ppm [C]"
     yield f"{'seconds':>8}{'on, off once':>15}{'on off, 5 s':>15}{'ABBA, 5 s':>15}{'white noise':>15}"

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from docs.quartz_accelerometer import tables
 from proofmass.graphs.check import check
 from proofmass.graphs.toml_reader import TOP_KEYS, read_graph_text
 from proofmass.runner.command_line import main
@@ -49,6 +50,14 @@ def test_every_fence_says_what_it_is() -> None:
 def test_program(text: str, tmp_path: Path) -> None:
     (tmp_path / "example.py").write_text(text)
     runpy.run_path(str(tmp_path / "example.py"))
+
+
+def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:
+    page = (DOCS / "quartz-accelerometer.md").read_text()
+    fences = re.findall(r"^```text\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    printed = "\n".join(tables()) + "\n"
+    assert len(fences) == 5
+    assert [text for text in fences if text not in printed] == []
 
 
 @pytest.mark.parametrize("text", fenced("toml"))
