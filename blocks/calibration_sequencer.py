@@ -17,7 +17,7 @@ class CalibrationSequencer(Block):
     A part that is not wired takes one tick."""
 
     sweep_finished = Input("1", "Whether the sweep of the forward gain is in its last tick.", dtype=bool, default=1.0)
-    switch_finished = Input("1", "Whether the switching for the feedback gain is in its last tick.", dtype=bool, default=1.0)
+    switch_finished = Input("1", "Whether the switching of the current is in its last tick.", dtype=bool, default=1.0)
     test_finished = Input("1", "Whether the static test is in its last tick.", dtype=bool, default=1.0)
 
 
