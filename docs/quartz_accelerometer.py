@@ -79,7 +79,7 @@ def ideal() -> Trial:
 @functools.cache
 def disturbed() -> tuple[Trial, ...]:
     """Six trials under the disturbances that are conjectured [C]."""
-    return tuple(trial(run("quartz_calibration_disturbed", seed=seed), "calibration.") for seed in TRIALS)
+    return tuple(trial(run("quartz_calibration_disturbed", seed=seed), "sensor.") for seed in TRIALS)
 
 
 @functools.cache

@@ -43,16 +43,16 @@ def figure_12(axes: Any) -> None:
 
 def figure_13(axes: Any) -> None:
     """Outputs of the three static tests of the first disturbed trial, as means over a quarter of a second."""
-    trial = library("quartz_calibration_disturbed").with_parameters({"calibration.test_slots.averaging": 5.0})
+    trial = library("quartz_calibration_disturbed").with_parameters({"sensor.test_slots.averaging": 5.0})
     graph = Graph(
         name="static tests",
         blocks={"trial": trial, "mean": Decimator(ratio=MEAN)},
-        wires=["trial.calibration.accelerometer.number -> mean.input"],
-        probes=["mean.mean", {"signal": "trial.calibration.sequencer.step", "every": MEAN}],
+        wires=["trial.sensor.accelerometer.number -> mean.input"],
+        probes=["mean.mean", {"signal": "trial.sensor.sequencer.step", "every": MEAN}],
         rate=trial.rate,
     )
     result = simulate(graph, duration=trial.duration, seed=1, engine="compiled")
-    outputs, steps = result["mean.mean"].values, result["trial.calibration.sequencer.step"].values
+    outputs, steps = result["mean.mean"].values, result["trial.sensor.sequencer.step"].values
     reference = np.nan
     for step, color, name in ((2, BLUE, "N(0)"), (3, ORANGE, "N'(1), drifted"), (6, GREEN, "N(1), compensated")):
         rows = np.flatnonzero(steps == step)[3:]  # past what switching left in the first means
