@@ -1,6 +1,10 @@
 """The order of a tick: loops without delay found and named, nothing refused that has none, always the same order."""
 
+import ast
+import inspect
 import random
+import textwrap
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -71,13 +75,21 @@ def random_graph(seed: int) -> Graph:
     return Graph(name=str(seed), rate=1000, blocks=blocks, wires=wires)
 
 
+def reads_parameters(function: Callable[..., Any]) -> bool:
+    """Whether a function names its first argument, the constants or parameters, in its body."""
+    (definition,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    assert isinstance(definition, ast.FunctionDef)
+    names = {node.id for statement in definition.body for node in ast.walk(statement) if isinstance(node, ast.Name)}
+    return definition.args.args[0].arg in names
+
+
 def within_a_tick(graph: Graph) -> set[tuple[Node, Node]]:
     """Pairs of outputs, the second of which needs the first within the same tick: from the definition alone."""
     pairs = set()
     for wire in graph.wires:
         (name, port), block = split(wire.target), graph.blocks[split(wire.target)[0]]
         for output, behaviour in block.output_functions.items():
-            if port in behaviour.arguments or port in block.parameters:
+            if port in behaviour.arguments or (port in block.parameters and reads_parameters(behaviour.function)):
                 pairs.add((split(wire.source), (name, output)))
     return pairs
 
