@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from docs.quartz_accelerometer import tables
 from proofmass.graphs.check import check
 from proofmass.graphs.toml_reader import TOP_KEYS, read_graph_text
 from proofmass.runner.command_line import main
@@ -50,6 +51,14 @@ def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(folder_of_files(tmp_path))
     (tmp_path / "example.py").write_text(text)
     runpy.run_path(str(tmp_path / "example.py"))
+
+
+def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:
+    page = (DOCS / "quartz-accelerometer.md").read_text()
+    fences = re.findall(r"^```text\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    printed = "\n".join(tables()) + "\n"
+    assert len(fences) == 5
+    assert [text for text in fences if text not in printed] == []
 
 
 @pytest.mark.parametrize("text", fenced("toml"))

@@ -24,8 +24,11 @@ class Name(NamedTuple):
 
 
 def names_of(text: str) -> Iterator[Name]:
-    """Keys, block names, kinds, and the blocks and ports in wires and probes: all but values and comments."""
-    for found in re.finditer(r"^(\w+) = |^\[blocks\.(\w+)\]|^kind = \"(\w+)\"", text, re.MULTILINE):
+    """Keys, block names, kinds, and the blocks and ports in wires, probes and exports: all but values and comments.
+
+    The name of an export is the file's to choose.
+    """
+    for found in re.finditer(r"^(\w+) = (?!\"\w+\.\w+\"$)|^\[blocks\.(\w+)\]|^kind = \"(\w+)\"", text, re.MULTILINE):
         for group in (1, 2, 3):
             if found[group]:
                 yield Name(found[group], found.start(group))

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.generate import generate
@@ -40,7 +41,7 @@ def shuffled(graph: Graph, dice: random.Random) -> Graph:
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
-    graph = read_graph(path)
+    graph = flatten(read_graph(path))
     every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in block.outputs]
     graph = Graph(
         name=graph.name, rate=graph.rate, seed=graph.seed, blocks=graph.blocks, rates=graph.rates, wires=graph.wires,
@@ -59,7 +60,7 @@ def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 def test_permutations_in_plain_python(path: Path) -> None:
-    graph = read_graph(path)
+    graph = flatten(read_graph(path))
     expected = simulate(graph, samples=400, engine="python")
     dice = random.Random(path.stem)
     for _ in range(5):
