@@ -115,7 +115,7 @@ def test_only_plain_numbers_that_no_start_rests_on_can_be_driven() -> None:
     }
     assert PID.drivable("proportional")
     assert not PID.drivable("limited")
-    assert not any(MassSpringDamper.drivable(name) for name in MassSpringDamper.parameters)
+    assert all(MassSpringDamper.drivable(name) for name in MassSpringDamper.parameters)
 
 
 def test_state_constants_and_parameters_classes() -> None:
