@@ -16,6 +16,11 @@ from proofmass.blocks.shift_register import ShiftRegister
 from proofmass.graphs.graph import Graph, Place
 
 RATE = 10_000
+SIZES = {
+    "N": 1e-6,
+    "m": 1e-6,
+    "m/s": 1e-3,
+}  # of signals in a sensor, where they are far from 1: in a newton all is stops
 
 
 class Draws(Block):
@@ -23,6 +28,7 @@ class Draws(Block):
 
     seed: int = param("1", "State at tick 0.", default=1, at_least=0)
     unit: str = param("", "Unit of the output.", default="1")
+    scale: float = param("{unit}", "About what the numbers are.", default=1.0)
 
 
 class Drawn(NamedTuple):
@@ -36,9 +42,9 @@ def start(p: Draws) -> Drawn:
 
 @Draws.output("{unit}")
 def output(p: Draws, x: Drawn) -> float:
-    """About zero, small numbers more often than large ones, the largest 5."""
+    """About zero, small numbers more often than large ones, the largest five times the scale."""
     even = x.number / 2**30 - 1.0
-    return 5.0 * even * even * even
+    return 5.0 * p.scale * even * even * even
 
 
 @Draws.update
@@ -81,7 +87,8 @@ def _source(
         blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 + number)
         return f"{name}.bit"
     unit = "V" if dtype is int else unit
-    blocks[name] = Draws(seed=123456789 * (1 + len(blocks)) % 2**31, unit=unit)
+    seed = 123456789 * (1 + len(blocks)) % 2**31
+    blocks[name] = Draws(seed=seed, unit=unit, scale=SIZES.get(unit, 1.0))
     if dtype is int:
         return _through(blocks, wires, f"{name}.output", AnalogToDigital(bits=10, reference=4.0), "voltage", "code")
     if fixed is not None:
@@ -101,7 +108,7 @@ def random_block(kind: type[Block], dice: random.Random, folder: Path) -> Block:
     """The block with parameters drawn about their defaults, within their bounds."""
     fixed = _recording(folder) if any(buffer.recorded for buffer in kind.buffers.values()) else {}
     for _ in range(100):
-        values = {name: _drawn(p, dice) for name, p in kind.parameters.items()}
+        values = {name: random_value(p, dice) for name, p in kind.parameters.items()}
         try:
             return kind(**(values | fixed))
         except ModelError:
@@ -109,7 +116,8 @@ def random_block(kind: type[Block], dice: random.Random, folder: Path) -> Block:
     return kind(**fixed)
 
 
-def _drawn(parameter: Parameter, dice: random.Random) -> Any:
+def random_value(parameter: Parameter, dice: random.Random) -> Any:
+    """A number about the default of a parameter, within its bounds; any of its choices."""
     default = parameter.default
     if parameter.kind is bool:
         return dice.random() < 0.5

@@ -1,10 +1,13 @@
 """The same graph in another order: as it is declared, and as it is run."""
 
+import ast
 import dataclasses
+import functools
+import inspect
 import random
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.schedule import Node
@@ -44,14 +47,14 @@ def in_another_order(plan: Plan, dice: random.Random) -> Plan:
         plan,
         graph=graph,
         schedule=dataclasses.replace(plan.schedule, order=tuple(order)),
-        groups=tuple(mixed(plan.groups, dice)),
+        solvers=tuple(mixed(plan.solvers, dice)),
     )
 
 
 def needs(flat: Graph) -> dict[Node, set[Node]]:
     """What has to be known before each output, from the definition: wires into the arguments of its function.
 
-    Under the port "" stand the constants of a block with driven parameters, which all its outputs need.
+    Under the port "" stand the constants of a block with driven parameters, which all outputs need that name them.
     """
     needed: dict[Node, set[Node]] = {(n, port): set() for n, block in flat.blocks.items() for port in block.outputs}
     for wire in flat.wires:
@@ -60,11 +63,20 @@ def needs(flat: Graph) -> dict[Node, set[Node]]:
         if port in block.parameters:
             needed.setdefault((name, ""), set()).add(source)
         for output, behaviour in block.output_functions.items():
-            if port in block.parameters:
+            if port in block.parameters and names_its_constants(behaviour.function):
                 needed[name, output].add((name, ""))
             elif port in behaviour.arguments:
                 needed[name, output].add(source)
     return needed
+
+
+@functools.cache
+def names_its_constants(function: Callable[..., Any]) -> bool:
+    """Whether the body of a function has the name of its first argument."""
+    (tree,) = ast.parse(inspect.getsource(function)).body
+    assert isinstance(tree, ast.FunctionDef)
+    first = tree.args.args[0].arg
+    return any(isinstance(node, ast.Name) and node.id == first for part in tree.body for node in ast.walk(part))
 
 
 def legal_order(needed: Mapping[Node, set[Node]], dice: random.Random) -> list[Node]:
