@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.generate import generate
 from proofmass.runner.plan import plan
@@ -20,10 +19,7 @@ from tests.orders import shuffled
 def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
     graph = read_graph(path)
     every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in block.outputs]
-    graph = Graph(
-        name=graph.name, rate=graph.rate, seed=graph.seed, blocks=graph.blocks, rates=graph.rates, wires=graph.wires,
-        probes=every_output, place=graph.place,
-    )  # fmt: skip
+    graph = replace(graph, probes=every_output)
     planned = plan(graph)
     source = generate(planned).source
     expected = simulate(graph, samples=3000, engine="compiled")
