@@ -13,7 +13,7 @@ demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.self_test demo
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -1,59 +1,114 @@
-"""A graph around any block: each input fed by a source that suits it, each output probed."""
+"""A graph around any blocks: each input fed by a source that suits it, each output probed."""
 
 import math
 import random
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from proofmass.blocks.analog_to_digital import AnalogToDigital
-from proofmass.blocks.declare import Block
-from proofmass.blocks.fixed_point import FixedValue
+from proofmass.blocks.declare import Block, param
+from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.fixed_quantiser import FixedQuantiser
 from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.shift_register import ShiftRegister
-from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.graph import Graph, Place
 
 RATE = 10_000
+SIZES = {
+    "N": 1e-6,
+    "m": 1e-6,
+    "m/s": 1e-3,
+}  # of signals in a sensor, where they are far from 1: in a newton all is stops
 
 
-def graph_around(block: Block, folder: Path) -> Graph:
-    """The block under the name `block`, between sources of its own and probes on all its outputs."""
-    blocks: dict[str, Block] = {"block": block}
+class Draws(Block):
+    """A linear congruential generator: random numbers that plain Python makes ten times sooner than white noise."""
+
+    seed: int = param("1", "State at tick 0.", default=1, at_least=0)
+    unit: str = param("", "Unit of the output.", default="1")
+    scale: float = param("{unit}", "About what the numbers are.", default=1.0)
+
+
+class Drawn(NamedTuple):
+    number: int
+
+
+@Draws.start
+def start(p: Draws) -> Drawn:
+    return Drawn(p.seed)
+
+
+@Draws.output("{unit}")
+def output(p: Draws, x: Drawn) -> float:
+    """About zero, small numbers more often than large ones, the largest five times the scale."""
+    even = x.number / 2**30 - 1.0
+    return 5.0 * p.scale * even * even * even
+
+
+@Draws.update
+def update(p: Draws, x: Drawn) -> Drawn:
+    return Drawn((1103515245 * x.number + 12345) % 2**31)
+
+
+def graph_around(tested: Mapping[str, Block], folder: Path) -> Graph:
+    """The blocks side by side, sources for their inputs, and probes on all their outputs.
+
+    The inputs of one block have sources of their own; blocks share them.
+    """
+    blocks: dict[str, Block] = dict(tested)
     wires = []
-    for number, (name, port) in enumerate(block.inputs.items()):
-        source = f"source_{number}"
-        unit = block.unit_of(port)
-        if port.dtype is bool:
-            blocks[source] = ShiftRegister(length=9, taps=0x110, seed=1 + number)
-            wires.append(f"{source}.bit -> block.{name}")
-            continue
-        blocks[source] = WhiteNoise(density=0.02, unit="V" if port.dtype is int else unit)
-        if port.dtype is int:
-            blocks[f"adc_{number}"] = AnalogToDigital(bits=10, reference=4.0)
-            wires += [f"{source}.output -> adc_{number}.voltage", f"adc_{number}.code -> block.{name}"]
-        elif port.dtype is FixedValue:
-            blocks[f"quantiser_{number}"] = FixedQuantiser(output_format=block.format_of(name), unit=unit)
-            wires += [f"{source}.output -> quantiser_{number}.input", f"quantiser_{number}.output -> block.{name}"]
-        else:
-            wires.append(f"{source}.output -> block.{name}")
+    sources: dict[tuple[Any, ...], str] = {}
+    for name, block in tested.items():
+        for number, port in enumerate(block.inputs.values()):
+            fixed = block.format_of(port.name) if port.dtype is FixedValue else None
+            key = (number, port.dtype, block.unit_of(port), fixed)
+            if key not in sources:
+                sources[key] = _source(blocks, wires, *key)
+            wires.append(f"{sources[key]} -> {name}.{port.name}")
     return Graph(
-        name=f"around {type(block).__name__}",
+        name=f"around {', '.join(tested)}",
         rate=RATE,
         blocks=blocks,
         wires=wires,
-        probes=[f"block.{port}" for port in block.outputs],
+        probes=[f"{name}.{port}" for name, block in tested.items() for port in block.outputs],
         seed=7,
         place=Place(folder=str(folder)),
     )
+
+
+def _source(
+    blocks: dict[str, Block], wires: list[str], number: int, dtype: type, unit: str, fixed: Fixed | None
+) -> str:
+    """The signal of a new source."""
+    name = f"source_{len(blocks)}"
+    if dtype is bool:
+        blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 + number)
+        return f"{name}.bit"
+    unit = "V" if dtype is int else unit
+    seed = 123456789 * (1 + len(blocks)) % 2**31
+    blocks[name] = Draws(seed=seed, unit=unit, scale=SIZES.get(unit, 1.0))
+    if dtype is int:
+        return _through(blocks, wires, f"{name}.output", AnalogToDigital(bits=10, reference=4.0), "voltage", "code")
+    if fixed is not None:
+        quantiser = FixedQuantiser(output_format=fixed, unit=unit)
+        return _through(blocks, wires, f"{name}.output", quantiser, "input", "output")
+    return f"{name}.output"
+
+
+def _through(blocks: dict[str, Block], wires: list[str], signal: str, block: Block, entrance: str, exit_: str) -> str:
+    name = f"after_{len(blocks)}"
+    blocks[name] = block
+    wires.append(f"{signal} -> {name}.{entrance}")
+    return f"{name}.{exit_}"
 
 
 def random_block(kind: type[Block], dice: random.Random, folder: Path) -> Block:
     """The block with parameters drawn about their defaults, within their bounds."""
     fixed = _recording(folder) if any(buffer.recorded for buffer in kind.buffers.values()) else {}
     for _ in range(100):
-        values = {name: _drawn(p, dice) for name, p in kind.parameters.items()}
+        values = {name: random_value(p, dice) for name, p in kind.parameters.items()}
         try:
             return kind(**(values | fixed))
         except ModelError:
@@ -61,7 +116,8 @@ def random_block(kind: type[Block], dice: random.Random, folder: Path) -> Block:
     return kind(**fixed)
 
 
-def _drawn(parameter: Parameter, dice: random.Random) -> Any:
+def random_value(parameter: Parameter, dice: random.Random) -> Any:
+    """A number about the default of a parameter, within its bounds; any of its choices."""
     default = parameter.default
     if parameter.kind is bool:
         return dice.random() < 0.5

@@ -13,7 +13,9 @@ hypothesis.settings.load_profile("proofmass")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Before anything is collected, and for every process that a test starts."""
+    """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
+    if hasattr(config, "workerinput"):  # such a process: the folder is there
+        return
     folder = tempfile.mkdtemp(prefix="proofmass-tests-")
     os.environ["PROOFMASS_CACHE"] = str(Path(folder) / "cache")
     config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))

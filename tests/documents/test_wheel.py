@@ -1,5 +1,6 @@
 """The built wheel: only `proofmass/` inside, and it works in a fresh environment where nothing else is in reach."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -57,6 +58,7 @@ def test_a_fresh_environment_runs_the_readme(wheel: Path, tmp_path: Path) -> Non
     venv.create(tmp_path / "environment", with_pip=True, symlinks=True)
     python = tmp_path / "environment" / "bin" / "python"
     subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", str(wheel)], check=True, timeout=300)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     packages = next((tmp_path / "environment" / "lib").glob("python*/site-packages"))
     (packages / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"] + "\n")
     work = tmp_path / "work"
@@ -64,10 +66,12 @@ def test_a_fresh_environment_runs_the_readme(wheel: Path, tmp_path: Path) -> Non
     (work / "runner.py").write_text("raise SystemExit('the wrong runner')\n")
     (work / "accelerometer.toml").write_text(GRAPH)
     (work / "example.py").write_text(PYTHON[0] + "\nimport proofmass\nprint(proofmass.__file__)\n")
-    done = subprocess.run([python, "example.py"], cwd=work, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [python, "example.py"], cwd=work, env=environment, capture_output=True, text=True, timeout=120
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1].startswith(str(packages))
     command = [tmp_path / "environment" / "bin" / "proofmass", "run", "accelerometer.toml", "--out", "results"]
-    done = subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=work, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert (work / "results" / "report.html").exists()

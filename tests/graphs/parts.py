@@ -1,6 +1,7 @@
 """Graphs of parts for tests: a channel and an axis as files, and any graph cut into subgraphs."""
 
 import random
+from dataclasses import replace
 from pathlib import Path
 
 from proofmass.blocks.declare import Block
@@ -122,17 +123,13 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
         exports=exports,
         place=graph.place,
     )
-    return Graph(
-        name=graph.name,
+    return replace(
+        graph,
         blocks={**{name: block for name, block in there.items() if name not in inside}, f"part_{number}": part},
+        subgraphs={},
         wires=wires,
         probes=probes,
-        rate=graph.rate,
         rates={name: rate for name, rate in graph.rates.items() if name not in inside},
-        duration=graph.duration,
-        samples=graph.samples,
-        seed=graph.seed,
-        place=graph.place,
     )
 
 
