@@ -1,6 +1,7 @@
 """The main test of the project: plain Python and the compiled loop give the same bits."""
 
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from proofmass.blocks.catalog import all_blocks
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.integration import Integration
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.plan import plan
 from proofmass.runner.result import Result
@@ -78,8 +80,10 @@ def test_every_digital_block_with_three_random_parameter_sets(kind: type[Block],
 def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], tmp_path: Path) -> None:
     """A tick is many steps, and an event many more: plain Python takes milliseconds for each."""
     dice = random.Random(kind.__name__)
+    steps = Integration(method="runge_kutta_4", substeps=4)
     for _ in range(2):
-        assert_same_bits(graph_around({"block": random_block(kind, dice, tmp_path)}, tmp_path), SAMPLES // 40)
+        graph = graph_around({"block": random_block(kind, dice, tmp_path)}, tmp_path)
+        assert_same_bits(replace(graph, integration=steps), SAMPLES // 40)
 
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
