@@ -84,6 +84,11 @@ def _needs(graph: Graph, drivers: dict[Node, Node]) -> dict[Node, list[Node]]:
     return needs
 
 
+def last_name(path: str) -> tuple[str, str]:
+    """What terms of a sum and unknowns are ordered by: their bits do not depend on the subgraphs that blocks lie in."""
+    return path.rpartition(".")[2], path
+
+
 def in_order(needs: Mapping[Node, Sequence[Node]]) -> tuple[tuple[Node, ...], tuple[AlgebraicLoop, ...]]:
     """The alphabetically first order in which each node comes after all that it needs, and the loops in it."""
     import networkx  # here, since it is the largest part of what a check takes
@@ -113,11 +118,16 @@ def _torn(wiring: "networkx.DiGraph[Node]") -> AlgebraicLoop:
 
     left, tears = wiring.copy(), set[Node]()
     while parts := _cyclic(left):
-        for first in map(min, parts):
+        for part in parts:
+            first = min(part, key=_by_last_name)
             tears.add(first)
             left.remove_edges_from(list(left.out_edges(first)))
     order = networkx.lexicographical_topological_sort(left)
-    return AlgebraicLoop(tuple(sorted(tears)), tuple(node for node in order if node not in tears))
+    return AlgebraicLoop(tuple(sorted(tears, key=_by_last_name)), tuple(node for node in order if node not in tears))
+
+
+def _by_last_name(node: Node) -> tuple[str, str, str]:
+    return *last_name(node[0]), node[1]
 
 
 def _obstacle(graph: Graph, divisors: Mapping[str, int], loop: AlgebraicLoop) -> str:

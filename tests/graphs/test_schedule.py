@@ -199,7 +199,8 @@ def test_a_loop_is_named_wire_by_wire() -> None:
 wires: algebraic loop: each of these outputs needs the one before it within the same tick
   got:      back.output -> sum.second, sum.output -> gain.input, gain.output -> back.input
   expected: at least one block in the loop whose output does not depend on its input in the same tick
-  hint:     put a UnitDelay into one of these wires, for example into gain.output -> back.input"""
+  hint:     put a UnitDelay into one of these wires, for example into gain.output -> back.input; \
+or have the loop solved: algebraic_loops = "newton" under [integration]"""
     )
 
 
