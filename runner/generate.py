@@ -52,6 +52,7 @@ class _Generator(Pieces):
         self.groups = [GroupCode(self, solver) for solver in plan.solvers]
         self.digital = DigitalCode(self)
         self.loops = [LoopCode(self, loop, f"loop_{number}") for number, loop in enumerate(plan.schedule.loops)]
+        self.parts: list[LoopCode | GroupCode] = [*self.loops, *self.groups]
         self.vectors: dict[Node, tuple[type, tuple[int, ...]]] = {}
         for solver in plan.solvers:
             if solver.largest in plan.buffers:
@@ -73,7 +74,7 @@ class _Generator(Pieces):
         body += ["    time = tick * period", *(f"    {line}" for line in loop), *after]
         body += [f"state_{FLOATS}[{self.memory.counts[FLOATS]}] = not_finite"]
         body += [f"state_{INTEGERS}[{self.memory.counts[INTEGERS]}] = refused"] if self.digital.refuses else []
-        functions = [line for part in (*self.loops, *self.groups) for line in part.functions()]
+        functions = [line for part in self.parts for line in part.functions()]
         own = [line[4 : line.index("(")] for line in functions if line.startswith("def ")]
         source = (
             "\n".join(
@@ -96,7 +97,7 @@ class _Generator(Pieces):
         )
 
     def _scratch(self) -> int:
-        return sum(sum(part.scratch.values()) for part in (*self.loops, *self.groups))
+        return sum(sum(part.scratch.values()) for part in self.parts)
 
     # -- the parts of the source, in their order -------------------------------------------------------------------
 
@@ -151,7 +152,7 @@ class _Generator(Pieces):
                         yield f"_{word(name)}__{p} = {self.constant((name, 'parameter', p), kind, getattr(block, p))}"
                 yield f"{word(name)}__period = {self.constant((name, 'period'), float, plan.block_period(name))}"
         place = 0
-        for part in (*self.loops, *self.groups):
+        for part in self.parts:
             for key, length in part.scratch.items():
                 yield f"{part.name}_{key} = scratch[{place}:{place + length}]"
                 place += length
