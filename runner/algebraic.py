@@ -20,8 +20,9 @@ Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 ITERATIONS = 50
 NUDGE = 1e-7  # for the derivatives
-CONVERGED = 1e-8  # last change: what is left after it is smaller by the error of the derivatives, about NUDGE
-AGREED = 1e-6  # distance from u to g(u) afterwards: more is a jump of g, not a solution
+CONVERGED = 1e-8  # change, from which on the next that gets no closer is rounding
+EXACT = 1e-15  # distance from u to g(u), from which on no change is tried
+AGREED = 1e-6  # distance of a solution: more is a jump of g
 FARTHEST = 1e6  # change: derivatives by differences cannot tell a loop gain that near to one from one
 SHORTEST = 1e-9  # s
 
@@ -117,11 +118,12 @@ def _stepped(
             there[i] = unknown[i] + share * change[i]
         equations(context, there, found_there)
         closer = _distance(there, found_there, size)
-        solved = small and closer <= AGREED
-        if solved or closer < distance:
+        if closer < distance:
             for i in range(n):
                 unknown[i], found[i] = there[i], found_there[i]
-            return solved, True
+            return small and closer <= EXACT, True
+        if small and distance <= AGREED:
+            return True, True
         share *= 0.5
     return False, False
 

@@ -46,7 +46,7 @@ def test_a_cubic_from_any_guess(right: float, factor: float, guess: float) -> No
 
     (value,) = solved(equations, [guess])
     expected = brentq(lambda u: right - factor * u**3 - u, -1e5, 1e5, xtol=1e-15, rtol=1e-15)
-    assert value == pytest.approx(expected, rel=1e-12, abs=1e-11 * max(1.0, abs(guess)))
+    assert value == pytest.approx(expected, rel=1e-12, abs=1e-14 * (1.0 + abs(right) + factor * abs(guess) ** 3))
 
 
 def test_a_solution_that_is_a_small_difference_of_large_numbers() -> None:
