@@ -1,9 +1,11 @@
 """Continuous groups from one tick to the next in plain Python, as the reference engine moves them."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from proofmass.graphs.schedule import Node
+from proofmass.runner.algebraic import NoSolutionError
 from proofmass.runner.exact_hold import Matrix
 from proofmass.runner.integrate import DONE, STEPS_TOO_SHORT, integrate
 from proofmass.runner.methods import EXPLICIT, explicit_step
@@ -48,10 +50,14 @@ class Advance:
         x = [float(getattr(states[block], field)) for block, field in group.states]
         inputs = [wires[node] for node in group.inputs]
         changes = [following[node] - wires[node] for node in group.ramps]
+        self.stages.unsolved = ""
         if self.solver.exact:
-            return self.stages.states(self._by_matrices(constants, [*x, *inputs, *changes]))
-        context = Context(constants, inputs, [change / self.period for change in changes], time)
-        self._by_steps(context, x)
+            x = self._by_matrices(constants, [*x, *inputs, *changes])
+            self._check(DONE, x)
+            return self.stages.states(x)
+        guesses = [wires[node] for node in group.guesses]
+        context = Context(constants, inputs, [change / self.period for change in changes], guesses, time)
+        self._check(self._by_steps(context, x), x)
         return self.stages.states(x)
 
     def _by_matrices(self, constants: Mapping[str, Any], values: Sequence[float]) -> list[float]:
@@ -73,14 +79,15 @@ class Advance:
                 self._assembled_from = used
         return self._matrices
 
-    def _by_steps(self, context: Context, x: list[float]) -> None:
+    def _by_steps(self, context: Context, x: list[float]) -> float:
+        """Moves the states; returns what `integrate` does."""
         solver = self.solver
         length = self.period / solver.substeps
         if not solver.tolerance and not solver.group.events:
             for substep in range(solver.substeps):
                 self._step(context, context.start + substep * length, length, x, x, self._error)
-            return
-        status = integrate(
+            return DONE
+        return integrate(
             self._step,
             self.stages.clearances,
             self.stages.then,
@@ -97,6 +104,12 @@ class Advance:
             self.largest,
             self._clear,
         )
+
+    def _check(self, status: float, x: Sequence[float]) -> None:
+        """Raise what kept the group from the next tick."""
+        if self.stages.unsolved and not (status == DONE and all(map(math.isfinite, x))):
+            raise NoSolutionError(self.stages.unsolved)
+        solver = self.solver
         if status == STEPS_TOO_SHORT:
             message = "no step is short enough for the accuracy: the solution may not exist beyond this instant"
             raise IntegrationError(f"{solver.group.blocks[0]}.derivative", message)

@@ -84,7 +84,7 @@ class DualAdvance:
         """Derivatives of the states at a point, what drives the constants as it is on the wires."""
         out: list[Any] = [0.0] * n
         still = [0.0] * len(self.stages.group.ramps)
-        self.stages.rates(Context(constants, point[n:], still, time), time, point[:n], out)
+        self.stages.rates(Context(constants, point[n:], still, (), time), time, point[:n], out)
         return out
 
 

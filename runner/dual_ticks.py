@@ -8,7 +8,8 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Any
 
-from proofmass.graphs.schedule import Node
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.schedule import AlgebraicLoop, Node
 from proofmass.runner.dual import dual, plain
 from proofmass.runner.dual_functions import for_duals
 from proofmass.runner.dual_groups import DualAdvance
@@ -31,6 +32,8 @@ class DualTicks(Interpreter):
         cut: bool,
         by_parameters: bool,
     ) -> None:
+        if plan.schedule.loops:
+            raise ModelError([plan.graph.placed(_not_linearised(plan.schedule.loops[0]))])
         self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
         self.recorded: dict[Node, list[Any]] = {node: [] for node in outputs}
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
@@ -81,3 +84,14 @@ class DualTicks(Interpreter):
         if argument == "normal":
             return lambda tick: 0.0
         return super()._getter(name, function, argument)
+
+
+def _not_linearised(loop: AlgebraicLoop) -> Problem:
+    return Problem(
+        message="a loop that Newton's method solves is not linearised",
+        key="integration.algebraic_loops",
+        got=", ".join(map(".".join, loop.nodes)),
+        expected="no loop without delay",
+        hint=f"put a UnitDelay behind {'.'.join(loop.tears[0])}",
+        path=("integration", "algebraic_loops"),
+    )

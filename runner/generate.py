@@ -13,6 +13,7 @@ from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node
 from proofmass.runner.digital_code import DigitalCode
 from proofmass.runner.group_code import GroupCode
+from proofmass.runner.loop_code import LoopCode
 from proofmass.runner.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields, variable, word
 from proofmass.runner.planned import Plan
 from proofmass.runner.step_formats import held_as
@@ -50,6 +51,8 @@ class _Generator(Pieces):
         super().__init__(plan)
         self.groups = [GroupCode(self, solver) for solver in plan.solvers]
         self.digital = DigitalCode(self)
+        self.loops = [LoopCode(self, loop, f"loop_{number}") for number, loop in enumerate(plan.schedule.loops)]
+        self.parts: list[LoopCode | GroupCode] = [*self.loops, *self.groups]
         self.vectors: dict[Node, tuple[type, tuple[int, ...]]] = {}
         for solver in plan.solvers:
             if solver.largest in plan.buffers:
@@ -71,7 +74,7 @@ class _Generator(Pieces):
         body += ["    time = tick * period", *(f"    {line}" for line in loop), *after]
         body += [f"state_{FLOATS}[{self.memory.counts[FLOATS]}] = not_finite"]
         body += [f"state_{INTEGERS}[{self.memory.counts[INTEGERS]}] = refused"] if self.digital.refuses else []
-        functions = [line for group in self.groups for line in group.functions()]
+        functions = [line for part in self.parts for line in part.functions()]
         own = [line[4 : line.index("(")] for line in functions if line.startswith("def ")]
         source = (
             "\n".join(
@@ -94,7 +97,7 @@ class _Generator(Pieces):
         )
 
     def _scratch(self) -> int:
-        return sum(sum(group.scratch.values()) for group in self.groups)
+        return sum(sum(part.scratch.values()) for part in self.parts)
 
     # -- the parts of the source, in their order -------------------------------------------------------------------
 
@@ -149,9 +152,12 @@ class _Generator(Pieces):
                         yield f"_{word(name)}__{p} = {self.constant((name, 'parameter', p), kind, getattr(block, p))}"
                 yield f"{word(name)}__period = {self.constant((name, 'period'), float, plan.block_period(name))}"
         place = 0
+        for part in self.parts:
+            for key, length in part.scratch.items():
+                yield f"{part.name}_{key} = scratch[{place}:{place + length}]"
+                place += length
         for group in self.groups:
-            yield from group.before(place)
-            place += sum(group.scratch.values())
+            yield from group.before()
         for name, block in plan.blocks.items():
             state = block.state_class()
             if state is not None:
@@ -169,6 +175,7 @@ class _Generator(Pieces):
         watched: list[str] = []  # of every tick
         # What enters a group stays in its state:
         persistent = {node for solver in plan.solvers for node in solver.group.inputs}
+        tears = {tear for loop in plan.schedule.loops for tear in loop.tears}
         due = 1
         for name, port in plan.schedule.order:
             block, divisor = plan.blocks[name], plan.schedule.divisors[name]
@@ -186,7 +193,9 @@ class _Generator(Pieces):
                 continue
             output = block.outputs[port]
             target = "" if output.shape else f"{word(name)}__{port}"
-            yield from (indent + line for line in self._kept(name, port, target))
+            solved = [line for loop in self.loops for line in loop.at((name, port))]
+            lines = solved if (name, port) in tears else self._kept(name, port, target)
+            yield from (indent + line for line in lines)
             if output.dtype is FixedValue and not block.digital():
                 yield from (indent + line for line in self.digital.hold((name, port)))
             if output.dtype is float and (name, port) not in persistent:

@@ -7,6 +7,7 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.exact_hold import matrix_exponential, scale_rows
 from proofmass.runner.groups import state_fields
 from proofmass.runner.integrate import integrate
+from proofmass.runner.loop_code import LoopCode
 from proofmass.runner.methods import EXPLICIT, explicit_step
 from proofmass.runner.pieces import Pieces, fields, variable, word
 from proofmass.runner.radau import radau_step, scratch
@@ -23,6 +24,8 @@ class GroupCode:
         self.pieces, self.solver, self.group, self.name = pieces, solver, solver.group, solver.name
         self.blocks = pieces.plan.blocks
         self.columns = len(self.group.states) + len(self.group.inputs) + len(self.group.ramps)
+        named = enumerate(self.group.loops)
+        self.loops = [LoopCode(pieces, loop, f"{self.name}_loop_{number}") for number, loop in named]
         self.scratch: dict[str, int] = {}  # names of arrays with their lengths
         if solver.exact:
             self.scratch = dict.fromkeys(_ASSEMBLED, self.columns * self.columns)
@@ -34,9 +37,13 @@ class GroupCode:
                 self.scratch["largest"] = len(self.group.states)
             if solver.method == "radau":
                 self.scratch |= {f"work_{i}": n for i, n in enumerate(scratch(len(self.group.states)))}
+        for loop in self.loops:
+            self.scratch |= {f"{loop.name.removeprefix(f'{self.name}_')}_{key}": n for key, n in loop.scratch.items()}
 
     def functions(self) -> Iterator[str]:
         """Functions that stand before the loop."""
+        for loop in self.loops:
+            yield from loop.functions()
         yield from self._rates()
         if self.solver.exact:
             yield from self._assemble()
@@ -48,15 +55,13 @@ class GroupCode:
 
     def inlined(self) -> Iterator[str]:
         """Functions that the compiler takes into their callers: steps of fixed length are the whole loop."""
-        yield f"{self.name}_rates"
+        if not self.loops:
+            yield f"{self.name}_rates"
         if self._is_fixed():
             yield f"{self.name}_step"
 
-    def before(self, place: int) -> Iterator[str]:
-        """Numbers that the loop is given; `place` is where the scratch of the group begins."""
-        for key, length in self.scratch.items():
-            yield f"{self.name}_{key} = scratch[{place}:{place + length}]"
-            place += length
+    def before(self) -> Iterator[str]:
+        """Numbers that the loop is given."""
         if not self.solver.exact:
             yield f"{self.name}_substeps = {self._number('substeps', int, self.solver.substeps)}"
             yield f"{self.name}_length = period / {self.name}_substeps"
@@ -113,7 +118,7 @@ class GroupCode:
         for j in range(n + m):
             unit = [repr(float(i == j)) for i in range(n + m)]
             places = ", ".join(f"matrix[{i * size + j}]" for i in range(n))
-            still = ["0.0"] * (len(self.group.ramps) + 1)
+            still = ["0.0"] * (len(self.group.ramps) + len(self.group.guesses) + 1)
             context = f"(*constants, {', '.join([*unit[n:], *still])})"
             yield f"    ({places},) = {self.name}_rates({context}, {', '.join(['0.0', *unit[:n]])})"
         yield f"    scale_rows(matrix, {n}, {n + m}, {size}, period)"
@@ -129,7 +134,8 @@ class GroupCode:
         slopes = [variable(node) for node in self.group.ramps]
         yield from (f"{name}__slope = ({name}__next - {name}) / period" for name in slopes)
         inputs = [*(variable(node) for node in self.group.inputs), *(f"{name}__slope" for name in slopes)]
-        context = f"({', '.join([*self._constants(), *inputs, 'time'])},)"
+        guesses = [variable(node) for node in self.group.guesses]
+        context = f"({', '.join([*self._constants(), *inputs, *guesses, 'time'])},)"
         if self.solver.method == "radau":
             work = ", ".join(f"{self.name}_{key}" for key in self.scratch if key.startswith("work_"))
             context = f"({context}, {self.name}_largest, ({work}))"
@@ -241,16 +247,23 @@ class GroupCode:
         """Everything that the functions of the blocks are given at an instant."""
         slopes = [f"{variable(node)}__slope" for node in self.group.ramps]
         inputs = [variable(node) for node in self.group.inputs]
-        yield f"    ({', '.join([*self._constants(), *inputs, *slopes, 'start'])},) = {context}"
+        guesses = [variable(node) for node in self.group.guesses]
+        yield f"    ({', '.join([*self._constants(), *inputs, *slopes, *guesses, 'start'])},) = {context}"
         for node, slope in zip(self.group.ramps, slopes, strict=True):
             yield f"    {variable(node)} = {variable(node)} + {slope} * (time - start)"
         yield from (f"    {line}" for line in self._states(x))
         for node in self.group.nodes:
-            yield f"    {self._node(node)}"
+            yield from (f"    {line}" for line in self._node(node))
 
-    def _node(self, node: Node) -> str:
+    def _node(self, node: Node) -> Iterator[str]:
         name, port = node
-        return f"{variable(node)} = {self.pieces.call(name, port, port)}" if port else self.pieces.driven(name)
+        if not port:
+            yield self.pieces.driven(name)
+        elif node in self.group.guesses:
+            for loop in self.loops:
+                yield from loop.at(node)
+        else:
+            yield f"{variable(node)} = {self.pieces.call(name, port, port)}"
 
     # -- pieces ----------------------------------------------------------------------------------------------------
 
@@ -264,7 +277,7 @@ class GroupCode:
             yield f"{word(name)}__x = {self.pieces.named(self.blocks[name], 'State', made)}({own})"
 
     def _constants(self) -> list[str]:
-        """What holds the constants of the members, or what they are made of within the group."""
+        """What holds the constants of the members, or what they are made of within the group; scratch of the loops."""
         held = list[str]()
         for member in self.group.members:
             if (member, "") in self.group.nodes:
@@ -274,7 +287,7 @@ class GroupCode:
                 held += [f"{word(member)}__period"] if "constants" in self.blocks[member].functions else []
             else:
                 held.append(f"{word(member)}__c")
-        return held
+        return [*held, *(f"{loop.name}_{key}" for loop in self.loops for key in loop.scratch)]
 
     def _driven(self) -> list[str]:
         """Members whose constants change from tick to tick."""

@@ -8,7 +8,7 @@ import networkx
 from proofmass.blocks.declare import Block
 from proofmass.graphs.flatten import has_own_rate
 from proofmass.graphs.graph import Graph
-from proofmass.graphs.schedule import Node, Schedule
+from proofmass.graphs.schedule import AlgebraicLoop, Node, Schedule, in_order, last_name
 
 
 @dataclass(frozen=True)
@@ -16,15 +16,16 @@ class Group:
     """Continuous blocks that act on each other, and what lies between them.
 
     `states` are the fields of the blocks' states, modes included; `nodes` what is evaluated at every instant, in
-    order: outputs, and with "" as port the constants of a block that a signal within the group drives. `inputs` are
-    the outputs of other blocks that act on the group, held over the tick; those in `ramps` move on a straight line to
-    their next value. `events` are those of its blocks.
+    order: outputs, and with "" as port the constants of a block that a signal within the group drives. `loops` are
+    solved at every instant. `inputs` are the outputs of other blocks that act on the group, held over the tick; those
+    in `ramps` move on a straight line to their next value. `events` are those of its blocks.
     """
 
     blocks: tuple[str, ...]
     states: tuple[tuple[str, str], ...]
     kinds: tuple[type, ...]  # of the states
     nodes: tuple[Node, ...]
+    loops: tuple[AlgebraicLoop, ...]
     inputs: tuple[Node, ...]
     ramps: tuple[Node, ...]
     events: tuple[tuple[str, str], ...]
@@ -33,6 +34,11 @@ class Group:
     def members(self) -> tuple[str, ...]:
         """All blocks whose functions are called, in the order of their names."""
         return tuple(sorted({*self.blocks, *(name for name, _ in self.nodes)}))
+
+    @property
+    def guesses(self) -> tuple[Node, ...]:
+        """Outputs that the solutions of the loops start from, as they are at the start of the tick."""
+        return tuple(tear for loop in self.loops for tear in loop.tears)
 
 
 def find_groups(graph: Graph, schedule: Schedule) -> tuple[Group, ...]:
@@ -70,27 +76,25 @@ def ahead(graph: Graph, schedule: Schedule, groups: Iterable[Group]) -> tuple[No
     return tuple(node for node in schedule.order if node in wanted)
 
 
-def last_name(path: str) -> tuple[str, str]:
-    """What the terms of a sum are ordered by, so that its bits do not depend on the subgraphs that blocks lie in."""
-    return path.rpartition(".")[2], path
-
-
 class _Wiring:
     """Which outputs move between ticks, and what the derivatives of a block need of them."""
 
     def __init__(self, graph: Graph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Node]()
+        able = {name for name, block in graph.blocks.items() if block.continuous() or _analogue(graph, name)}
+        follow: dict[Node, list[Node]] = {}  # what moves with a node
+        for node in schedule.order:
+            if node[0] in able:
+                for before in _needs(graph.blocks[node[0]], schedule, *node):
+                    follow.setdefault(before, []).append(node)
         self.moving = set[Node]()
-        for name, port in schedule.order:
-            block = graph.blocks[name]
-            needs = _needs(block, schedule, name, port)
-            if (
-                (block.continuous() and port)
-                or (name, port) in free
-                or (any(node in self.moving for node in needs) and (block.continuous() or _analogue(graph, name)))
-            ):
-                self.moving.add((name, port))
+        left = [*free, *((name, port) for name, port in schedule.order if port and graph.blocks[name].continuous())]
+        while left:
+            node = left.pop()
+            if node not in self.moving:
+                self.moving.add(node)
+                left += follow.get(node, ())
 
     def needed(self, blocks: Iterable[str]) -> set[Node]:
         """Everything that the derivatives and events of blocks depend on within an instant, and its inputs."""
@@ -119,12 +123,16 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
     needed = wiring.needed(blocks)
     outside = (node for node in needed if node[1] and node not in wiring.moving)
     inputs = sorted(outside, key=lambda node: (last_name(node[0]), node[1]))
+    inside = [node for node in schedule.order if node in needed and node in wiring.moving]
+    needs = {node: _needs(graph.blocks[node[0]], schedule, *node) for node in inside}
+    nodes, loops = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
     ahead = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
     return Group(
         blocks=blocks,
         states=tuple((name, field) for name, field, _ in fields),
         kinds=tuple(kind for _, _, kind in fields),
-        nodes=tuple(node for node in schedule.order if node in needed and node in wiring.moving),
+        nodes=nodes,
+        loops=loops,
         inputs=tuple(inputs),
         ramps=tuple(node for node in inputs if node in ahead),
         events=tuple((name, event) for name in blocks for event in graph.blocks[name].events),

@@ -1,14 +1,15 @@
 """The reference engine: the plan run in plain Python, tick by tick. A debugger can stop anywhere in it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
 from proofmass.blocks.counter_random import normal_deviate
 from proofmass.blocks.fixed_point import FixedValue, counting_overflows
-from proofmass.graphs.schedule import Node
+from proofmass.graphs.schedule import AlgebraicLoop, Node
 from proofmass.runner.advance import Advance, IntegrationError
+from proofmass.runner.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.constants import constants_of
 from proofmass.runner.memory import Memory, Rows, start
 from proofmass.runner.planned import Plan
@@ -39,9 +40,11 @@ class Interpreter:
             for solver in plan.solvers
         ]
         divisors = plan.schedule.divisors
+        steps = {node: self._step(*node) for node in plan.schedule.order}
+        solved = {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, steps)}
         self._outputs = [
-            (node, plan.stride(node) if node[1] else divisors[node[0]], self._step(*node))
-            for node in plan.schedule.order
+            (node, plan.stride(node) if node[1] else divisors[node[0]], solved.get(node, step))
+            for node, step in steps.items()
         ]
         self._updates = [
             (name, divisors[name], self._bound(name, "update"))
@@ -108,7 +111,7 @@ class Interpreter:
         for advance in self._advances:
             try:
                 moved = advance(self._constants, states, self._memory.wires, following, tick * self.plan.period)
-            except IntegrationError as error:
+            except (IntegrationError, NoSolutionError) as error:
                 raise TickError(error.at, tick, error) from error
             except Exception:
                 self._at = advance.stages.at
@@ -121,6 +124,21 @@ class Interpreter:
             self._memory.overflows[name] += 1
         self._overflowed.clear()
         self._memory.tick = tick + 1
+
+    def _solved(
+        self, loop: AlgebraicLoop, steps: Mapping[Node, Callable[[int], Any]]
+    ) -> Iterator[tuple[Node, Callable[[int], Any]]]:
+        """What stands in the place of the tears of a loop: all are known once the first is."""
+        wires = self._memory.wires
+
+        def solve(tick: int) -> float:
+            if not solve_in_place(loop.tears, loop.others, wires, lambda node: steps[node](tick)):
+                raise NoSolutionError(self._at)
+            return wires[loop.tears[0]]  # type: ignore[no-any-return]
+
+        yield loop.tears[0], solve
+        for tear in loop.tears[1:]:
+            yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
 
     def _step(self, name: str, port: str) -> Callable[[int], Any]:
         return self._output(name, port) if port else self._driven(name)

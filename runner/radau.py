@@ -12,6 +12,8 @@ Plain Python runs these functions on lists, the compiled loop on arrays, both to
 import math
 from typing import Any
 
+from proofmass.runner.linear_equations import factorise, substitute
+
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 ORDER = 4  # in the step, of the error estimate
@@ -49,7 +51,7 @@ def radau_step(
         for column in range(3 * n):
             matrix[row * 3 * n + column] = -h * _weight(row // n, column // n) * jacobian[row % n * n + column % n]
         matrix[row * 3 * n + row] += 1.0
-    regular = _factorise(matrix, 3 * n, order)
+    regular = factorise(matrix, 3 * n, order)
     settled = False
     for _ in range(ITERATIONS):
         if regular and not settled:
@@ -60,8 +62,8 @@ def radau_step(
         for j in range(n):
             filtered[i * n + j] = -jacobian[i * n + j]
         filtered[i * n + i] += G / h
-    if regular and settled and _factorise(filtered, n, order):
-        _solve(filtered, n, order, error)
+    if regular and settled and factorise(filtered, n, order):
+        substitute(filtered, n, order, error)
     else:
         for i in range(n):
             error[i] = math.inf
@@ -117,7 +119,7 @@ def _iterate(
         for other in range(3):
             for i in range(n):
                 change[other * n + i] += h * _weight(other, stage) * slope[i]
-    _solve(matrix, 3 * n, order, change)
+    substitute(matrix, 3 * n, order, change)
     settled = True
     for row in range(3 * n):
         z[row] += change[row]
@@ -136,43 +138,3 @@ def _weight(row: int, column: int) -> float:
     if row == 1:
         return A21 if column == 0 else A22 if column == 1 else A23
     return A31 if column == 0 else A32 if column == 1 else A33
-
-
-def _factorise(matrix: Flat, n: int, order: Flat) -> bool:
-    """Gaussian elimination in place; false where the matrix is singular.
-
-    The pivot is the largest entry relative to its row, since rows differ by their units; `order` keeps the exchanges.
-    """
-    for k in range(n):
-        best, chosen = 0.0, k
-        for i in range(k, n):
-            size = 0.0
-            for j in range(k, n):
-                size = max(size, abs(matrix[i * n + j]))
-            if abs(matrix[i * n + k]) > best * size:
-                best, chosen = abs(matrix[i * n + k]) / size, i
-        if not best > 0.0:
-            return False
-        order[k] = chosen
-        for j in range(n):
-            matrix[k * n + j], matrix[chosen * n + j] = matrix[chosen * n + j], matrix[k * n + j]
-        for i in range(k + 1, n):
-            factor = matrix[i * n + k] / matrix[k * n + k]
-            matrix[i * n + k] = factor
-            for j in range(k + 1, n):
-                matrix[i * n + j] -= factor * matrix[k * n + j]
-    return True
-
-
-def _solve(matrix: Flat, n: int, order: Flat, right: Flat) -> None:
-    """The solution of factorised equations, in place of their right-hand side."""
-    for k in range(n):
-        chosen = int(order[k])
-        right[k], right[chosen] = right[chosen], right[k]
-    for i in range(n):
-        for j in range(i):
-            right[i] -= matrix[i * n + j] * right[j]
-    for i in range(n - 1, -1, -1):
-        for j in range(i + 1, n):
-            right[i] -= matrix[i * n + j] * right[j]
-        right[i] /= matrix[i * n + i]

@@ -42,11 +42,15 @@ def assemble(stages: Stages, constants: Mapping[str, Any], period: float) -> tup
     return hold([row[:n] for row in rows], [row[n:] for row in rows], period, ramps)
 
 
-def rates_at(stages: Stages, constants: Mapping[str, Any], point: Sequence[float]) -> list[float]:
-    """Derivatives for states and held inputs, one behind the other."""
+def rates_at(
+    stages: Stages, constants: Mapping[str, Any], point: Sequence[float], wires: Mapping[Node, float] | None = None
+) -> list[float]:
+    """Derivatives for states and held inputs, one behind the other; loops are solved from the wires, or from zero."""
     n = len(stages.group.states)
     out = [0.0] * n
-    stages.rates(Context(constants, point[n:], [0.0] * len(stages.group.ramps), 0.0), 0.0, point[:n], out)
+    guesses = [wires[node] if wires else 0.0 for node in stages.group.guesses]
+    context = Context(constants, point[n:], [0.0] * len(stages.group.ramps), guesses, 0.0)
+    stages.rates(context, 0.0, point[:n], out)
     return out
 
 
@@ -109,7 +113,7 @@ class _Choice:
         for j, value in enumerate(self.start):
             nudge = 1e-6 * abs(value) or 1e-12
             above, below = (
-                rates_at(self.stages, constants, [*self.start[:j], value + s, *self.start[j + 1 :], *inputs])
+                rates_at(self.stages, constants, [*self.start[:j], value + s, *self.start[j + 1 :], *inputs], wires)
                 for s in (nudge, -nudge)
             )
             columns.append([(a - b) / (2.0 * nudge) for a, b in zip(above, below, strict=True)])

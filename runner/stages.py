@@ -5,17 +5,20 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declare import Behaviour, Block
 from proofmass.graphs.schedule import Node, Schedule
+from proofmass.runner.algebraic import solve_in_place
 from proofmass.runner.constants import constants_of
 from proofmass.runner.groups import Group, state_fields
 from proofmass.runner.step_formats import held_as
 
 
 class Context(NamedTuple):
-    """What is fixed during a tick: constants by block, inputs as they are at its start and how fast they move."""
+    """What is fixed during a tick: constants by block, inputs as they are at its start and how fast they move, guesses
+    for the tears of loops."""
 
     constants: Mapping[str, Any]
     inputs: Sequence[float]
     slopes: Sequence[float]  # of the inputs that move, one after the other
+    guesses: Sequence[float]
     start: float
 
 
@@ -36,6 +39,7 @@ class Stages:
     ) -> None:
         self.blocks, self.schedule, self.group, self.periods = blocks, schedule, group, periods
         self.at = ""  # the function under way
+        self.unsolved = ""  # wire of a loop that had no solution
         self._states: list[tuple[str, Any, list[type]]] = [
             (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
@@ -43,6 +47,12 @@ class Stages:
         self._places: dict[Any, int] = {"time": 0}  # of the values of an instant
         self._defaults: dict[int, float] = {}  # of inputs that are not connected, by place
         self._nodes = [self._output(*node) if node[1] else self._constants(node[0]) for node in group.nodes]
+        self._of_place = {call.result: call for call in self._nodes}
+        self._torn = {  # tears and others of the loop, for the place of each tear
+            self._place(tear): ([*map(self._place, loop.tears)], [*map(self._place, loop.others)])
+            for loop in group.loops
+            for tear in loop.tears
+        }
         derivatives = ((name, blocks[name].functions.get("derivative")) for name in group.blocks)
         self._rates = [None if found is None else self._call(name, "derivative", found) for name, found in derivatives]
         self._clearances = [self._call(name, event, blocks[name].events[event][0]) for name, event in group.events]
@@ -90,13 +100,25 @@ class Stages:
         inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
         for node, slope in zip(self.group.ramps, context.slopes, strict=True):
             inputs[node] = inputs[node] + slope * (time - context.start)
+        inputs |= zip(self.group.guesses, context.guesses, strict=True)
         for node, value in inputs.items():
             self._keep(known, node, value)
         for place, default in self._defaults.items():
             known[place] = default
         for call in self._nodes:
-            known[call.result] = self._called(call, known)
+            if call.result not in self._torn:
+                known[call.result] = self._called(call, known)
+            elif call.result == self._torn[call.result][0][0]:
+                self._solve(call, known)
         return known
+
+    def _solve(self, first: _Call, known: list[Any]) -> None:
+        """Solve the loop with that first tear."""
+        solved = solve_in_place(
+            *self._torn[first.result], known, lambda place: self._called(self._of_place[place], known)
+        )
+        if not solved:
+            self.unsolved = first.at
 
     def _keep(self, known: list[Any], key: Node, value: Any) -> None:
         if key in self._places:

@@ -52,7 +52,8 @@ model.toml:6: wires: pull.output -> mass.force: mass.force is driven twice
 model.toml:8: wires: algebraic loop: each of these outputs needs the one before it within the same tick
   got:      back.output -> total.second, total.output -> back.input
   expected: at least one block in the loop whose output does not depend on its input in the same tick
-  hint:     put a UnitDelay into one of these wires, for example into total.output -> back.input""",
+  hint:     put a UnitDelay into one of these wires, for example into total.output -> back.input; \
+or have the loop solved: algebraic_loops = "newton" under [integration]""",
     ),
     "unknown port": (
         [('"readout.output -> adc.voltage"', '"readout.output -> adc.volts"')],

@@ -1,6 +1,7 @@
 """The order of a tick: loops without delay found and named, nothing refused that has none, always the same order."""
 
 import ast
+import dataclasses
 import inspect
 import random
 import textwrap
@@ -199,7 +200,8 @@ def test_a_loop_is_named_wire_by_wire() -> None:
 wires: algebraic loop: each of these outputs needs the one before it within the same tick
   got:      back.output -> sum.second, sum.output -> gain.input, gain.output -> back.input
   expected: at least one block in the loop whose output does not depend on its input in the same tick
-  hint:     put a UnitDelay into one of these wires, for example into gain.output -> back.input"""
+  hint:     put a UnitDelay into one of these wires, for example into gain.output -> back.input; \
+or have the loop solved: algebraic_loops = "newton" under [integration]"""
     )
 
 
@@ -305,3 +307,51 @@ def test_a_chain_of_ten_thousand_blocks_is_scheduled() -> None:
     assert len(schedule(Graph(name="", rate=1, blocks=blocks, wires=wires)).order) == 10_000
     with pytest.raises(ModelError):
         schedule(Graph(name="", rate=1, blocks=blocks, wires=[*wires, "b09999.output -> b00000.input"]))
+
+
+NEWTON = {"algebraic_loops": "newton"}
+
+
+def test_a_loop_that_is_to_be_solved_is_ordered_behind_its_tears() -> None:
+    blocks: dict[str, Block] = {"sum": Sum(), "gain": Gain(), "a": Constant(), "z": Gain()}
+    wires = ["a.output -> sum.first", "sum.output -> gain.input", "gain.output -> sum.second", "sum.output -> z.input"]
+    scheduled = schedule(Graph(name="", rate=1, blocks=blocks, wires=wires, integration=NEWTON))
+    assert scheduled.order == (("a", "output"), ("gain", "output"), ("sum", "output"), ("z", "output"))
+    assert [(loop.tears, loop.others) for loop in scheduled.loops] == [((("gain", "output"),), (("sum", "output"),))]
+
+
+@pytest.mark.parametrize("first", range(0, 200, 50))
+def test_random_loops_come_apart_at_their_tears(first: int) -> None:
+    refused = set[str]()
+    for seed in range(first, first + 50):
+        graph = random_graph(seed)
+        try:
+            scheduled = schedule(dataclasses.replace(graph, integration=NEWTON))
+        except ModelError as error:
+            refused.add(str(error).partition("Newton's method cannot solve the loop, since ")[2][:18])
+            continue
+        assert bool(scheduled.loops) == has_loop(within_a_tick(graph))
+        tears = {tear for loop in scheduled.loops for tear in loop.tears}
+        at = {node: index for index, node in enumerate(scheduled.order)}
+        assert all(after in tears or at[before] < at[after] for before, after in within_a_tick(graph))
+    assert refused == {"the parameters of "}
+
+
+@pytest.mark.parametrize(
+    ("blocks", "wires", "rates", "reason"),
+    [
+        ({"g": Gain()}, ["g.output -> g.gain", "c.output -> g.input"], {}, "the parameters of g depend on its own"),
+        (
+            {"g": Gain(), "h": Gain()},
+            ["g.output -> h.input", "h.output -> g.input"],
+            {"h": 2},
+            "its outputs have different rates",
+        ),
+    ],
+)
+def test_why_newtons_method_cannot_solve_a_loop(
+    blocks: dict[str, Block], wires: list[str], rates: dict[str, Any], reason: str
+) -> None:
+    graph = Graph(name="", rate=1, blocks={**blocks, "c": Constant()}, wires=wires, rates=rates, integration=NEWTON)
+    with pytest.raises(ModelError, match=f"Newton's method cannot solve the loop, since {reason}"):
+        schedule(graph)
