@@ -64,7 +64,7 @@ class _Choice:
         constants: Mapping[str, Any],
         first_tick: FirstTick,
     ) -> None:
-        self.graph, self.group, self.constants, self.first_tick = plan.graph, group, constants, first_tick
+        self.plan, self.group, self.constants, self.first_tick = plan, group, constants, first_tick
         self.stages = Stages(plan.blocks, plan.schedule, group, plan.block_period)
         self.period, self.says = plan.period, plan.graph.integration
         self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
@@ -105,17 +105,31 @@ class _Choice:
         return max(1, math.ceil(self.period * fastest / length))
 
     def _jacobian(self) -> Matrix:
-        """Derivatives of the rates by the states, in tick 0, by central differences."""
+        """Derivatives of the rates by the states in tick 0: from dual numbers, by differences through a loop."""
+        from proofmass.runner.dual import dual, slopes_of
+        from proofmass.runner.dual_groups import DualStages
+        from proofmass.runner.dual_plan import SIGNALS
+
         constants, wires = self.first_tick()
         constants = {name: self.constants[name] if made is None else made for name, made in constants.items()}
         inputs = [wires[node] for node in self.group.inputs]
+        if self.group.loops:
+            return self._differences(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
+        point = [*(value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(self.start)), *inputs]
+        stages = DualStages(self.plan, self.group, by_parameters=False)
+        try:
+            rates = rates_at(stages, constants, point, wires)
+        except (TypeError, AttributeError, ArithmeticError) as error:
+            raise self._refused(
+                f"has no derivative at the start: {error}", "say substeps = 8, or method = ..."
+            ) from None
+        return [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(len(self.start))] for rate in rates]
+
+    def _differences(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
         columns = []
         for j, value in enumerate(self.start):
             nudge = 1e-6 * abs(value) or 1e-12
-            above, below = (
-                rates_at(self.stages, constants, [*self.start[:j], value + s, *self.start[j + 1 :], *inputs], wires)
-                for s in (nudge, -nudge)
-            )
+            above, below = (rates([*self.start[:j], value + s, *self.start[j + 1 :]]) for s in (nudge, -nudge))
             columns.append([(a - b) / (2.0 * nudge) for a, b in zip(above, below, strict=True)])
         return [list(row) for row in zip(*columns, strict=True)]
 
@@ -125,7 +139,7 @@ class _Choice:
         Where f(0) = 0 and f(s z) = s f(z), in the same bits for scales s sixty orders of magnitude up and down, and
         f(z) is the sum of what each entry of z does alone, no limit, dead zone or product can hide.
         """
-        blocks = self.graph.blocks
+        blocks = self.plan.blocks
         nonlinear = [
             name for name in self.group.blocks if "derivative" in blocks[name].functions and not blocks[name].linear
         ]
@@ -166,7 +180,7 @@ class _Choice:
         first = self.group.blocks[0]
         named = ", ".join(self.group.blocks)
         problem = Problem(message=f"{named}: {message}", key=f"blocks.{first}", hint=hint, path=("blocks", first))
-        return ModelError([self.graph.placed(problem)])
+        return ModelError([self.plan.graph.placed(problem)])
 
 
 def spectral_radius(matrix: Matrix) -> float:
