@@ -7,6 +7,8 @@ from pathlib import Path
 from proofmass.blocks.analog_to_digital import AnalogToDigital
 from proofmass.blocks.catalog import all_blocks
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_point import FixedValue
+from proofmass.blocks.fixed_quantiser import FixedQuantiser
 from proofmass.blocks.gain import Gain
 from proofmass.blocks.ramp import Ramp
 from proofmass.blocks.saturation import Saturation
@@ -53,7 +55,7 @@ class _Dealt:
         for block_name, block in self.dealt.items():
             for port in block.inputs.values():
                 if port.default is None or dice.random() < 0.5:
-                    self.wires.append(f"{self.source(port.dtype, block.unit_of(port))} -> {block_name}.{port.name}")
+                    self.wires.append(f"{self.source(block, port.name)} -> {block_name}.{port.name}")
             for parameter in block.parameters.values():
                 if block.drivable(parameter.name) and dice.random() < 0.15:
                     value = getattr(block, parameter.name)
@@ -84,7 +86,16 @@ class _Dealt:
         self.blocks[name] = block
         return name
 
-    def source(self, dtype: type, unit: str) -> str:
+    def source(self, block: Block, port: str) -> str:
+        """A signal for the input of a block."""
+        declared = block.inputs[port]
+        unit = block.unit_of(declared)
+        if declared.dtype is FixedValue:
+            quantiser = FixedQuantiser(output_format=block.format_of(port), unit=unit)
+            return self.added(quantiser, self.signal(float, unit), "output")
+        return self.signal(declared.dtype, unit)
+
+    def signal(self, dtype: type, unit: str) -> str:
         """A signal for an input: of a block that is there, or delayed and limited of one that is still to come."""
         if dtype is bool:
             there = _outputs(self.blocks, bool)
@@ -93,7 +104,7 @@ class _Dealt:
             codes = _outputs(self.blocks, int)
             if codes:
                 return self.dice.choice(codes)[0]
-            return self.added(AnalogToDigital(bits=8), self.source(float, "V"), "code")
+            return self.added(AnalogToDigital(bits=8), self.signal(float, "V"), "code")
         there, later = _outputs(self.blocks, float), _outputs(self.dealt, float)
         back = not there or self.dice.random() < 0.3
         signal, known = self.dice.choice(later if back else there)

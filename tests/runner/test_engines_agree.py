@@ -9,6 +9,7 @@ import pytest
 
 from proofmass.blocks.catalog import all_blocks
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_point import FixedValue
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.integration import Integration
 from proofmass.graphs.toml_reader import read_graph
@@ -53,10 +54,14 @@ def _bits(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
 
 
 KINDS = all_blocks()
-DIGITAL = [kind for kind in KINDS.values() if kind.digital()]
+FIXED_POINT = [
+    kind
+    for kind in KINDS.values()
+    if any(port.dtype is FixedValue for port in (*kind.inputs.values(), *kind.outputs.values())) or kind.digital()
+]
 TOGETHER = 8  # blocks in a loop: that is compiled sooner than a loop each
 STEPPED = [kind for kind in KINDS.values() if kind.continuous() and not kind.linear]
-OTHERS = [name for name, kind in KINDS.items() if kind not in DIGITAL and kind not in STEPPED]
+OTHERS = [name for name, kind in KINDS.items() if kind not in FIXED_POINT and kind not in STEPPED]
 GROUPS = [OTHERS[first : first + TOGETHER] for first in range(0, len(OTHERS), TOGETHER)]
 
 
@@ -68,8 +73,8 @@ def test_every_block_with_five_random_parameter_sets(group: list[str], tmp_path:
         assert_same_bits(graph_around(tested, tmp_path), SAMPLES)
 
 
-@pytest.mark.parametrize("kind", DIGITAL, ids=lambda kind: kind.__name__)
-def test_every_digital_block_with_three_random_parameter_sets(kind: type[Block], tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", FIXED_POINT, ids=lambda kind: kind.__name__)
+def test_every_block_in_fixed_point_with_three_random_parameter_sets(kind: type[Block], tmp_path: Path) -> None:
     """Rounding and overflow are part of its code: each set compiles anew, to straight lines."""
     dice = random.Random(kind.__name__)
     for _ in range(3):
