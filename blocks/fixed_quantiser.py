@@ -11,7 +11,7 @@ from typing import NamedTuple, get_args
 
 from proofmass.blocks.declare import Block, Input, param
 from proofmass.blocks.fixed_point import Fixed, FixedValue, Overflow, Rounding
-from proofmass.blocks.rounding import clip
+from proofmass.blocks.rounding import clip, round_down
 
 MOST_BITS = 62
 HALF_EVEN, HALF_UP, FLOOR, TOWARD_ZERO = range(4)  # of `Rounding`, as the compiled loop takes them
@@ -82,7 +82,7 @@ def update(c: Constants, x: State, input: float) -> State:
 
 def _rounded(c: Constants, input: float) -> int:
     scaled = clip(c.steps * input, -4611686018427387904.0, 4611686018427387904.0)
-    below = math.floor(scaled)
+    below = round_down(scaled)
     rest = scaled - below
     if c.rounding == HALF_EVEN:
         up = rest > 0.5 or (rest == 0.5 and (below & 1) == 1)

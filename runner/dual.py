@@ -6,13 +6,13 @@
 the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives mixed second
 derivatives, such as those of a transition matrix by a parameter.
 
-Quantisers count as their input, with the derivative one, in value too: `int`, `round`, `//`, `>>` and
-`rounding.round_half_even` of a dual number. What is counted with, `math.floor`, `math.ceil`, `math.trunc` and
-`rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual: `^` is known for
-0 and -1, the two ways to keep or turn a sign; other operations on bits raise TypeError.
+Quantisers count as their input, with the derivative one, in value too: `int`, `round`, `//`, `>>`,
+`rounding.round_half_even` and `rounding.round_down` of a dual number. What is counted with, `math.floor`, `math.ceil`,
+`math.trunc` and `rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
+`^` is known for 0 and -1, the two ways to keep or turn a sign; other operations on bits raise TypeError.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 Slopes = Mapping[Any, Any]  # by direction
@@ -82,6 +82,27 @@ class Dual:
         return self if mask == 0 else -self - 1
 
     __rxor__ = __xor__
+
+    # What the mantissa of a fixed-point value does in its own way (`proofmass.blocks.fixed_point`): a rule of rounding
+    # divides by a power of two, which is read off a large one, and a register holds what is in its range.
+
+    def monotone(self, rule: Callable[[int], int]) -> Any:
+        """What a rule of rounding makes of it, unrounded."""
+        return self * (rule(1 << 200) / (1 << 200))
+
+    def held(self, lowest: int, highest: int, register: str) -> Any:
+        """Itself, where the register can hold it."""
+        if not lowest <= self <= highest:
+            raise OverflowError(f"{plain(self)} does not fit {register}")
+        return self
+
+    def minimum(self, other: Any) -> Any:
+        """The lower of two numbers."""
+        return self if self <= other else other
+
+    def maximum(self, other: Any) -> Any:
+        """The higher of two numbers."""
+        return self if self >= other else other
 
     def __neg__(self) -> Any:
         return chained(self.level, -self.value, (-1.0, self.slopes))

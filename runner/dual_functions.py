@@ -173,6 +173,7 @@ def _round_half_even(value: Any) -> Any:
 
 _REPLACED: dict[Any, Callable[..., Any]] = {
     rounding.round_half_even: _round_half_even,
+    rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
     rounding.nearest_integer: _counting(rounding.nearest_integer),
     int: _converting(int),
     float: _converting(float),

@@ -14,6 +14,7 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.dual import Dual, dual, slopes_of, value_of
 from proofmass.runner.dual_functions import for_duals
 from proofmass.runner.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
+from proofmass.runner.exact_hold import Matrix
 from proofmass.runner.groups import Group
 from proofmass.runner.planned import Plan
 from proofmass.runner.stages import Context, Stages
@@ -49,6 +50,8 @@ class DualAdvance:
 
     def __init__(self, plan: Plan, group: Group, by_parameters: bool) -> None:
         self.stages, self.period = DualStages(plan, group, by_parameters), plan.period
+        self._held_for = ""  # matrices that do not change are held once
+        self._held: tuple[Matrix, Matrix] = [], []
 
     def __call__(
         self,
@@ -69,7 +72,7 @@ class DualAdvance:
         a = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n)] for rate in rates]
         b = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n, len(now))] for rate in rates]
         forced = [[*row, *(float(i == j) for j in range(n))] for i, row in enumerate(b)]
-        transition, entry = dual_hold(a, forced, self.period)
+        transition, entry = self._hold(a, forced)
         apart = [value - point for value, point in zip(now, held, strict=True)]
         apart += [_without(rate, len(now)) for rate in rates]
         moved = [
@@ -79,6 +82,12 @@ class DualAdvance:
         fields = zip(group.kinds, now, moved, strict=False)
         kept = [after if kind is float else before for kind, before, after in fields]
         return self.stages.states(kept)
+
+    def _hold(self, a: list[list[Any]], forced: list[list[Any]]) -> tuple[Matrix, Matrix]:
+        wanted = repr((a, forced))
+        if wanted != self._held_for:
+            self._held_for, self._held = wanted, dual_hold(a, forced, self.period)
+        return self._held
 
     def _rates(self, constants: Mapping[str, Any], point: list[Any], n: int, time: float) -> list[Any]:
         """Derivatives of the states at a point, what drives the constants as it is on the wires."""

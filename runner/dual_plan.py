@@ -9,7 +9,8 @@ from dataclasses import replace
 from typing import Any
 
 from proofmass.blocks.declare import Block
-from proofmass.runner.dual import Dual, dual, slopes_of, value_of
+from proofmass.runner.constants import constants_of
+from proofmass.runner.dual import Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.dual_functions import for_duals
 from proofmass.runner.exact_hold import Matrix, hold
 from proofmass.runner.planned import Plan
@@ -20,11 +21,12 @@ PARAMETERS, SIGNALS = 0, 1  # levels of the dual numbers
 def differentiated(plan: Plan) -> Plan:
     """The plan in dual numbers, a direction for each parameter, `"block.parameter"` or `"block.parameter[2]"`."""
     given = {name: dual_parameters(plan, name, True) for name in plan.blocks}
-    constants, starts, buffers = {}, {}, dict(plan.buffers)
+    constants, starts, buffers = dict(plan.constants), dict(plan.starts), dict(plan.buffers)
     for name, block in plan.blocks.items():
+        if name in plan.digital:
+            continue  # its coefficients are rounded to registers: they have no derivative
         driven = plan.constants[name] is None
         constants[name] = None if driven else dual_constants(block, given[name], plan.block_period(name))
-        starts[name] = plan.starts[name]
         if "start" in block.functions:
             filled = {b: list(buffers[name, b]) for b in block.buffers}
             start = block.functions["start"]
@@ -50,11 +52,21 @@ def dual_parameters(plan: Plan, name: str, by_parameters: bool) -> Any:
 
 
 def dual_constants(block: Block, parameters: Any, period: float) -> Any:
-    """As `plan.constants_of`, for parameters that may be dual numbers."""
+    """As `constants_of`, for parameters that may be dual numbers; integers among the constants are plain counts."""
     if "constants" in block.functions:
-        return _typed(for_duals(block.functions["constants"].function)(parameters, period))
-    kind = block.parameters_class()
-    return _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
+        made = _typed(for_duals(block.functions["constants"].function)(parameters, period))
+    else:
+        kind = block.parameters_class()
+        made = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
+    counts = [
+        name for name, kind in made.__annotations__.items() if kind is int and isinstance(getattr(made, name), Dual)
+    ]
+    if counts:
+        read = {name: getattr(parameters, name) for name in block.parameters}
+        known = {n: tuple(map(plain, v)) if isinstance(v, tuple) else plain(v) for n, v in read.items()}
+        counted = constants_of(block, types.SimpleNamespace(**known), period)
+        made = made._replace(**{name: getattr(counted, name) for name in counts})
+    return made
 
 
 def _typed(values: Any) -> Any:

@@ -17,6 +17,7 @@ import networkx
 import numpy as np
 import numpy.typing as npt
 
+from proofmass.blocks.fixed_point import FixedValue
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.schedule import Node
 from proofmass.runner.dual import dual, slopes_of, value_of
@@ -197,7 +198,7 @@ def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) ->
     seeded: list[Entry] = []
 
     def moved(value: Any, kind: type, entry: Entry) -> Any:
-        if kind is bool or (kind is int and entry[0] in counted):
+        if kind is bool or (kind in (int, FixedValue) and entry[0] in counted):
             return value
         seeded.append(entry)
         return value + dual(0.0, {entry: 1.0}, SIGNALS)

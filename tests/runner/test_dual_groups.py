@@ -55,7 +55,7 @@ def test_electrostatic_softening_at_the_operating_point(force: float) -> None:
     planned = plan(pulled(force))
     assert not planned.solvers[0].exact
     displacement, stiffness = at_rest(force)
-    found = period_map(planned, [("push", "output")], [("mass", "displacement")], tick=int(0.2 * RATE)).between()
+    found = period_map(planned, [("push", "output")], [("mass", "displacement")], tick=int(0.004 * RATE)).between()
     assert found.matrix[-1, -1] == pytest.approx(displacement, rel=1e-6, abs=1e-18)
     a = [[0.0, 1.0], [-stiffness / MASS.mass, -MASS.damping / MASS.mass]]
     transition, entry = hold(a, [[0.0], [1.0 / MASS.mass]], 1.0 / RATE)

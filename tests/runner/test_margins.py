@@ -268,6 +268,7 @@ def test_a_dip_between_two_frequencies_is_found() -> None:
             "minus": Negation(),
         },
         wires=["plant.strictly_proper_part -> minus.input", "minus.output -> plant.input"],
+        rates={"minus": FAST},  # a rate of its own: it works at ticks, and does not belong to the continuous group
     )
     found = margins(sharp, "minus.output")
     assert len(found.gain_crossovers) == 2

@@ -1,0 +1,79 @@
+"""Fixed-point blocks linearised: their registers are numbers, roundings count as gain one, limits as what they are."""
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.constant import Constant
+from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_pid import FixedPID
+from proofmass.blocks.fixed_point import Fixed
+from proofmass.blocks.fixed_quantiser import FixedQuantiser
+from proofmass.blocks.fixed_to_number import FixedToNumber
+from proofmass.blocks.low_pass import LowPass
+from proofmass.blocks.negation import Negation
+from proofmass.blocks.pid import PID
+from proofmass.graphs.graph import Graph
+from proofmass.runner.period_map import PeriodMap, period_map
+from proofmass.runner.plan import plan
+from proofmass.runner.stability import margins
+
+COEFFICIENTS = {"proportional": 0.5, "integral": 40.0, "derivative_gain": 1e-4, "derivative_pole": 300.0}
+FINE = Fixed(24, 20)
+
+
+def fixed_chain(value: float) -> Graph:
+    """A number through a quantiser, a controller in fixed point, and back to a number."""
+    blocks: dict[str, Block] = {
+        "source": Constant(value=value),
+        "into": FixedQuantiser(output_format=FINE),
+        "pid": FixedPID(input_format=FINE, output_format=FINE, gain_format=Fixed(30, 28), **COEFFICIENTS),
+        "out": FixedToNumber(input_format=FINE),
+    }
+    wires = ["source.output -> into.input", "into.output -> pid.error", "pid.output -> out.input"]
+    return Graph(name="fixed", rate=5000, blocks=blocks, wires=wires, probes=["out.output"])
+
+
+def response(found: PeriodMap, periods: int) -> list[float]:
+    """What comes out for a unit at the input of tick 0."""
+    a, b, c, d = found.parts()
+    rows, x = [float(d[0, 0])], b[:, 0]
+    for _ in range(periods):
+        rows.append(float(c[0] @ x))
+        x = a @ x
+    return rows
+
+
+def test_a_controller_in_fixed_point_is_the_one_in_numbers() -> None:
+    """Its impulse response is that of PID, but for coefficients rounded to 28 bits."""
+    got = period_map(plan(fixed_chain(0.0)), [("source", "output")], [("out", "output")]).between()
+    blocks: dict[str, Block] = {"source": Constant(), "pid": PID(**COEFFICIENTS)}
+    numbers = Graph(name="numbers", rate=5000, blocks=blocks, wires=["source.output -> pid.error"])
+    expected = period_map(plan(numbers), [("source", "output")], [("pid", "output")]).between()
+    assert response(got, 20) == pytest.approx(response(expected, 20), abs=1e-6)
+
+
+def test_a_register_that_saturates_lets_nothing_through() -> None:
+    found = period_map(plan(fixed_chain(100.0)), [("source", "output")], [("out", "output")])
+    assert not found.parts()[3].any()
+
+
+def test_margins_of_a_loop_closed_in_fixed_point() -> None:
+    graph = fixed_chain(0.0)
+    wires = [wire for wire in graph.wires if wire.source != "source.output"]
+    looped = Graph(
+        name="loop",
+        rate=5000,
+        blocks={**{n: b for n, b in graph.blocks.items() if n != "source"}, "plant": LowPass(), "minus": Negation()},
+        wires=[*wires, "out.output -> plant.input", "plant.output -> minus.input", "minus.output -> into.input"],
+    )
+    numbers = Graph(
+        name="loop",
+        rate=5000,
+        blocks={"pid": PID(**COEFFICIENTS), "plant": LowPass(), "minus": Negation()},
+        wires=["pid.output -> plant.input", "plant.output -> minus.input", "minus.output -> pid.error"],
+    )
+    got, expected = margins(looped, "out.output"), margins(numbers, "pid.output")
+    assert got.stable
+    assert got.gain_margin == pytest.approx(expected.gain_margin, rel=1e-5)
+    assert got.phase_margin == pytest.approx(expected.phase_margin, rel=1e-5)
+    assert np.abs(got.poles[:3]) == pytest.approx(np.abs(expected.poles[:3]), rel=1e-5)
