@@ -1,5 +1,6 @@
 """The exact hold against mpmath and closed forms."""
 
+import math
 import random
 
 import mpmath
@@ -52,6 +53,34 @@ def test_random_systems_up_to_order_twelve() -> None:
                     assert abs(transition[i][j] - right[i][j]) < 1e-12 * scale[i] / scale[j]
                 for j in range(2):
                     assert abs(entry[i][j] - right_entry[i][j]) < 1e-12 * scale[i]
+
+
+def spread(order: int, dice: random.Random, kind: str) -> tuple[list[list[float]], list[float]]:
+    """A system with rates over six decades, or without damping, and the units of its states, of different size."""
+    a = [[0.0] * order for _ in range(order)]
+    for i in range(order):
+        if kind == "stiff":
+            a[i][i] = -(10.0 ** dice.uniform(-3, 3))
+            for j in range(i):
+                a[i][j] = dice.gauss(0, 1) * math.sqrt(a[i][i] * a[j][j])
+        elif i % 2:
+            a[i - 1][i] = 10.0 ** dice.uniform(0, 1.5)
+            a[i][i - 1] = -a[i - 1][i]
+    scale = [2.0 ** dice.randint(-20, 20) for _ in range(order)]
+    return [[a[i][j] * scale[i] / scale[j] for j in range(order)] for i in range(order)], scale
+
+
+@pytest.mark.parametrize("kind", ["stiff", "undamped"])
+def test_stiff_and_undamped_systems_up_to_order_twelve(kind: str) -> None:
+    dice = random.Random(kind)
+    for order in range(1, 13):
+        a, scale = spread(order, dice, kind)
+        b = [[dice.gauss(0, 1) * size] for size in scale]
+        (transition, entry), (right, right_entry) = hold(a, b, 0.7), reference(a, b, 0.7)
+        for i in range(order):
+            assert abs(entry[i][0] - right_entry[i][0]) <= 1e-11 * max(abs(right_entry[i][0]), scale[i])
+            for j in range(order):
+                assert abs(transition[i][j] - right[i][j]) <= 1e-11 * max(abs(right[i][j]), scale[i] / scale[j])
 
 
 def test_two_steps_are_one_of_twice_the_length() -> None:
