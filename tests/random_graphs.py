@@ -106,7 +106,9 @@ class _Dealt:
                 return self.dice.choice(codes)[0]
             return self.added(AnalogToDigital(bits=8), self.signal(float, "V"), "code")
         there, later = _outputs(self.blocks, float), _outputs(self.dealt, float)
-        back = not there or self.dice.random() < 0.3
+        if not there and not later:
+            return f"{self.add(Ramp(slope=1.0, unit=unit))}.output"
+        back = not there or (later and self.dice.random() < 0.3)
         signal, known = self.dice.choice(later if back else there)
         if back:
             delayed = self.added(UnitDelay(unit=known), signal, "output")
