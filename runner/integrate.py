@@ -62,7 +62,7 @@ def integrate(
             length, event = _located(
                 step, clearances, context, start + done, length, event, precision, x, moved, error, clear
             )
-            step(context, start + done, length, x, moved, error)
+            _moved(step, context, start + done, length, x, moved, error)
         for i in range(len(x)):
             x[i] = moved[i]
             largest[i] = max(largest[i], abs(x[i]))
@@ -114,6 +114,15 @@ def _settled(clearances: Any, then: Any, context: Any, time: float, x: Flat, cle
     return allowed
 
 
+def _moved(step: Any, context: Any, time: float, length: float, x: Flat, moved: Flat, error: Flat) -> None:
+    """A step that may have no length."""
+    if length > 0.0:
+        step(context, time, length, x, moved, error)
+    else:
+        for i in range(len(x)):
+            moved[i] = x[i]
+
+
 def _located(
     step: Any,
     clearances: Any,
@@ -143,7 +152,7 @@ def _located(
             after, event, used = middle, found, clear[found]
         else:
             before = middle
-    step(context, time, before, x, moved, error)
+    _moved(step, context, time, before, x, moved, error)
     clearances(context, time + before, moved, clear)
     share = clear[event] / (clear[event] - used) if clear[event] > 0.0 else 1.0
     return before + share * (after - before), event
