@@ -53,10 +53,23 @@ def maximum(p: RunningStatistics, x: State) -> float:
     return x.highest
 
 
+@RunningStatistics.output("{unit}")
+def peak_to_peak(p: RunningStatistics, x: State) -> float:
+    """Largest less smallest sample."""
+    return x.highest - x.lowest
+
+
+@RunningStatistics.output("{unit}")
+def root_mean_square(p: RunningStatistics, x: State) -> float:
+    """Square root of the mean of the squares."""
+    return math.sqrt(x.mean * x.mean + x.squares / float(x.samples)) if x.samples > 0 else 0.0
+
+
 @RunningStatistics.update
 def update(p: RunningStatistics, x: State, tick: int, input: float) -> State:
     if tick < p.skip:
         return x
+    input = 1.0 * input  # measures read codes and bits too
     if x.samples == 0:
         return State(1, input, 0.0, input, input)
     samples = x.samples + 1

@@ -17,6 +17,7 @@ from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.hints import counted
 from proofmass.graphs.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.loops import bad_loops
+from proofmass.graphs.measures import MEASURES
 from proofmass.graphs.names import Missing, find_output, find_target
 from proofmass.graphs.rates import LARGEST_RATIO, common_base_rate, write_rate
 from proofmass.graphs.schedule import schedule
@@ -31,7 +32,7 @@ def check(graph: Graph) -> list[Problem]:
     flat = flatten(graph)
     problems = list(_size(flat))
     if not problems:
-        names = chain(_probes(flat, graph), bad_exports(graph, flat), bad_loops(graph, flat))
+        names = chain(_signals(flat, graph), bad_exports(graph, flat), bad_loops(graph, flat))
         found = chain(_rates(flat), _Wiring(flat, graph).problems(), names)
         problems = list(islice(found, 2 * PROBLEMS))
     if not problems:
@@ -66,6 +67,8 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
             names = [graph.probes[int(rest[0])].signal]
         elif where == "loops":
             names = [graph.loops[rest[0]].open_at]
+        elif where == "measures":
+            names = [graph.measures[rest[0]].signal]
         elif where == "exports":
             names = [graph.exports.get(rest[0], rest[0])]
         return {name.partition(".")[0] for name in names}
@@ -282,6 +285,28 @@ def _facts(block: Block, port: Port) -> str:
     return kind[port.dtype] if not port.shape else f"{counted(block.shape_of(port))}, each {kind[port.dtype]}"
 
 
+def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
+    """Outputs that probes and measures name."""
+    yield from _probes(graph, root)
+    if graph.measures and any(name.partition(".")[0] == MEASURES for name in graph.blocks):
+        message, hint = "the name is taken where a graph has measures", "rename the block"
+        yield Problem(message=message, key=f"blocks.{MEASURES}", hint=hint, path=("blocks", MEASURES))
+    for name, measure in graph.measures.items():
+        path, key = ("measures", name), f"measures.{name}.signal"
+        found = find_output(graph, measure.signal, root)
+        if isinstance(found, Missing):
+            yield Problem(message=found.message, key=key, hint=found.hint, path=(*path, "signal"))
+            continue
+        shape = found[0].shape_of(found[1])
+        if found[1].dtype is FixedValue:
+            message, hint = "a fixed-point value cannot be measured", "measure the number that it is converted to"
+            yield Problem(message=message, key=key, hint=hint, path=(*path, "signal"))
+        if shape:
+            got, expected, hint = counted(shape), counted(()), "measure an output of single values"
+            message = "a vector cannot be measured"
+            yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
+
+
 def _probes(graph: Graph, root: Graph) -> Iterator[Problem]:
     seen = set()
     for index, (signal, _) in enumerate(graph.probes):
@@ -297,6 +322,7 @@ def _probes(graph: Graph, root: Graph) -> Iterator[Problem]:
 def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
     yield from (replace(problem, note=True) for problem in open_inputs(root))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
+    used |= {split(measure.signal) for measure in graph.measures.values()}
     used |= {split(signal) for signal in exposed(root)}
     for name, block in graph.blocks.items():
         if block.outputs and not any((name, port) in used for port in block.outputs):
@@ -309,6 +335,6 @@ def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
             )
     if root.subgraphs:
         yield from unused_parts(root, graph)
-    if not graph.probes and not graph.exports:
+    if not graph.probes and not graph.measures and not graph.exports:
         hint = 'add probes = ["block.output"] above the first block'
         yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)

@@ -86,6 +86,7 @@ def flatten(graph: Graph) -> Graph:
         rates=rates,
         wires=wires,
         probes=[Probe(inside(graph, probe.signal), probe.every) for probe in graph.probes],
+        measures={n: m._replace(signal=inside(graph, m.signal)) for n, m in graph.measures.items()},
         exports={name: inside(graph, signal) for name, signal in graph.exports.items()},
         integration=graph.integration,
         loops=loops,

@@ -4,7 +4,6 @@ A block may be a graph of its own, a subgraph, with the ports and parameters tha
 """
 
 import dataclasses
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import cached_property
@@ -17,16 +16,15 @@ from proofmass.blocks.units import UnitError
 from proofmass.graphs.hints import like
 from proofmass.graphs.integration import Integration, read_integration
 from proofmass.graphs.keys import BLOCK_KEYS, PART_KEYS
-from proofmass.graphs.limits import BLOCKS, DEPTH, WIRES
+from proofmass.graphs.limits import BLOCKS, DEPTH, EXPECTED_NAME, NAME, WIRES
 from proofmass.graphs.loops import Loop, read_loops
+from proofmass.graphs.measures import Measure, read_measures
 from proofmass.graphs.rates import Rate, read_rate
 from proofmass.graphs.rates import read_duration as read_duration
 
 if TYPE_CHECKING:
     import networkx
 
-NAME = re.compile(r"(?=.{1,64}$)[a-z][a-z0-9]*(_[a-z0-9]+)*")
-EXPECTED_NAME = "at most 64 lower-case letters and digits, words joined by single underscores"
 LARGEST_RUN = 10**12  # ticks
 LARGEST_SEED = 2**62
 LONGEST_TEXT = 10_000  # characters of name and description
@@ -91,13 +89,15 @@ class Graph:
 
     A block may be a graph: `blocks={"x_axis": Graph(...)}`. Outside it has the ports and parameters of its `exports`,
     `{"code": "adc.code"}`; everything inside can be named by its path, `x_axis.adc.code`. A rate given to it is that
-    of its blocks without a rate of their own. Its probes, duration, samples, seed and integration count only where it
-    runs alone.
+    of its blocks without a rate of their own. Its probes, measures, duration, samples, seed and integration count only
+    where it runs alone.
 
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
     `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
     `seed` are what a run takes when nothing else is said; `integration` says how continuous blocks are integrated.
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
+    `measures` are numbers that a run reduces signals to,
+    `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
     """
@@ -113,6 +113,7 @@ class Graph:
     rates: Mapping[str, Fraction]
     wires: tuple[Wire, ...]
     probes: tuple[Probe, ...]
+    measures: Mapping[str, Measure]
     exports: Mapping[str, str]
     integration: Integration
     loops: Mapping[str, Loop]
@@ -131,6 +132,7 @@ class Graph:
         samples: int | None = None,
         seed: int = 0,
         description: str = "",
+        measures: Mapping[str, Measure | Mapping[str, Any]] = MappingProxyType({}),
         exports: Mapping[str, str] = MappingProxyType({}),
         loops: "Mapping[str, Loop | Mapping[str, Any]]" = MappingProxyType({}),
         subgraphs: "Mapping[str, Graph]" = MappingProxyType({}),
@@ -175,14 +177,20 @@ class Graph:
             "wires": tuple(sorted(read_each(read_wire, wires, "wires"))),
             "probes": tuple(read_each(read_probe, probes, "probes")),
             "exports": MappingProxyType(dict(sorted(exports.items())) if isinstance(exports, Mapping) else {}),
+            "measures": MappingProxyType({}),
             "integration": DEFAULT_INTEGRATION,
             "loops": MappingProxyType(own_loops),
             "place": place,
         }
-        try:
-            values["integration"] = read_integration(integration)
-        except ModelError as error:
-            problems += error.problems
+        tables: dict[str, Callable[[], Any]] = {
+            "measures": lambda: MappingProxyType(read_measures(measures)),
+            "integration": lambda: read_integration(integration),
+        }
+        for table, made in tables.items():
+            try:
+                values[table] = made()
+            except ModelError as error:
+                problems += error.problems
         for field, value in values.items():
             object.__setattr__(self, field, value)
         if problems:
@@ -190,7 +198,7 @@ class Graph:
 
     def __reduce__(self) -> "tuple[Any, ...]":
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        tables = {key: dict(values[key]) for key in ("blocks", "subgraphs", "rates", "exports", "loops")}
+        tables = {key: dict(value) for key, value in values.items() if isinstance(value, MappingProxyType)}
         return _rebuilt, (values | tables,)
 
     @cached_property

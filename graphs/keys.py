@@ -9,14 +9,21 @@ TOP_KEYS = {
     "seed": "Seed of the noise when nothing else is said.",
     "wires": 'Wires, "block.output -> block.input"; a wire to a parameter drives the parameter.',
     "probes": 'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.',
+    "measures": 'Numbers that a run reduces signals to: { signal = "block.output", statistic = "mean", from = "1 s" }.',
     "exports": 'Ports and parameters that the graph has as a part of others: a name for each, as in code = "adc.code".',
     "integration": "How continuous blocks are integrated between ticks: method, accuracy, events.",
     "loops": "Control loops: [loops.NAME] with open_at, and the margins that it must have.",
+    "study": "A Monte Carlo study of the graph: runs, spread, drift, epochs; `proofmass montecarlo` runs it.",
     "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph.",
 }
 BLOCK_KEYS = {  # of every block, beside its parameters
     "kind": "Kind of the block; `proofmass blocks` lists them.",
     "rate": "Rate of this block, where it differs from the graph's.",
+}
+MEASURE_KEYS = {
+    "signal": 'Output that is reduced to one number, "block.output".',
+    "statistic": "How: mean, std, rms, min, max, peak_to_peak, last or slope.",
+    "from": "From which time on; from the start when nothing is said.",
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',
@@ -29,4 +36,20 @@ LOOP_KEYS = {
     "phase_margin": 'Least phase, as "30 deg", that makes the loop unstable.',
     "delay_margin": 'Least delay, as "100 us", that makes the loop unstable.',
     "sensitivity_peak": 'Largest amplification of a disturbance, as "6 dB".',
+}
+STUDY_KEYS = {
+    "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml".',
+    "runs": "How many sensors are drawn, at each point of the sweep.",
+    "seed": "Seed of everything that is drawn, and of the noise.",
+    "spread": 'What differs from sensor to sensor: "adc.reference" = { normal = "200 ppm", relative = true }.',
+    "sweep": 'Parameters that take each of some values, "adc.reference" = ["2.5 V", "5 V"]; several make a grid.',
+    "epochs": 'Ages at which every sensor is looked at: ages = ["0 h", "1 year"].',
+    "drift": 'Parameters that age from epoch to epoch: "adc.reference" = { ramp = "20 ppm/year", relative = true }.',
+    "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
+}
+EPOCH_KEYS = {"ages": "Ages in ascending order."}
+LIMIT_KEYS = {
+    "at_least": "Smallest value of the measure in a good sensor.",
+    "at_most": "Largest value of the measure in a good sensor.",
+    "change": "Largest change from the first epoch, relative to the value there.",
 }

@@ -1,4 +1,9 @@
-"""The largest graph and file that are read, and what a TOML text looks like before it is parsed."""
+"""The largest graph and file that are read, what a name is, and what a TOML text looks like before it is parsed."""
+
+import re
+
+NAME = re.compile(r"(?=.{1,64}$)[a-z][a-z0-9]*(_[a-z0-9]+)*")
+EXPECTED_NAME = "at most 64 lower-case letters and digits, words joined by single underscores"
 
 FILE_BYTES = 1 << 20
 WORDS = 100_000  # names, numbers, texts and marks of a file

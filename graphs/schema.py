@@ -6,10 +6,11 @@ from urllib.parse import quote
 
 from proofmass.blocks.catalog import Own, all_blocks, facts
 from proofmass.blocks.declare import Block
-from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT, NAME
+from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT
 from proofmass.graphs.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
-from proofmass.graphs.keys import BLOCK_KEYS, LOOP_KEYS, PART_KEYS, TOP_KEYS
-from proofmass.graphs.limits import BLOCKS, TEXT_LENGTH, WIRES
+from proofmass.graphs.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, STUDY_KEYS, TOP_KEYS
+from proofmass.graphs.limits import BLOCKS, NAME, TEXT_LENGTH, WIRES
+from proofmass.graphs.measures import STATISTICS
 
 Schema = dict[str, Any]
 
@@ -46,6 +47,8 @@ def schema(own: Own | None = None) -> Schema:
             "items": {"type": "string", "pattern": rf"^\s*{_SIGNAL}\s*->\s*{_SIGNAL}\s*$"},
         },
         "probes": {"type": "array", "items": _probe()},
+        "measures": _measures(),
+        "study": {"type": "object", "propertyNames": {"enum": [key for key in STUDY_KEYS if key != "graph"]}},
         "exports": {
             "type": "object",
             "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
@@ -106,6 +109,25 @@ def _integration() -> Schema:
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in INTEGRATION_KEYS.items()},
         "additionalProperties": False,
+    }
+
+
+def _measures() -> Schema:
+    values: dict[str, Schema] = {
+        "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
+        "statistic": {"enum": list(STATISTICS)},
+        "from": _quantity({"type": "number", "minimum": 0}),
+    }
+    measure = {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_KEYS.items()},
+        "required": ["signal", "statistic"],
+        "additionalProperties": False,
+    }
+    return {
+        "type": "object",
+        "propertyNames": {"pattern": f"^{NAME.pattern}$"},
+        "additionalProperties": measure,
     }
 
 

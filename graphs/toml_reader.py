@@ -38,6 +38,11 @@ def _part_reader(own: Own | None) -> Callable[[Path, PartFiles, int], Graph]:
 
 
 def _graph_of_file(path: Path, own: Own | None, files: PartFiles, depth: int) -> Graph:
+    return graph_of_table(*read_table(path), own, files, depth)
+
+
+def read_table(path: Path) -> tuple[dict[str, Any], Place]:
+    """A parsed TOML file and the lines of its keys; raises `ModelError`."""
     try:
         with path.open("rb") as file:
             data = file.read(FILE_BYTES + 1)
@@ -51,8 +56,7 @@ def _graph_of_file(path: Path, own: Own | None, files: PartFiles, depth: int) ->
             raise _too_large(str(path)) from None
         line = data.count(b"\n", 0, error.start) + 1
         raise _refused(str(path), line, "not UTF-8 text", "save the file as UTF-8") from None
-    table, place = _parsed(text, str(path), str(path.parent))
-    return graph_of_table(table, place, own, files, depth)
+    return _parsed(text, str(path), str(path.parent))
 
 
 def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: PartFiles, depth: int) -> Graph:
@@ -66,7 +70,10 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         own, place, files, depth, lambda table, inner: graph_of_table(table, inner, own, files, depth + 1)
     )
     reader.read(data.get("blocks", {}))
-    given = {"name": "", **{key: value for key, value in data.items() if key in TOP_KEYS and key != "blocks"}}
+    given = {
+        "name": "",
+        **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study")},
+    }
     for key in ("wires", "probes"):
         if not isinstance(given.get(key, []), list):
             got, hint = shown(given.pop(key)), f"{key} is a list of texts in square brackets"

@@ -8,6 +8,7 @@ from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.units import same_unit
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.loops import REQUIREMENTS
+from proofmass.graphs.measures import Measure
 from proofmass.graphs.rates import write_rate
 
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
@@ -44,6 +45,8 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:
         yield "blocks = {}"
+    if graph.measures:
+        yield from ("", f"[{path}measures]", *(f"{name} = {_measure(m)}" for name, m in graph.measures.items()))
     if graph.exports:
         yield from ("", f"[{path}exports]", *(f"{name} = {_text(signal)}" for name, signal in graph.exports.items()))
     changed = graph.integration.changed()
@@ -85,6 +88,11 @@ def _parameters(block: Block) -> Iterator[str]:
 
 def _probe(signal: str, every: int) -> str:
     return _text(signal) if every == 1 else f"{{ signal = {_text(signal)}, every = {every} }}"
+
+
+def _measure(measure: Measure) -> str:
+    begin = f", from = {_text(f'{measure.start} s')}" if measure.start else ""
+    return f"{{ signal = {_text(measure.signal)}, statistic = {_text(measure.statistic)}{begin} }}"
 
 
 def _list(key: str, entries: list[str]) -> list[str]:

@@ -226,6 +226,33 @@ def fit(**options: Any) -> int:
 
 
 @cli.command()
+@click.argument("study", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--runs", type=click.IntRange(1, 2**32), help="How many sensors, instead of what the study says.")
+@click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of everything that is drawn.")
+@click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True)
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for ledger, table and pictures; resumes."
+)
+@click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
+@click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
+@click.option("--quiet", is_flag=True, help="No progress bar.")
+@blocks_option
+@json_option
+def montecarlo(**options: Any) -> int:
+    """Run a study: many sensors, spread and aged, and what part of them keeps the limits.
+
+    The study is a file that names its graph, or a graph file with a table [study].
+
+    \b
+    proofmass montecarlo graphs/library/scale_factor_drift.toml --out drift
+    proofmass montecarlo graphs/library/scale_factor_drift.toml --run 17 --epoch 5
+    """
+    from proofmass.runner.montecarlo_command import run_montecarlo
+
+    return run_montecarlo(**options)
+
+
+@cli.command()
 @click.argument("kind", required=False)
 @blocks_option
 @json_option

@@ -113,6 +113,7 @@ def save_summary(result: Result, path: str | Path) -> Path:
         "preparation_seconds": result.preparation,
         "signals": [{key: _plain(value) for key, value in row.items()} for row in result.summary()],
         "overflows": dict(result.overflows),
+        "measures": {name: measure.as_data() for name, measure in result.measures.items()},
     }
     with whole_file(path) as file:
         file.write((json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode())

@@ -15,18 +15,48 @@ from proofmass.runner.planned import Plan
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
+class CompiledPlan:
+    """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.generated = plan, generate(plan)
+        self.loop = load(self.generated, argument_kinds(self.generated, plan))
+
+    def constant_values(self, plan: Plan) -> Mapping[Any, Any]:
+        """The numbers of the loop for a plan with some blocks changed."""
+        values = dict(self.generated.constant_values)
+        for name, block in plan.blocks.items():
+            if block is self.plan.blocks[name]:
+                continue
+            made = plan.constants[name]
+            if made is not None:
+                values |= {(name, field): value for field, value in zip(made._fields, made, strict=True)}
+            else:
+                free = (p for p in block.parameters_class()._fields if (name, p) not in plan.schedule.drivers)  # type: ignore[attr-defined]
+                values |= {(name, "parameter", p): getattr(block, p) for p in free}
+        return values
+
+
 class CompiledLoop:
-    """A plan as one compiled loop; bit for bit the reference engine."""
+    """A run of a plan as one compiled loop; bit for bit the reference engine."""
 
     name = "compiled"
 
-    def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        seed: int,
+        run: int = 0,
+        memory: Memory | None = None,
+        compiled: CompiledPlan | None = None,
+    ) -> None:
         self.plan, self.seed, self.run = plan, seed, run
-        made = self._generated = generate(plan)
-        self._loop = load(made, argument_kinds(made, plan))
+        compiled = compiled or CompiledPlan(plan)
+        made = self._generated = compiled.generated
+        self._loop = compiled.loop
         memory = memory or start(plan)
         self.tick = memory.tick
-        self._constants = _arrays(made.constants, made.constant_values)
+        self._constants = _arrays(made.constants, compiled.constant_values(plan))
         self._state = _arrays(made.memory, {key: _moving(memory, key) for key in made.memory.kinds})
         self._vectors = {
             node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=_dtype(kind))

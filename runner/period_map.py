@@ -152,10 +152,10 @@ def memory_at(plan: Plan, tick: int) -> Memory:
     memory = start(plan)
     if tick == 0:
         return memory
-    from proofmass.runner.simulate import choose, make_engine
+    from proofmass.runner.engines import choose, make_engine
 
     silent = replace(plan, probes=())
-    engine = make_engine(silent, choose(silent, tick, "auto"), plan.graph.seed, memory)
+    engine = make_engine(silent, choose(silent, tick, "auto"), plan.graph.seed, 0, memory)
     engine.advance(tick, ())
     return engine.memory()
 

@@ -1,8 +1,9 @@
 """From a graph to the plan that both engines read: checked, flat, scheduled, with constants, starts and solvers."""
 
+import dataclasses
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
 
 from proofmass.blocks.declare import Block
 from proofmass.blocks.fixed_point import FixedValue
@@ -14,39 +15,74 @@ from proofmass.graphs.schedule import Node, schedule
 from proofmass.runner.constants import constants_of, start_of
 from proofmass.runner.digital import DigitalBlock, digital_block
 from proofmass.runner.interpret import Interpreter
+from proofmass.runner.measuring import planned_measures, unread, with_measures
 from proofmass.runner.planned import Plan, PlannedProbe
 from proofmass.runner.recording import read_recordings
 from proofmass.runner.solvers import find_solvers
 from proofmass.runner.step_formats import held_as
 
-__all__ = ["Plan", "PlannedProbe", "plan"]
+__all__ = ["Plan", "PlannedProbe", "plan", "varied"]
 
 
 def plan(graph: Graph) -> Plan:
     """Check, schedule and prepare a graph; raises `ModelError`."""
     probed = graph.probes  # as they are named there
     graph = flatten(checked(graph))
+    graph = with_measures(graph, schedule(graph)) if graph.measures else graph
     scheduled = schedule(graph)
-    made = Plan(graph, scheduled, {}, {}, {}, (), (), {})  # answers what follows from the schedule alone
-    constants, starts, problems = dict[str, Any](), dict[str, Any](), list[Problem]()
-    buffers: dict[Node, tuple[float, ...]] = {}
-    as_set: dict[str, Any] = {}  # of blocks with driven parameters too
-    digital: dict[str, DigitalBlock] = {}
-    for name, block in graph.blocks.items():
-        driven = any((name, p) in scheduled.drivers for p in block.parameters)
+    bare = Plan(graph, unread(scheduled), graph.blocks, {}, {}, {}, (), (), {}, planned_measures(graph, scheduled))
+    made, problems = _made(bare, graph.blocks)
+    if problems:
+        raise ModelError([graph.placed(problem) for problem in problems])
+    ready = _with(bare, made)
+    as_set = {name: block.as_set for name, block in made.items() if block.digital is None}
+    solvers = find_solvers(ready, as_set, lambda: _first_tick(ready))
+    largest = {solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance}
+    named = sorted(zip(probed, graph.probes, strict=True))
+    probes = tuple(_probe(bare, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
+    return dataclasses.replace(ready, buffers={**ready.buffers, **largest}, solvers=solvers, probes=probes)
+
+
+def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
+    """The plan with some blocks of the same kinds and sizes, but other numbers; order, wiring and methods stay.
+
+    Raises `ModelError` where constants cannot be computed.
+    """
+    changed = dataclasses.replace(planned, blocks={**planned.blocks, **blocks})
+    made, problems = _made(changed, blocks)
+    if problems:
+        raise ModelError(problems)
+    return _with(changed, made)
+
+
+class _Made(NamedTuple):
+    """What a block brings into a plan."""
+
+    as_set: Any  # constants of the parameters as they are set, of blocks with driven parameters too
+    constants: Any
+    start: Any
+    buffers: Mapping[Node, tuple[float, ...]]
+    digital: DigitalBlock | None = None
+
+
+def _made(planned: Plan, names: Iterable[str]) -> tuple[dict[str, _Made], list[Problem]]:
+    """Constants, starts and buffers of some blocks of a plan."""
+    made, problems = dict[str, _Made](), list[Problem]()
+    drivers = planned.schedule.drivers
+    for name in names:
+        block = planned.blocks[name]
         try:
             if block.digital():
-                prepared = digital[name] = digital_block(name, block, made.block_period(name))
-                constants[name], starts[name] = prepared.constants, prepared.start
-                buffers |= {(name, b): values for b, values in prepared.buffers.items()}
+                traced = digital_block(name, block, planned.block_period(name))
+                held = {(name, b): values for b, values in traced.buffers.items()}
+                made[name] = _Made(None, traced.constants, traced.start, held, traced)
                 continue
-            as_set[name] = constants_of(block, block, made.block_period(name))
-            constants[name] = None if driven else as_set[name]
-            if not all(map(math.isfinite, as_set[name] or ())):
+            as_set = constants_of(block, block, planned.block_period(name))
+            if not all(map(math.isfinite, as_set or ())):
                 raise ArithmeticError("one of them is not finite")
-            recorded = read_recordings(graph, name)
+            recorded = read_recordings(planned.graph, name)
             filled = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
-            starts[name] = start_of(block, filled)
+            begin = start_of(block, filled)
         except ModelError as error:
             problems += error.problems
         except (ArithmeticError, ValueError) as error:
@@ -62,15 +98,21 @@ def plan(graph: Graph) -> Plan:
                 )
             )
         else:
-            buffers |= {(name, b): tuple(values) for b, values in filled.items()}
-    if problems:
-        raise ModelError([graph.placed(problem) for problem in problems])
-    ready = Plan(graph, scheduled, constants, starts, buffers, (), (), digital)
-    solvers = find_solvers(ready, as_set, lambda: _first_tick(ready))
-    buffers |= {solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance}
-    named = sorted(zip(probed, graph.probes, strict=True))
-    probes = tuple(_probe(made, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
-    return Plan(graph, scheduled, constants, starts, buffers, solvers, probes, digital)
+            driven = any((name, p) in drivers for p in block.parameters)
+            buffers = {(name, b): tuple(values) for b, values in filled.items()}
+            made[name] = _Made(as_set, None if driven else as_set, begin, buffers)
+    return made, problems
+
+
+def _with(planned: Plan, made: Mapping[str, _Made]) -> Plan:
+    """The plan with constants, starts and buffers of these blocks."""
+    return dataclasses.replace(
+        planned,
+        constants={**planned.constants, **{name: block.constants for name, block in made.items()}},
+        starts={**planned.starts, **{name: block.start for name, block in made.items()}},
+        buffers={**planned.buffers, **{node: held for block in made.values() for node, held in block.buffers.items()}},
+        digital={**planned.digital, **{n: block.digital for n, block in made.items() if block.digital is not None}},
+    )
 
 
 def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:

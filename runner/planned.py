@@ -38,17 +38,32 @@ class PlannedProbe:
 
 
 @dataclass(frozen=True)
+class PlannedMeasure:
+    """A measure: the output that gives it at the end, of a hidden block where it is reduced, and its first tick."""
+
+    name: str
+    signal: str
+    statistic: str
+    unit: str
+    node: Node
+    reduced: bool
+    first: int  # base tick of the first value that counts
+
+
+@dataclass(frozen=True)
 class Plan:
     """Everything that a run needs besides seed and length, in plain values: of fixed-point ones the mantissas."""
 
     graph: Graph
     schedule: Schedule
+    blocks: Mapping[str, Block]  # those of the graph, or the same with other numbers
     constants: Mapping[str, Any]  # per block; None where driven parameters make them anew in every tick
     starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
     buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
     solvers: tuple[Solver, ...]
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
     digital: Mapping[str, DigitalBlock]  # the blocks that work in fixed point
+    measures: tuple[PlannedMeasure, ...]  # by name
 
     @cached_property
     def recorded(self) -> frozenset[Node]:
@@ -59,11 +74,6 @@ class Plan:
     def ahead(self) -> tuple[Node, ...]:
         """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
-
-    @property
-    def blocks(self) -> Mapping[str, Block]:
-        """Blocks by name."""
-        return self.graph.blocks
 
     @property
     def period(self) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from proofmass.blocks.fixed_point import Fixed
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_writer import write_graph
+from proofmass.runner.measuring import Measured
 from proofmass.runner.memory import Memory
 from proofmass.runner.planned import PlannedProbe
 
@@ -128,6 +129,7 @@ class Result:
     provenance: Mapping[str, str] = field(default_factory=dict)
     overflows: Mapping[str, int] = field(default_factory=dict)  # of blocks in fixed point: ticks with an overflow
     memory: Memory | None = None  # of an interrupted run, to go on from
+    measures: Mapping[str, Measured] = field(default_factory=dict)
 
     def __getitem__(self, signal: str) -> Trace:
         return self.traces[signal]
@@ -148,6 +150,7 @@ class Result:
             "seed": str(self.seed),
             "ticks": str(self.ticks),
             "base_rate": f"{self.base_rate} Hz",
+            **{f"measure_{name}": f"{m.value!r} {m.unit}" for name, m in self.measures.items()},
             **self.provenance,
         }
 

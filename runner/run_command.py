@@ -66,7 +66,7 @@ def run_graph(
             resume=resume,
         )
     if as_json:
-        click.echo(json.dumps(_data(result), indent=2))
+        click.echo(json.dumps(as_data(result), indent=2))
     else:
         show(result)
     if result.interrupted:
@@ -159,9 +159,13 @@ def show(result: "Result") -> None:
     for name, ticks in result.overflows.items():
         if ticks:
             click.echo(f"{name}: a value did not fit its format in {ticks:,} of {result.ticks:,} ticks")
+    for name, measure in result.measures.items():
+        unit = f" {measure.unit}" if measure.unit != "1" else ""
+        click.echo(f"{name} = {measure.value:.9g}{unit}: {measure.statistic} of {measure.signal}")
 
 
-def _data(result: "Result") -> dict[str, Any]:
+def as_data(result: "Result") -> dict[str, Any]:
+    """A run as plain data, for `--json`."""
     return {
         "graph": result.graph.name,
         "ticks": result.ticks,
@@ -172,6 +176,7 @@ def _data(result: "Result") -> dict[str, Any]:
         "preparation_seconds": result.preparation,
         "signals": result.summary(),
         "overflows": dict(result.overflows),
+        "measures": {name: measure.as_data() for name, measure in result.measures.items()},
         **result.provenance,
     }
 

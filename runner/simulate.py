@@ -1,49 +1,34 @@
 """One run of a graph: plan, choose an engine, advance chunk by chunk, record."""
 
 import math
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
-from types import FrameType
-from typing import Any, Literal, get_args
+from typing import get_args
 
 import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.units import UnitError
-from proofmass.graphs.graph import LARGEST_SEED, Graph, read_duration, split
-from proofmass.runner.interpret import Interpreter, TickError
+from proofmass.graphs.graph import LARGEST_SEED, Graph, read_duration
+from proofmass.runner.engines import EngineName, choose, make_engine
+from proofmass.runner.faults import RunError, failed, name_fault
+from proofmass.runner.interpret import TickError
+from proofmass.runner.interrupts import interrupts
+from proofmass.runner.measuring import measured
 from proofmass.runner.memory import Engine, Memory, start
 from proofmass.runner.plan import plan
 from proofmass.runner.planned import Plan
 from proofmass.runner.provenance import provenance
 from proofmass.runner.result import Recorder, Result
 
-EngineName = Literal["auto", "python", "compiled"]
 Progress = Callable[[int, int], None]  # ticks done, ticks in all
 
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
 FIRST_CHUNK = 16  # ticks
 CHUNK_SECONDS = 0.05
-NAMED_TICKS = 64  # run again in plain Python to name the one in which a number stopped being finite
-STUCK_SECONDS = 1.0  # from a first Ctrl-C to one that is not patient
 CHUNK_BYTES = 32 << 20  # of rows
-INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
-_INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
-_INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
-_INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference takes apart in `FixedValue`
-
-
-class RunError(RuntimeError):
-    """A run that failed, with the problem: block, port, tick and time."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        super().__init__(str(problem))
 
 
 def simulate(
@@ -69,7 +54,23 @@ def simulate(
     whose overflow is "refuse".
     """
     began = time.perf_counter()
-    planned = plan(graph)
+    return simulate_plan(plan(graph), graph, 0, duration, samples, seed, engine, folder, progress, resume, began)
+
+
+def simulate_plan(
+    planned: Plan,
+    graph: Graph,
+    run: int,
+    duration: str | float | Fraction | None,
+    samples: int | None,
+    seed: int | None,
+    engine: EngineName,
+    folder: str | Path | None,
+    progress: Progress | None,
+    resume: bool,
+    began: float,
+) -> Result:
+    """As `simulate`, of a plan that is made already, `graph` as it was written; `run` counts in its noise."""
     wanted = _Wanted(planned, duration, samples, seed, engine)
     place = Path(folder) if folder is not None else None
     streamed = _streamed(planned, wanted.ticks, place)
@@ -81,15 +82,16 @@ def simulate(
         from proofmass.runner.checkpoint import load_checkpoint
 
         memory, kept = load_checkpoint(place, planned, wanted.seed, wanted.ticks)
-    runs = make_engine(planned, choose(planned, wanted.ticks, engine), wanted.seed, memory)
+    runs = make_engine(planned, choose(planned, wanted.ticks, engine), wanted.seed, run, memory)
     recorders = _recorders(planned, wanted.ticks, place, streamed, kept)
     looped = time.perf_counter()
-    done, memory, unwritten = _loop(planned, runs, memory.tick, wanted, recorders, progress)
+    done, memory, unwritten = _loop(planned, runs, memory.tick, wanted, run, recorders, progress)
     ended = time.perf_counter()
     base = planned.schedule.base_rate
     result = Result(
         graph=graph,
         traces={probe.signal: recorders[probe.signal].finish(base) for probe in graph.probes},
+        measures=measured(planned, memory),
         ticks=done,
         planned_ticks=wanted.ticks,
         base_rate=base,
@@ -148,37 +150,12 @@ class _Wanted:
         self.ticks = planned.ticks(seconds, ticks)
 
 
-def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
-    """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled before are compiled."""
-    if wanted != "auto":
-        return wanted
-    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
-    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
-    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
-    seconds = ticks * tick
-    if seconds < 0.1:
-        return "python"
-    if seconds > INTERPRETED_SECONDS:
-        return "compiled"
-    from proofmass.runner.native import already_compiled
-
-    return "compiled" if already_compiled(planned) else "python"
-
-
-def make_engine(planned: Plan, name: str, seed: int, memory: Memory) -> Engine:
-    """An engine that starts from a memory."""
-    if name == "python":
-        return Interpreter(planned, seed, memory=memory.copy())
-    from proofmass.runner.native import CompiledLoop
-
-    return CompiledLoop(planned, seed, memory=memory)
-
-
 def _loop(
     planned: Plan,
     engine: Engine,
     done: int,
     wanted: _Wanted,
+    run: int,
     recorders: Mapping[str, Recorder],
     progress: Progress | None,
 ) -> tuple[int, Memory, OSError | None]:
@@ -189,7 +166,7 @@ def _loop(
     total, chunk = wanted.ticks, FIRST_CHUNK
     row_bytes = sum(8 * math.prod(p.shape) / p.stride for p in planned.probes)
     largest = max(1, int(CHUNK_BYTES / row_bytes)) if row_bytes else total
-    with _interrupts() as interrupted:
+    with interrupts() as interrupted:
         while done < total and not interrupted.is_set():
             if progress:
                 progress(done, total)
@@ -199,9 +176,9 @@ def _loop(
             rows = [recorders[p.signal].space(p.rows(done, last)) for p in planned.probes]
             try:
                 if not engine.advance(last, rows):
-                    _name_fault(planned, wanted.seed, before(), last)
+                    name_fault(planned, wanted.seed, run, before(), last)
             except TickError as fault:
-                raise RunError(_failed(planned, fault)) from fault.__cause__
+                raise RunError(failed(planned, fault)) from fault.__cause__
             taken = time.perf_counter() - began
             try:
                 for probe, values in zip(planned.probes, rows, strict=True):
@@ -216,52 +193,6 @@ def _loop(
         if progress:
             progress(done, total)
     return done, engine.memory(), None
-
-
-def _name_fault(planned: Plan, seed: int, memory: Memory, end: int) -> None:
-    """Raise the `TickError` before the tick `end`: the compiled loop only says that there may be one.
-
-    The ticks are halved until few are left, and plain Python goes on from there. It finds nothing where only the sum
-    by which the loop watches its wires went beyond 1e308: then all is well.
-    """
-
-    def rows(until: int) -> list[Any]:
-        return [np.empty((p.rows(memory.tick, until), *p.shape), dtype=p.dtype) for p in planned.probes]
-
-    last = end
-    while last - memory.tick > NAMED_TICKS:
-        middle = (memory.tick + last) // 2
-        engine = make_engine(planned, "compiled", seed, memory)
-        if engine.advance(middle, rows(middle)):
-            memory = engine.memory()
-        else:
-            last = middle
-    Interpreter(planned, seed, memory=memory).advance(end, rows(end))
-
-
-def _failed(planned: Plan, fault: TickError) -> Problem:
-    """A fault in the words of the graph: block and port, tick and time, what to look at."""
-    name, _ = split(fault.at)
-    at = f"in tick {fault.tick}, t = {float(fault.tick / planned.schedule.base_rate):.9g} s"
-    drivers = planned.schedule.drivers
-    block = planned.blocks.get(name)
-    ports = [*block.inputs, *block.parameters] if block else []
-    inputs = [f"{port} = {'.'.join(drivers[name, port])}" for port in ports if (name, port) in drivers]
-    hint = "the loop may be unstable, or a parameter of the wrong size"
-    if isinstance(fault.value, OverflowError):
-        hint = "take a wider format, or let it saturate or wrap"
-    if isinstance(fault.value, Exception):
-        message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
-    else:
-        message, got = f"is not finite {at}", str(fault.value)
-    problem = Problem(
-        message=message,
-        key=fault.at,
-        got=got,
-        hint=hint + (f"; probe what drives it: {', '.join(inputs)}" if inputs else ""),
-        path=("blocks", name),
-    )
-    return planned.graph.placed(problem)
 
 
 def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
@@ -292,29 +223,3 @@ def _recorders(
         return {p.signal: recorder(p, p.rows(0, ticks), folder, streamed, kept[p.signal]) for p in planned.probes}
     place = folder if streamed else None
     return {p.signal: Recorder(p, p.rows(0, ticks), place) for p in planned.probes}
-
-
-@contextmanager
-def _interrupts() -> Iterator[threading.Event]:
-    """An event that Ctrl-C and SIGTERM set instead of breaking into a chunk; a chunk that is stuck is broken into."""
-    pressed = threading.Event()
-    times = []
-
-    def note(number: int, frame: FrameType | None) -> None:
-        pressed.set()
-        times.append(time.monotonic())
-        if times[-1] - times[0] > STUCK_SECONDS:
-            raise KeyboardInterrupt
-
-    kept: dict[signal.Signals, Any] = {}
-    if threading.current_thread() is threading.main_thread():
-        kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    for number, before in kept.items():
-        if before not in (signal.SIG_IGN, None):
-            signal.signal(number, note)
-    try:
-        yield pressed
-    finally:
-        for number, before in kept.items():
-            if before not in (signal.SIG_IGN, None):
-                signal.signal(number, before)

@@ -14,13 +14,18 @@ if TYPE_CHECKING:
     from proofmass.blocks.problem import ModelError, Problem
     from proofmass.graphs.check import check
     from proofmass.graphs.graph import Graph, Probe, Wire
+    from proofmass.graphs.study import Study
+    from proofmass.graphs.study_reader import read_study
     from proofmass.graphs.toml_reader import read_graph
     from proofmass.graphs.toml_writer import write_graph
+    from proofmass.runner.faults import RunError
     from proofmass.runner.linearise import linearise
     from proofmass.runner.margins import Margins
     from proofmass.runner.result import Result, Trace
-    from proofmass.runner.simulate import RunError, simulate
+    from proofmass.runner.simulate import simulate
     from proofmass.runner.stability import margins
+    from proofmass.runner.study import replay, run_study
+    from proofmass.runner.study_result import StudyResult
 
 __version__ = "0.1.0"
 
@@ -34,7 +39,9 @@ _HOMES = {
     "Probe": "graphs.graph",
     "Problem": "blocks.problem",
     "Result": "runner.result",
-    "RunError": "runner.simulate",
+    "RunError": "runner.faults",
+    "Study": "graphs.study",
+    "StudyResult": "runner.study_result",
     "Trace": "runner.result",
     "Wire": "graphs.graph",
     "block": "blocks.declare",
@@ -43,6 +50,9 @@ _HOMES = {
     "margins": "runner.stability",
     "param": "blocks.declare",
     "read_graph": "graphs.toml_reader",
+    "read_study": "graphs.study_reader",
+    "replay": "runner.study",
+    "run_study": "runner.study",
     "simulate": "runner.simulate",
     "write_graph": "graphs.toml_writer",
 }
@@ -58,6 +68,8 @@ __all__ = [
     "Problem",
     "Result",
     "RunError",
+    "Study",
+    "StudyResult",
     "Trace",
     "Wire",
     "block",
@@ -66,6 +78,9 @@ __all__ = [
     "margins",
     "param",
     "read_graph",
+    "read_study",
+    "replay",
+    "run_study",
     "simulate",
     "write_graph",
 ]

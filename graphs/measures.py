@@ -1,0 +1,100 @@
+"""Measures of a graph: signals reduced to one number each while it runs; no trace is kept for them."""
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from proofmass.blocks.declare import Block
+from proofmass.blocks.linear_trend import LinearTrend
+from proofmass.blocks.problem import ModelError, Problem, shown
+from proofmass.blocks.running_statistics import RunningStatistics
+from proofmass.blocks.units import UnitError
+from proofmass.graphs.hints import like
+from proofmass.graphs.keys import MEASURE_KEYS
+from proofmass.graphs.limits import EXPECTED_NAME, NAME
+from proofmass.graphs.rates import read_duration
+
+MEASURES = "measures"  # above the names of the blocks that measure
+LAST = "last"
+# What the block that reduces a signal is, and which of its outputs; the last value needs none.
+STATISTICS: dict[str, tuple[type[Block], str] | None] = {
+    "mean": (RunningStatistics, "mean"),
+    "std": (RunningStatistics, "standard_deviation"),
+    "rms": (RunningStatistics, "root_mean_square"),
+    "min": (RunningStatistics, "minimum"),
+    "max": (RunningStatistics, "maximum"),
+    "peak_to_peak": (RunningStatistics, "peak_to_peak"),
+    LAST: None,
+    "slope": (LinearTrend, "slope"),
+}
+
+
+class Measure(NamedTuple):
+    """An output port reduced by a statistic over all its ticks from `start` seconds on."""
+
+    signal: str
+    statistic: str
+    start: Fraction = Fraction(0)
+
+
+def measure_unit(statistic: str, unit: str) -> str:
+    """Unit of a measure of a signal in that unit."""
+    if statistic != "slope":
+        return unit
+    return f"({unit})/s" if unit != "1" else "1/s"
+
+
+def read_measures(table: object) -> dict[str, Measure]:
+    """The table `[measures]` of a graph file, in the order of the names; raises `ModelError` with all that is wrong."""
+    if not isinstance(table, Mapping):
+        hint = 'write [measures] and below it bias = { signal = "adc.code", statistic = "mean" }'
+        raise ModelError([_problem("must be a table", got=shown(table), hint=hint)])
+    problems: list[Problem] = []
+    read: dict[str, Measure] = {}
+    for name, measure in table.items():
+        given = _as_table(measure)
+        found = list(_problems(name, given))
+        problems += found
+        if not found:
+            read[name] = Measure(given["signal"], given["statistic"], read_duration(given.get("from", 0)))
+    if problems:
+        raise ModelError(problems)
+    return dict(sorted(read.items()))
+
+
+def _as_table(measure: object) -> Any:
+    if isinstance(measure, Measure):
+        return {"signal": measure.signal, "statistic": measure.statistic, "from": measure.start}
+    return measure
+
+
+def _problems(name: object, given: Any) -> Iterator[Problem]:
+    hint = 'write bias = { signal = "adc.code", statistic = "mean", from = "0.5 s" }'
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        yield _problem("not a name", str(name), got=shown(name), expected=EXPECTED_NAME)
+        return
+    if not isinstance(given, Mapping):
+        yield _problem("must be a table", name, got=shown(given), hint=hint)
+        return
+    for key in given:
+        if key not in MEASURE_KEYS:
+            near = like(str(key), MEASURE_KEYS, "the keys")
+            yield _problem("unknown key", name, str(key), got=shown(key), hint=near)
+    for key in ("signal", "statistic"):
+        if key not in given:
+            yield _problem(f"has no {key}", name, expected=MEASURE_KEYS[key], hint=hint)
+    signal, statistic = given.get("signal", "a.b"), given.get("statistic", LAST)
+    if not isinstance(signal, str) or not all(NAME.fullmatch(part) for part in signal.split(".")) or "." not in signal:
+        yield _problem("not an output", name, "signal", got=shown(signal), hint='write signal = "block.output"')
+    if not isinstance(statistic, str) or statistic not in STATISTICS:
+        near = like(str(statistic), STATISTICS, "the statistics")
+        yield _problem("there is no such statistic", name, "statistic", got=shown(statistic), hint=near)
+    try:
+        read_duration(given.get("from", 0))
+    except UnitError as error:
+        yield _problem(str(error), name, "from", got=shown(given["from"]), hint=error.hint)
+
+
+def _problem(message: str, *path: str, **more: Any) -> Problem:
+    path = (MEASURES, *path)
+    return Problem(message=message, key=".".join(path), path=path, **more)

@@ -1,0 +1,81 @@
+"""Measures of a graph: read, written, carried along, and refused with the place and the nearest name."""
+
+import copy
+import dataclasses
+
+import pytest
+
+from proofmass.blocks.analog_to_digital import AnalogToDigital
+from proofmass.blocks.constant import Constant
+from proofmass.blocks.correlator import Correlator
+from proofmass.blocks.shift_register import ShiftRegister
+from proofmass.graphs.check import check
+from proofmass.graphs.flatten import flatten
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.measures import STATISTICS, Measure
+from proofmass.graphs.toml_reader import read_graph_text
+from proofmass.graphs.toml_writer import write_graph
+from tests.graph_texts import SMALL, line_of, problems_of
+
+MEASURED = (
+    SMALL + '\n[measures]\nbias = { signal = "adc.code", statistic = "mean", from = "0.5 s" }\n'
+    'noise = { signal = "readout.output", statistic = "std" }\n'
+)
+
+
+def test_they_are_read_written_copied_and_made_flat() -> None:
+    graph = read_graph_text(MEASURED)
+    assert graph.measures["bias"] == Measure("adc.code", "mean", graph.duration / 2)  # type: ignore[operator]
+    assert read_graph_text(write_graph(graph)) == graph
+    assert copy.deepcopy(graph) == graph
+    outer = Graph(
+        name="outer",
+        rate=10,
+        blocks={"axis": dataclasses.replace(graph, exports={"code": "adc.code"})},
+        measures={"bias": {"signal": "axis.code", "statistic": "last"}},
+    )
+    assert flatten(outer).measures == {"bias": Measure("axis.adc.code", "last")}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "said"),
+    [
+        ('statistic = "mean"', 'statistic = "maen"', "measures.bias.statistic", "did you mean mean?"),
+        ('signal = "adc.code"', 'signal = "adc.cod"', "measures.bias.signal", "did you mean code?"),
+        ('signal = "adc.code"', 'signal = "acd.code"', "measures.bias.signal", "did you mean adc?"),
+        ('signal = "adc.code"', 'signal = "adc"', "measures.bias.signal", "block.output"),
+        ('from = "0.5 s"', 'form = "0.5 s"', "measures.bias.form", "did you mean from?"),
+        ('from = "0.5 s"', 'from = "0.5 V"', "measures.bias.from", "s"),
+        (', statistic = "mean"', "", "measures.bias", "has no statistic"),
+        ("bias =", "Bias =", "measures.Bias", "lower-case"),
+    ],
+)
+def test_mistakes_are_said_with_line_key_and_nearest_name(old: str, new: str, key: str, said: str) -> None:
+    text = MEASURED.replace(old, new)
+    (problem,) = problems_of(text)
+    assert (problem.file, problem.key) == ("model.toml", key)
+    assert problem.line == line_of(text, "[measures]") + 1
+    assert said in str(problem)
+
+
+def test_a_vector_and_a_taken_name_are_refused() -> None:
+    correlated = Graph(
+        name="cells",
+        rate=10,
+        blocks={
+            "register": ShiftRegister(),
+            "adc": AnalogToDigital(),
+            "zero": Constant(unit="V"),
+            "cells": Correlator(),
+        },
+        wires=["register.bit -> cells.bit", "zero.output -> adc.voltage", "adc.code -> cells.code"],
+        measures={"bias": {"signal": "cells.impulse_response", "statistic": "mean"}},
+    )
+    assert "a vector cannot be measured" in [problem.message for problem in check(correlated)]
+    taken = [problem.message for problem in problems_of(MEASURED.replace("adc", "measures"))]
+    assert taken == ["the name is taken where a graph has measures"]
+
+
+def test_every_statistic_has_a_block_with_that_output() -> None:
+    for name, reducer in STATISTICS.items():
+        assert name == "last" if reducer is None else reducer[1] in reducer[0].outputs

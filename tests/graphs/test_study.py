@@ -1,0 +1,149 @@
+"""Studies: what is drawn, order and independence of it, and mistakes said with line, key and nearest name."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.problem import ModelError
+from proofmass.graphs.study import Limit, Study
+from proofmass.graphs.study_reader import read_study
+from proofmass.graphs.toml_reader import read_graph_text
+from tests.graph_texts import changed, line_of
+from tests.study_texts import STUDY
+
+YEAR = 31557600.0
+
+
+def study(tmp_path: Path, text: str = STUDY) -> Study:
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    return read_study(path)
+
+
+def test_a_file_of_its_own_a_table_and_python_give_the_same_study(tmp_path: Path) -> None:
+    graph, table = STUDY.split("[study]\n")
+    (tmp_path / "converter.toml").write_text(graph)
+    alone = tmp_path / "alone.toml"
+    alone.write_text('graph = "converter.toml"\n' + table.replace("study.", ""))
+    made = Study(
+        read_graph_text(graph),
+        runs=6,
+        seed=11,
+        spread={
+            "adc.reference": {"normal": 200e-6, "relative": True},
+            "source.value": {"uniform": 1e-3},
+        },
+        sweep={"filter.corner_frequency": [100.0, 200]},
+        epochs={"ages": [0, "1000 h", YEAR]},
+        drift={
+            "adc.reference": {
+                "ramp": "20 ppm/year",
+                "ramp_spread": "5 ppm/year",
+                "random_walk": "9 ppm/sqrt(year)",
+                "relative": True,
+            }
+        },
+        limits={"bias": {"change": 1e-4}, "noise": {"at_most": 100}},
+    )
+    assert study(tmp_path) == read_study(alone) == made
+
+
+def test_every_point_of_the_sweep_is_tried_with_the_same_sensors(tmp_path: Path) -> None:
+    made = study(tmp_path)
+    assert made.points == 2
+    for run in range(0, 12, 2):
+        low, high = made.drawn(run), made.drawn(run + 1)
+        for first, second in zip(low, high, strict=True):
+            assert first.pop("filter.corner_frequency") == 100.0
+            assert second.pop("filter.corner_frequency") == 200.0
+            assert first == second
+    assert made.drawn(0)[0]["source.value"] != made.drawn(2)[0]["source.value"]
+    assert len({made.drawn(4)[epoch]["source.value"] for epoch in range(3)}) == 1
+    grid = Study(made.graph, sweep={"source.value": [1, 2], "adc.reference": [3, 4, 5]})
+    points = [tuple(grid.point(run).values()) for run in range(7)]
+    assert points == [(1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5), (1, 3)]
+
+
+def test_what_is_drawn_does_not_depend_on_other_parameters(tmp_path: Path) -> None:
+    made, text = study(tmp_path), STUDY.replace('"source.value" = { uniform = "1 mV" }\n', "")
+    fewer = study(tmp_path, text)
+    for run in (7, 0, 3):
+        assert fewer.drawn(run)[2]["adc.reference"] == made.drawn(run)[2]["adc.reference"]
+
+
+def test_a_limit_on_the_change_and_on_a_failed_run() -> None:
+    assert Limit(change=0.1).kept([-1.0, -1.09, -0.91])
+    assert not Limit(change=0.1).kept([-1.0, -1.2])
+    assert not Limit(at_least=0.0).kept([1.0, -1.0])
+    assert not Limit().kept([float("nan")])
+    assert Limit().kept([0.0, 5.0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "said"),
+    [
+        ("runs = 6", "rnus = 6", "rnus", "did you mean runs?"),
+        ("runs = 6", "runs = 0", "runs", "an integer from 1"),
+        ("seed = 11", "seed = -1", "seed", "an integer from 0"),
+        ('"adc.reference" = { normal', '"adc.refrence" = { normal', 'spread."adc.refrence"', "did you mean reference?"),
+        ('"adc.reference" = { normal', '"acd.reference" = { normal', 'spread."acd.reference"', "did you mean adc?"),
+        ('"adc.reference" = { normal', '"adc.bits" = { normal', 'spread."adc.bits"', "not a number that may vary"),
+        ('"adc.reference" = { normal', '"adc.voltage" = { normal', 'spread."adc.voltage"', "is a port"),
+        ("{ normal", "{ nromal", 'spread."adc.reference".nromal', "did you mean normal?"),
+        ('uniform = "1 mV"', 'uniform = "1 mA"', 'spread."source.value".uniform', "a number in V"),
+        ('uniform = "1 mV"', "uniform = -1", 'spread."source.value".uniform', "at least 0"),
+        ('uniform = "1 mV"', "relative = false", 'spread."source.value"', "needs one distribution"),
+        ('["100 Hz", "200 Hz"]', "[]", 'sweep."filter.corner_frequency"', "list of values"),
+        ('"1000 h", "1 year"', '"1 year", "1000 h"', "epochs.ages", "must ascend"),
+        ('"1000 h"', '"1000 V"', "epochs.ages.1", "1000 V"),
+        ("ramp = ", "rmap = ", 'drift."adc.reference".rmap', "did you mean ramp?"),
+        (
+            'ramp = "20 ppm/year", ramp_spread',
+            "ramp_spread",
+            'drift."adc.reference".ramp_spread',
+            "no ramp to go with it",
+        ),
+        ('"20 ppm/year"', '"20 ppm"', 'drift."adc.reference".ramp', "a number in 1/s"),
+        ("noise = { at_most", "nosie = { at_most", "limits.nosie", "did you mean noise?"),
+        ("at_most", "at_msot", "limits.noise.at_msot", "did you mean at_most?"),
+    ],
+)
+def test_mistakes_are_said_with_line_key_and_nearest_name(
+    old: str, new: str, key: str, said: str, tmp_path: Path
+) -> None:
+    text = changed(STUDY, old, new)
+    with pytest.raises(ModelError) as caught:
+        study(tmp_path, text)
+    (problem,) = caught.value.problems
+    assert (problem.file, problem.key) == (str(tmp_path / "study.toml"), key)
+    assert problem.line == line_of(text, new)
+    assert said in str(problem)
+
+
+def test_a_driven_parameter_no_measures_no_study_and_no_graph_are_refused(tmp_path: Path) -> None:
+    driven = changed(STUDY, '    "filter.output', '    "filter.output -> adc.reference",\n    "filter.output')
+    for text, said in (
+        (driven, "is driven by filter.output"),
+        (STUDY.replace("[measures]", "[ignored]"), "unknown key"),
+        (STUDY.partition("[study]")[0], "the graph has no study"),
+        ("runs = 3\n", "the study names no graph"),
+        ('graph = "../up.toml"\n', "outside the folder"),
+    ):
+        with pytest.raises(ModelError, match=said):
+            study(tmp_path, text)
+    graph, _, _ = STUDY.partition("[measures]")
+    blocks = STUDY[STUDY.index("[blocks]") : STUDY.index("[study]")]
+    with pytest.raises(ModelError, match="the graph has no measures"):
+        Study(read_graph_text(graph + blocks))
+
+
+def test_values_at_the_epochs_have_the_moments_of_the_laws(tmp_path: Path) -> None:
+    """A ramp of 20 +- 5 ppm and a walk of 9 ppm in a year, over a spread of 200 ppm; four standard errors."""
+    made = study(tmp_path).changed(runs=4000, seed=1)
+    drawn = [made.drawn(2 * sensor) for sensor in range(4000)]
+    new, old = (np.array([at[epoch]["adc.reference"] for at in drawn]) for epoch in (0, 2))
+    change = (old / new - 1.0) * 1e6
+    assert (new / 5.0 - 1.0).std() * 1e6 == pytest.approx(200.0, rel=4 / np.sqrt(8000))
+    assert change.mean() == pytest.approx(20.0, abs=4 * np.hypot(5.0, 9.0) / np.sqrt(4000))
+    assert change.std() == pytest.approx(np.hypot(5.0, 9.0), rel=4 / np.sqrt(8000))

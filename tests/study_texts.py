@@ -1,0 +1,46 @@
+"""A small study for tests: a noisy converter with a reference that differs, is swept and ages."""
+
+STUDY = """\
+name = "a converter that ages"
+rate = "1 kHz"
+samples = 60
+wires = [
+    "source.output -> sum.first",
+    "noise.output -> sum.second",
+    "sum.output -> filter.input",
+    "filter.output -> adc.voltage",
+]
+probes = ["adc.code"]
+
+[measures]
+bias = { signal = "adc.number", statistic = "mean", from = "20 ms" }
+noise = { signal = "adc.code", statistic = "std", from = "20 ms" }
+
+[blocks]
+source = { kind = "Constant", value = "1 V", unit = "V" }
+noise = { kind = "WhiteNoise", density = "1 mV/sqrt(Hz)", unit = "V" }
+sum = { kind = "Sum", unit = "V" }
+filter = { kind = "LowPass", corner_frequency = "100 Hz", input_unit = "V", output_unit = "V" }
+adc = { kind = "AnalogToDigital", bits = 12, reference = "5 V" }
+
+[study]
+runs = 6
+seed = 11
+
+[study.spread]
+"adc.reference" = { normal = "200 ppm", relative = true }
+"source.value" = { uniform = "1 mV" }
+
+[study.sweep]
+"filter.corner_frequency" = ["100 Hz", "200 Hz"]
+
+[study.epochs]
+ages = ["0 h", "1000 h", "1 year"]
+
+[study.drift]
+"adc.reference" = { ramp = "20 ppm/year", ramp_spread = "5 ppm/year", random_walk = "9 ppm/sqrt(year)", relative=true}
+
+[study.limits]
+bias = { change = "100 ppm" }
+noise = { at_most = 100 }
+"""
