@@ -47,7 +47,6 @@ STUDY_KEYS = {
     "drift": 'Parameters that age from epoch to epoch: "adc.reference" = { ramp = "20 ppm/year", relative = true }.',
     "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
 }
-EPOCH_KEYS = {"ages": "Ages in ascending order."}
 LIMIT_KEYS = {
     "at_least": "Smallest value of the measure in a good sensor.",
     "at_most": "Largest value of the measure in a good sensor.",
