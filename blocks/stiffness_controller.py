@@ -26,15 +26,19 @@ class State(NamedTuple):
     error: float
 
 
-@StiffnessController.output("N/m")
-def stiffness(p: StiffnessController, x: State) -> float:
-    """Stiffness for the reference model, from the chip after the window."""
-    return p.initial + x.correction
-
-
-@StiffnessController.update
-def update(p: StiffnessController, x: State, measured: float, modelled: float, window: bool) -> State:
+def moved(p: StiffnessController, x: State, measured: float, modelled: float, window: bool) -> State:
     error = x.error + (modelled - measured) if window else x.error
     if window and not p.every_chip:
         return State(x.correction, error)
     return State(x.correction + p.gain * error, 0.0)
+
+
+@StiffnessController.output("N/m")
+def stiffness(p: StiffnessController, x: State, measured: float, modelled: float, window: bool) -> float:
+    """Stiffness for the reference model, corrected in the same tick."""
+    return p.initial + moved(p, x, measured, modelled, window).correction
+
+
+@StiffnessController.update
+def update(p: StiffnessController, x: State, measured: float, modelled: float, window: bool) -> State:
+    return moved(p, x, measured, modelled, window)

@@ -1,6 +1,6 @@
 """The PN self-calibration of Sarraf et al. 2012: what the paper reports beside what the graphs of the library do.
 
-    python -m proofmass.runner.self_calibration [PICTURE]
+    python -m docs.pn_self_calibration [PICTURE]
 
 Labels: [P] the paper prints it; [A] follows under assumed gains, converters and noise, which it does not print;
 [C] a conjecture about what it means.
@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner.plot import BLUE, ORANGE, save_figure
 from proofmass.runner.result import Result
 from proofmass.runner.simulate import simulate
 
@@ -91,26 +93,24 @@ def table() -> list[str]:
     return ["{:<36} {:<24} {:<16} {}".format(*row).rstrip() for row in rows]
 
 
-def picture() -> Any:
+def picture() -> Figure:
     """Impulse responses, their derivatives and the way to the parameters, of both devices."""
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(11.0, 6.5), layout="constrained")
     panels = figure.subplots(2, 3)
     for row, (device, fitted) in zip(panels, (("accelerometer", "online"), ("gyroscope", "gauss_newton")), strict=True):
         loop = calibrate(library(f"self_calibration_{device}.toml"), 16)
         measured, modelled = (loop.result[f"{name}.impulse_response"].values for name in ("cells", "reference_cells"))
         lags = np.arange(measured.shape[1])
-        row[0].plot(lags, measured[-1], "o", fillstyle="none", color="#0072b2", label="device")
+        row[0].plot(lags, measured[-1], "o", fillstyle="none", color=BLUE, label="device")
         row[0].plot(lags, modelled[1], ".-", color="#bbbbbb", label="model at first")
-        row[0].plot(lags, modelled[-1], "x", color="#d55e00", label="model at last")
+        row[0].plot(lags, modelled[-1], "x", color=ORANGE, label="model at last")
         row[0].set(
             title=f"{device}: impulse response at {float(loop.result.graph.rate or 1) / 1e3:g} kHz",
             xlabel="lag [chips]",
             ylabel="h [V]",
         )
         derivatives = calibrate(library(f"self_calibration_{fitted}.toml"), 8).result
-        for name, color in (("stiffness", "#0072b2"), ("damping", "#d55e00")):
+        for name, color in (("stiffness", BLUE), ("damping", ORANGE)):
             values = derivatives[f"cells_by_{name}.impulse_response"].values[-1]
             row[1].plot(lags, values[: len(lags)], "o-", color=color, label=f"by ln {name}")
         row[1].set(
@@ -118,7 +118,7 @@ def picture() -> Any:
             xlabel="lag [chips]",
             ylabel="dh [V]",
         )
-        for error, name, color in ((loop.stiffness, "stiffness", "#0072b2"), (loop.damping, "damping", "#d55e00")):
+        for error, name, color in ((loop.stiffness, "stiffness", BLUE), (loop.damping, "damping", ORANGE)):
             row[2].plot(np.arange(1, len(error) + 1), 100.0 * error, "o-", color=color, label=name)
         row[2].set(title="error of the model", xlabel="period of 1023 chips", ylabel="[%]")
         for panel in row:
@@ -132,8 +132,6 @@ def main(arguments: list[str]) -> int:
     """Print the table; draw the picture where a file for it is named."""
     print("\n".join(table()))
     if arguments:
-        from proofmass.runner.plot import save_figure
-
         save_figure(picture(), Path(arguments[0]))
     return 0
 
