@@ -10,6 +10,7 @@ from proofmass.blocks.analog_to_digital import AnalogToDigital
 from proofmass.blocks.declare import Block, param
 from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.fixed_quantiser import FixedQuantiser
+from proofmass.blocks.impulse_response_estimator import ImpulseResponseEstimator
 from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.shift_register import ShiftRegister
@@ -59,7 +60,7 @@ def graph_around(tested: Mapping[str, Block], folder: Path) -> Graph:
     for name, block in tested.items():
         for number, port in enumerate(block.inputs.values()):
             fixed = block.format_of(port.name) if port.dtype is FixedValue else None
-            key = (number, port.dtype, block.unit_of(port), fixed)
+            key = (number, port.dtype, block.unit_of(port), block.shape_of(port), fixed)
             if key not in sources:
                 sources[key] = _source(blocks, wires, *key)
             wires.append(f"{sources[key]} -> {name}.{port.name}")
@@ -75,7 +76,13 @@ def graph_around(tested: Mapping[str, Block], folder: Path) -> Graph:
 
 
 def _source(
-    blocks: dict[str, Block], wires: list[str], number: int, dtype: type, unit: str, fixed: Fixed | None
+    blocks: dict[str, Block],
+    wires: list[str],
+    number: int,
+    dtype: type,
+    unit: str,
+    shape: tuple[int, ...],
+    fixed: Fixed | None,
 ) -> str:
     """The signal of a new source."""
     name = f"source_{len(blocks)}"
@@ -90,6 +97,11 @@ def _source(
     if fixed is not None:
         quantiser = FixedQuantiser(output_format=fixed, unit=unit)
         return _through(blocks, wires, f"{name}.output", quantiser, "input", "output")
+    if shape:
+        cells = ImpulseResponseEstimator(cells=shape[0], chips=3, unit=unit)
+        vector = _through(blocks, wires, f"{name}.output", cells, "response", "impulse_response")
+        wires.append(f"{_source(blocks, wires, number, bool, '1', (), None)} -> {vector.partition('.')[0]}.bit")
+        return vector
     return f"{name}.output"
 
 

@@ -10,6 +10,7 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.fixed_point import FixedValue
 from proofmass.blocks.fixed_quantiser import FixedQuantiser
 from proofmass.blocks.gain import Gain
+from proofmass.blocks.impulse_response_estimator import ImpulseResponseEstimator
 from proofmass.blocks.ramp import Ramp
 from proofmass.blocks.saturation import Saturation
 from proofmass.blocks.shift_register import ShiftRegister
@@ -93,6 +94,13 @@ class _Dealt:
         if declared.dtype is FixedValue:
             quantiser = FixedQuantiser(output_format=block.format_of(port), unit=unit)
             return self.added(quantiser, self.signal(float, unit), "output")
+        if declared.shape:
+            cells = self.add(ImpulseResponseEstimator(cells=block.shape_of(declared)[0], chips=3, unit=unit))
+            self.wires += [
+                f"{self.signal(bool, '1')} -> {cells}.bit",
+                f"{self.signal(float, unit)} -> {cells}.response",
+            ]
+            return f"{cells}.impulse_response"
         return self.signal(declared.dtype, unit)
 
     def signal(self, dtype: type, unit: str) -> str:
@@ -105,6 +113,8 @@ class _Dealt:
             if codes:
                 return self.dice.choice(codes)[0]
             return self.added(AnalogToDigital(bits=8), self.signal(float, "V"), "code")
+        if unit == "F":  # a bridge divides by its capacitances
+            return f"{self.add(Ramp(offset=1e-12, slope=1e-13, unit=unit))}.output"
         there, later = _outputs(self.blocks, float), _outputs(self.dealt, float)
         if not there and not later:
             return f"{self.add(Ramp(slope=1.0, unit=unit))}.output"

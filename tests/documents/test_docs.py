@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from docs.pn_self_calibration import table
 from docs.quartz_accelerometer import tables
 from proofmass.graphs.check import check
 from proofmass.graphs.toml_reader import TOP_KEYS, read_graph_text
@@ -59,6 +60,11 @@ def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:
     printed = "\n".join(tables()) + "\n"
     assert len(fences) == 5
     assert [text for text in fences if text not in printed] == []
+
+
+def test_table_of_the_self_calibration_is_the_one_printed() -> None:
+    page = (DOCS / "pn-self-calibration.md").read_text()
+    assert re.findall(r"^```text\n(.*?)^```$", page, re.DOTALL | re.MULTILINE) == ["\n".join(table()) + "\n"]
 
 
 @pytest.mark.parametrize("text", fenced("toml"))
