@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.generate import generate
 from proofmass.runner.plan import plan
 from proofmass.runner.simulate import simulate
-
-LIBRARY = sorted((Path(__file__).parents[2] / "graphs" / "library").glob("*.toml"))
+from tests.graph_texts import ALONE
 
 
 def shuffled(graph: Graph, dice: random.Random) -> Graph:
@@ -32,19 +32,20 @@ def shuffled(graph: Graph, dice: random.Random) -> Graph:
         seed=graph.seed,
         blocks=dict(mixed(graph.blocks.items())),
         rates=dict(mixed(graph.rates.items())),
+        subgraphs=dict(mixed(graph.subgraphs.items())),
         wires=mixed(graph.wires),
         probes=mixed(graph.probes),
         place=graph.place,
     )
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
     graph = read_graph(path)
-    every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in block.outputs]
+    every_output = [f"{name}.{port}" for name, block in flatten(graph).blocks.items() for port in block.outputs]
     graph = Graph(
         name=graph.name, rate=graph.rate, seed=graph.seed, blocks=graph.blocks, rates=graph.rates, wires=graph.wires,
-        probes=every_output, place=graph.place,
+        subgraphs=graph.subgraphs, probes=every_output, place=graph.place,
     )  # fmt: skip
     source = generate(plan(graph)).source
     expected = simulate(graph, samples=3000, engine="compiled")
@@ -57,7 +58,7 @@ def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
             assert np.array_equal(result[name].values, expected[name].values), name
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_permutations_in_plain_python(path: Path) -> None:
     graph = read_graph(path)
     expected = simulate(graph, samples=400, engine="python")
