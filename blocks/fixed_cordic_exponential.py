@@ -6,11 +6,12 @@ the guard bits, which are dropped at the end. Monotonic with at least 2 guard bi
 neighbours may fall by a few steps.
 """
 
+import math
 from typing import NamedTuple
 
 from proofmass.blocks.cordic import grown, hyperbolic_angles, hyperbolic_growth, hyperbolic_shifts
 from proofmass.blocks.declare import Block, Input, param
-from proofmass.blocks.fixed_point import Fixed, FixedValue, fixed
+from proofmass.blocks.fixed_point import Fixed, FixedValue
 
 
 class FixedCordicExponential(Block):
@@ -24,9 +25,8 @@ class FixedCordicExponential(Block):
 
 
 class Constants(NamedTuple):
-    start: FixedValue
-    angles: tuple[FixedValue, ...]
-    word: Fixed
+    start: int
+    angles: tuple[int, ...]
     output: Fixed
 
 
@@ -43,10 +43,10 @@ def constants(p: FixedCordicExponential, period: float) -> Constants:
 @FixedCordicExponential.output("1")
 def exponential(c: Constants, p: FixedCordicExponential, angle: FixedValue) -> FixedValue:
     """The exponential, in M fraction bits, below 4."""
-    value, rest = c.start, angle
+    value, rest = c.start, angle.mantissa << p.guard_bits
     for shift, step in zip(hyperbolic_shifts(p.iterations), c.angles, strict=True):
-        value, rest = grown(value, rest, shift, step, c.word)
-    return value.to(c.output, "floor", "refuse")
+        value, rest = grown(value, rest, shift, step)
+    return FixedValue(value, p.fraction_bits + p.guard_bits).to(c.output, "floor", "refuse")
 
 
 def exponential_formats(fraction_bits: int) -> dict[str, Fixed]:
@@ -56,9 +56,7 @@ def exponential_formats(fraction_bits: int) -> dict[str, Fixed]:
 
 
 def exponential_constants(fraction_bits: int, iterations: int, guard_bits: int) -> Constants:
-    """Start value, angles and the format of the register."""
+    """Start value and angles of the registers, and the format of the output."""
     inner = fraction_bits + guard_bits
-    word = Fixed(inner + 2, inner, signed=False)
-    start = fixed(1.0 / hyperbolic_growth(iterations), word, "half_even")
-    output = exponential_formats(fraction_bits)["exponential"]
-    return Constants(start, hyperbolic_angles(iterations, word), word, output)
+    start = round(math.ldexp(1.0 / hyperbolic_growth(iterations), inner))
+    return Constants(start, hyperbolic_angles(iterations, inner), exponential_formats(fraction_bits)["exponential"])

@@ -54,13 +54,10 @@ def update(
     rests: list[FixedValue],
     angle: FixedValue,
 ) -> None:
-    entering = zip([c.start, *values[:-1]], [angle, *rests[:-1]], strict=True)
-    rotations = zip(entering, hyperbolic_shifts(p.iterations), c.angles, strict=True)
-    moved = [grown(value, rest, shift, step, c.word) for (value, rest), shift, step in rotations]
+    word, inner = formats(p)["values"], p.fraction_bits + p.guard_bits
+    before = [c.start, *(each.mantissa for each in values[:-1])]
+    left = [angle.mantissa << p.guard_bits, *(each.mantissa for each in rests[:-1])]
+    moved = map(grown, before, left, hyperbolic_shifts(p.iterations), c.angles)
     for i, (value, rest) in enumerate(moved):
         # No angle below 1 brings X to 4: the bit above the register, which intervals alone allow, is never set.
-        values[i], rests[i] = wrap(_in_steps(value, c.word), c.word), rest
-
-
-def _in_steps(value: FixedValue, word: Fixed) -> FixedValue:
-    return FixedValue(value.mantissa << (word.fraction - value.fraction), word.fraction)
+        values[i], rests[i] = FixedValue(wrap(value, word), inner), FixedValue(rest, inner)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.cordic import circular_angles, circular_growth, turned
 from proofmass.blocks.declare import Block, Input, param
-from proofmass.blocks.fixed_point import Fixed, FixedValue, fixed, where
+from proofmass.blocks.fixed_point import Fixed, FixedValue, where
 
 
 class FixedCordicRotation(Block):
@@ -23,10 +23,9 @@ class FixedCordicRotation(Block):
 
 
 class Constants(NamedTuple):
-    start: FixedValue
-    half_turn: FixedValue
-    angles: tuple[FixedValue, ...]
-    word: Fixed
+    start: int
+    half_turn: int
+    angles: tuple[int, ...]
     output: Fixed
 
 
@@ -39,31 +38,30 @@ def formats(p: FixedCordicRotation) -> dict[str, Fixed]:
 @FixedCordicRotation.constants
 def constants(p: FixedCordicRotation, period: float) -> Constants:
     inner = p.fraction_bits + p.guard_bits
-    word = Fixed(inner + 4, inner)
-    start = fixed(1.0 / circular_growth(p.iterations), word, "half_even")
-    half_turn = fixed(math.pi, word, "half_even")
-    return Constants(start, half_turn, circular_angles(p.iterations, word), word, formats(p)["sine"])
+    start, half_turn = (round(math.ldexp(value, inner)) for value in (1.0 / circular_growth(p.iterations), math.pi))
+    return Constants(start, half_turn, circular_angles(p.iterations, inner), formats(p)["sine"])
 
 
 @FixedCordicRotation.output("1")
 def sine(c: Constants, p: FixedCordicRotation, angle: FixedValue) -> FixedValue:
     """Sine of the angle, rounded to the nearest step."""
-    return _rotated(c, angle)[1].to(c.output)
+    return _rotated(c, p, angle)[1].to(c.output)
 
 
 @FixedCordicRotation.output("1")
 def cosine(c: Constants, p: FixedCordicRotation, angle: FixedValue) -> FixedValue:
     """Cosine of the angle, rounded to the nearest step."""
-    return _rotated(c, angle)[0].to(c.output)
+    return _rotated(c, p, angle)[0].to(c.output)
 
 
-def _rotated(c: Constants, angle: FixedValue) -> tuple[FixedValue, FixedValue]:
-    above, below = (angle << 1) > c.half_turn, (angle << 1) < -c.half_turn
-    rest = where(above, angle - c.half_turn, where(below, angle + c.half_turn, angle))
-    start = where(above | below, -c.start, c.start)
-    x, y = start, start * 0
+def _rotated(c: Constants, p: FixedCordicRotation, angle: FixedValue) -> tuple[FixedValue, FixedValue]:
+    rest = angle.mantissa << p.guard_bits
+    above, below = 2 * rest > c.half_turn, 2 * rest < -c.half_turn
+    rest = where(above, rest - c.half_turn, where(below, rest + c.half_turn, rest))
+    x, y = where(above | below, -c.start, c.start), 0
     for shift, step in enumerate(c.angles):
         left = rest >= 0
-        x, y = turned(x, y, left, shift, c.word)
+        x, y = turned(x, y, left, shift)
         rest = where(left, rest - step, rest + step)
-    return x, y
+    inner = p.fraction_bits + p.guard_bits
+    return FixedValue(x, inner), FixedValue(y, inner)

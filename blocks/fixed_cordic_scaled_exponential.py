@@ -28,8 +28,7 @@ class FixedCordicScaledExponential(Block):
 
 
 class Constants(NamedTuple):
-    angles: tuple[FixedValue, ...]
-    word: Fixed
+    angles: tuple[int, ...]
     output: Fixed
 
 
@@ -42,15 +41,13 @@ def formats(p: FixedCordicScaledExponential) -> dict[str, Fixed]:
 
 @FixedCordicScaledExponential.constants
 def constants(p: FixedCordicScaledExponential, period: float) -> Constants:
-    output, inner = formats(p)["output"], p.fraction_bits + p.guard_bits
-    word = Fixed(output.width + p.guard_bits, output.fraction + p.guard_bits, output.signed)
-    return Constants(hyperbolic_angles(p.iterations, Fixed(inner, inner, signed=False)), word, output)
+    return Constants(hyperbolic_angles(p.iterations, p.fraction_bits + p.guard_bits), formats(p)["output"])
 
 
 @FixedCordicScaledExponential.output("{unit}")
 def output(c: Constants, p: FixedCordicScaledExponential, angle: FixedValue, preloaded: FixedValue) -> FixedValue:
     """The factor times the exponential."""
-    value, rest = preloaded, angle
+    value, rest = preloaded.mantissa << p.guard_bits, angle.mantissa << p.guard_bits
     for shift, step in zip(hyperbolic_shifts(p.iterations), c.angles, strict=True):
-        value, rest = grown(value, rest, shift, step, c.word)
-    return value.to(c.output, "floor", "refuse")
+        value, rest = grown(value, rest, shift, step)
+    return FixedValue(value, c.output.fraction + p.guard_bits).to(c.output, "floor", "refuse")

@@ -28,9 +28,8 @@ class FixedCordicVectoring(Block):
 
 class Constants(NamedTuple):
     reciprocal: FixedValue
-    half_turn: FixedValue
-    angles: tuple[FixedValue, ...]
-    word: Fixed
+    half_turn: int
+    angles: tuple[int, ...]
     magnitude: Fixed
     phase: Fixed
 
@@ -44,34 +43,35 @@ def formats(p: FixedCordicVectoring) -> dict[str, Fixed]:
 
 @FixedCordicVectoring.constants
 def constants(p: FixedCordicVectoring, period: float) -> Constants:
-    known = formats(p)
-    phase = Fixed(p.phase_bits + p.guard_bits + 4, p.phase_bits + p.guard_bits)
-    word = Fixed(p.input_format.width + p.guard_bits + 4, p.input_format.fraction + p.guard_bits)
+    known, inner = formats(p), p.phase_bits + p.guard_bits
     finer = p.input_format.width + 2  # 1/K adds less than a quarter of a step to the error of the magnitude
     reciprocal = fixed(1.0 / circular_growth(p.iterations), Fixed(finer + 2, finer), "half_even")
-    angles = circular_angles(p.iterations, phase)
-    return Constants(reciprocal, fixed(math.pi, phase, "half_even"), angles, word, known["magnitude"], known["phase"])
+    half_turn = round(math.ldexp(math.pi, inner))
+    return Constants(reciprocal, half_turn, circular_angles(p.iterations, inner), known["magnitude"], known["phase"])
 
 
 @FixedCordicVectoring.output("{unit}")
 def magnitude(c: Constants, p: FixedCordicVectoring, real: FixedValue, imaginary: FixedValue) -> FixedValue:
     """Length of the vector, rounded to the nearest step."""
-    return (_turned(c, real, imaginary)[0] * c.reciprocal).to(c.magnitude)
+    return (_turned(c, p, real, imaginary)[0] * c.reciprocal).to(c.magnitude)
 
 
 @FixedCordicVectoring.output("1")
 def phase(c: Constants, p: FixedCordicVectoring, real: FixedValue, imaginary: FixedValue) -> FixedValue:
     """Angle of the vector from the real axis, from -pi to pi, rounded to the nearest step; 0 for (0, 0)."""
-    angle = _turned(c, real, imaginary)[1].to(c.phase)
+    angle = _turned(c, p, real, imaginary)[1].to(c.phase)
     return where((real == 0) & (imaginary == 0), angle * 0, angle)
 
 
-def _turned(c: Constants, real: FixedValue, imaginary: FixedValue) -> tuple[FixedValue, FixedValue]:
-    left = real < 0
-    x, y = where(left, -real, real), where(left, -imaginary, imaginary)
-    angle = where(left, where(imaginary < 0, -c.half_turn, c.half_turn), c.half_turn * 0)
+def _turned(
+    c: Constants, p: FixedCordicVectoring, real: FixedValue, imaginary: FixedValue
+) -> tuple[FixedValue, FixedValue]:
+    x, y = real.mantissa << p.guard_bits, imaginary.mantissa << p.guard_bits
+    to_the_left, above = x < 0, y >= 0
+    x, y = where(to_the_left, -x, x), where(to_the_left, -y, y)
+    angle = where(to_the_left, where(above, c.half_turn, -c.half_turn), 0)
     for shift, step in enumerate(c.angles):
         below = y < 0
-        x, y = turned(x, y, below, shift, c.word)
+        x, y = turned(x, y, below, shift)
         angle = where(below, angle - step, angle + step)
-    return x, angle
+    return FixedValue(x, p.input_format.fraction + p.guard_bits), FixedValue(angle, p.phase_bits + p.guard_bits)

@@ -6,7 +6,9 @@ from typing import Any
 
 import click
 
+from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError, Problem, did_you_mean
+from proofmass.graphs.exports import exported
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_editor import edit_file
 from proofmass.graphs.toml_reader import read_graph
@@ -17,7 +19,12 @@ from proofmass.runner.fit_starts import from_starts
 from proofmass.runner.fit_text import data, starts_text, text
 from proofmass.runner.run_command import changed, own_blocks
 
-MODELS = ("DoubleExponentialModel", "PolynomialModel")  # kinds that are meant where no block is named
+MODELS = (  # kinds that are meant where no block is named, beside graphs that export a1, b1, a2 and b2
+    "DoubleExponentialModel",
+    "FixedCoefficientMemory",
+    "FixedPolynomial",
+    "PolynomialModel",
+)
 
 
 def run_fit(
@@ -70,12 +77,12 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
     """The coefficients that a block of a graph takes, by `block.parameter`, with their units where these are known.
 
     A block with parameters a1, b1, a2 and b2 takes the two exponentials; one with c0, c1, ... the polynomial of the
-    highest order, and zero for its further coefficients.
+    highest order, and zero for its further coefficients. A subgraph has the parameters that it exports.
     """
-    if name not in graph.blocks:
-        hint = did_you_mean(name, graph.blocks, "block")
+    if name not in graph.blocks and name not in graph.subgraphs:
+        hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "block")
         raise ModelError([Problem(message="there is no such block", file=graph.place.file, key=name, hint=hint)])
-    parameters = graph.blocks[name].parameters
+    parameters = _parameters(graph, name)
     polynomials = [fit for fit in report.fits if fit.method == "least squares"]
     for chosen in (report.fits[0], *polynomials[-1:]):
         if all(c.name in parameters for c in chosen.coefficients):
@@ -84,10 +91,22 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
         message="takes neither two exponentials nor the polynomial of the highest order",
         file=graph.place.file,
         key=name,
-        got=type(graph.blocks[name]).__name__,
+        got=type(graph.blocks.get(name, graph)).__name__,
         expected="a block with parameters a1, b1, a2, b2, or c0, c1, ...",
     )
     raise ModelError([problem])
+
+
+def _parameters(graph: Graph, name: str) -> list[str]:
+    if name in graph.blocks:
+        return list(graph.blocks[name].parameters)
+    return [port for port, (_, what) in exported(graph.subgraphs[name]).items() if isinstance(what, Parameter)]
+
+
+def _meant(graph: Graph) -> tuple[str, ...]:
+    """The models of a graph, by kind, and the subgraphs that take what a model takes."""
+    models = [name for name, block in graph.blocks.items() if type(block).__name__ in MODELS]
+    return (*models, *(name for name in graph.subgraphs if {"a1", "b1", "a2", "b2"} <= set(_parameters(graph, name))))
 
 
 def _by_key(chosen: Fit, name: str, parameters: list[str]) -> dict[str, float | str]:
@@ -105,7 +124,7 @@ def _draw(report: FitReport, path: Path) -> Path:
 
 def _write(report: FitReport, target: Path, names: tuple[str, ...], own: Path | None) -> Path:
     graph = read_graph(target, own_blocks(own))
-    meant = names or tuple(name for name, block in graph.blocks.items() if type(block).__name__ in MODELS)
+    meant = names or _meant(graph)
     if not meant:
         hint = f"name one with --block, or put one in: {', '.join(MODELS)}"
         raise ModelError([Problem(message="has no block for the coefficients", file=str(target), hint=hint)])

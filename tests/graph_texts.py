@@ -4,9 +4,11 @@ from pathlib import Path
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.check import check
+from proofmass.graphs.exports import runs_alone
 from proofmass.graphs.toml_reader import read_graph, read_graph_text
 
 LIBRARY = sorted((Path(__file__).parents[1] / "graphs" / "library").glob("*.toml"))
+ALONE = [path for path in LIBRARY if runs_alone(read_graph(path))]  # the others are parts, with open inputs
 
 SMALL = """\
 name = "a mass and a converter"

@@ -1,4 +1,4 @@
-"""Horner's rule against fractions, rounded in every step, for orders 1 to 6, and against the model in floating point."""
+"""Horner's rule against fractions, rounded in every step, orders 1 to 6, and against the model in floating point."""
 
 import pytest
 

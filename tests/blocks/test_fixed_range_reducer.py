@@ -1,8 +1,9 @@
 """Range reduction against plain integers and real numbers, over every exponent where there are few enough.
 
-Exhaustive: all 2^23 exponents of M = 16, N = 6, and every exponent of twelve smaller words. For larger words an interval
-suffices: |z| <= 2^(M+N) and C1 < 1.4427 2^M + 1/2 < 2^(M+1) bound |A| by 2^(2M+N+1), two bits fewer than the product has;
-its middle bits are below 2^M, so that (F C2) >> M < C2. Nothing else depends on the size of a word.
+Exhaustive: all 2^23 exponents of M = 16, N = 6, and every exponent of twelve smaller words. For larger words an
+interval suffices: |z| <= 2^(M+N) and C1 < 1.4427 2^M + 1/2 < 2^(M+1) bound |A| by 2^(2M+N+1), which are 2M + N + 2 bits
+with the sign, one fewer than the product has. Its middle bits are below 2^M, so that (F C2) >> M < C2. Nothing else
+depends on the size of a word.
 """
 
 import math

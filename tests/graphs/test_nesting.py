@@ -21,7 +21,7 @@ from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.toml_writer import write_graph
 from proofmass.runner.simulate import simulate
-from tests.graph_texts import LIBRARY
+from tests.graph_texts import ALONE
 from tests.graphs.parts import cut
 
 TICKS = 2000
@@ -39,7 +39,7 @@ def leaves(graph: Graph) -> Counter[tuple[str, Block]]:
     return Counter((name.rpartition(".")[2], block) for name, block in flatten(graph).blocks.items())
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_the_library_cut_into_subgraphs_at_random(path: Path) -> None:
     graph = read_graph(path)
     whole = bits(graph, "python")

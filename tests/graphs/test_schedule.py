@@ -23,7 +23,7 @@ from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.schedule import Node, schedule
 from proofmass.graphs.toml_reader import read_graph
-from tests.graph_texts import LIBRARY
+from tests.graph_texts import ALONE
 
 
 class TwoWays(Block):
@@ -293,7 +293,7 @@ def test_the_rate_of_the_graph_counts_where_a_block_has_it(facts: dict[str, Any]
     assert schedule(Graph(name="", **facts)).base_rate == rate
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_every_output_of_the_library_is_scheduled_after_what_it_needs(path: Any) -> None:
     graph = flatten(read_graph(path))
     at = {node: index for index, node in enumerate(schedule(graph).order)}

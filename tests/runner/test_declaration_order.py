@@ -12,11 +12,11 @@ from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.generate import generate
 from proofmass.runner.plan import plan
 from proofmass.runner.simulate import simulate
-from tests.graph_texts import LIBRARY
+from tests.graph_texts import ALONE
 from tests.orders import shuffled
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
     graph = flatten(read_graph(path))
     every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in block.outputs]
@@ -37,7 +37,7 @@ def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
             assert np.array_equal(result[name].values, expected[name].values), name
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_permutations_in_plain_python(path: Path) -> None:
     graph = flatten(read_graph(path))
     expected = simulate(graph, samples=400, engine="python")

@@ -17,7 +17,7 @@ from proofmass.runner.plan import plan
 from proofmass.runner.result import Result
 from proofmass.runner.simulate import EngineName, RunError, simulate
 from tests.around import graph_around, random_block
-from tests.graph_texts import LIBRARY
+from tests.graph_texts import ALONE
 
 SAMPLES = 10_000
 
@@ -91,7 +91,7 @@ def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], t
         assert_same_bits(replace(graph, integration=steps), SAMPLES // 40)
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_every_example_graph(path: Path) -> None:
     graph = read_graph(path)
     stepped = any(not solver.exact for solver in plan(graph).solvers)

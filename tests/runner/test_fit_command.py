@@ -22,17 +22,18 @@ Captured = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def graph(tmp_path: Path) -> Path:
-    """The graph of M1 with a model that is not fitted yet."""
+    """The graph of M1 with models that are not fitted yet."""
     lines = GRAPH.read_text(encoding="utf-8").splitlines(keepends=True)
-    start = next(i for i, line in enumerate(lines) if line.startswith("[blocks.model]"))
-    kept = [line for i, line in enumerate(lines) if not (start < i < start + 6 and line[0] in "ab")]
+    starts = [i for i, line in enumerate(lines) if line.startswith(("[blocks.model]", "[blocks.digital]"))]
+    kept = [line for i, line in enumerate(lines) if not (line[0] in "ab" and any(s < i < s + 6 for s in starts))]
     path = tmp_path / "graph.toml"
     path.write_text("".join(kept), encoding="utf-8")
     return path
 
 
 def model(path: Path, name: str = "model") -> dict[str, float]:
-    block = read_graph(path).blocks[name]
+    graph = read_graph(path)
+    block = graph.subgraphs[name].blocks["memory"] if name in graph.subgraphs else graph.blocks[name]
     return {p: getattr(block, p) for p in block.parameters if p[1:].isdigit()}
 
 
@@ -42,6 +43,7 @@ def test_a_graph_calibrates_itself(graph: Path, capsys: Captured) -> None:
     assert main(["fit", str(graph), *SIGNALS, "--write", str(graph)]) == 0
     assert f"wrote {graph}" in capsys.readouterr().out
     assert model(graph) == pytest.approx(model(GRAPH), rel=1e-6)
+    assert model(graph, "digital") == model(graph), "what a subgraph exports is fitted too"
     assert set(before.splitlines()) < set(graph.read_text(encoding="utf-8").splitlines())
     assert main(["run", str(graph), "--json"]) == 0
     signals = {row["signal"]: row for row in json.loads(capsys.readouterr().out)["signals"]}
@@ -91,6 +93,16 @@ def test_polynomials_and_any_block_with_such_parameters(graph: Path) -> None:
     assert model(graph) == found
 
 
+def test_the_memory_and_the_polynomial_of_a_digital_compensation(tmp_path: Path) -> None:
+    path = tmp_path / "digital.toml"
+    blocks = (
+        '[blocks.memory]\nkind = "FixedCoefficientMemory"\n[blocks.polynomial]\nkind = "FixedPolynomial"\norder = 4\n'
+    )
+    path.write_text(f'rate = "1 Hz"\nduration = "1 s"\n{blocks}', encoding="utf-8")
+    assert main(["fit", TABLE, "--write", str(path), "--block", "memory"]) == 0
+    assert model(path, "memory")["b2"] == pytest.approx(1.5061774, rel=1e-6)
+
+
 def test_nothing_is_written_where_nothing_is_determined(graph: Path, tmp_path: Path, capsys: Captured) -> None:
     line, before = tmp_path / "line.csv", graph.read_bytes()
     line.write_text("T [V],bias [V]\n" + "".join(f"{t},{3 * t}\n" for t in range(1, 20)), encoding="utf-8")
@@ -110,6 +122,7 @@ def test_nothing_is_written_where_nothing_is_determined(graph: Path, tmp_path: P
         ([TABLE, "--write", "none.toml"], 1, "none.toml: cannot be read"),
         ([TABLE, "--write", "GRAPH", "--block", "mdoel"], 1, "did you mean model?"),
         ([TABLE, "--write", "GRAPH", "--block", "noisy"], 1, "takes neither two exponentials"),
+        ([TABLE, "--write", "GRAPH", "--block", "digitle"], 1, "did you mean digital?"),
         ([TABLE, "--write", str(LIBRARY / "template.toml")], 1, "has no block for the coefficients"),
         (
             [str(GRAPH), "--temperature", "chamber.temperature", "--output", "noisy.output", "--write", "GRAPH"],

@@ -1,0 +1,113 @@
+"""The digital half of Liu, Li and Shen's compensation: the library's graphs against plain integers, and its errors.
+
+What `cordic_by_hand.chain` computes is shown to be what the graphs compute, bit by bit; the figures are then its own.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.cordic import hyperbolic_growth
+from proofmass.blocks.ramp import Ramp
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.toml_reader import read_graph_text
+from proofmass.runner.fit import fit
+from proofmass.runner.simulate import EngineName, simulate
+from tests.cordic_by_hand import chain
+from tests.temperature_sets import DEVICES, TEMPERATURE
+
+LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
+LAWS = {name: fit(device.readings()).fits[0].values for name, device in DEVICES.items()}
+
+each = pytest.mark.parametrize("name", DEVICES)
+
+
+def predicted(name: str, volts: Any, further: int, preload: bool = False, bits: int = 16) -> tuple[Any, Any]:
+    """The sum of both terms in volts, by plain integers, and what it should be at the quantised temperatures."""
+    law, words = LAWS[name], np.round(volts * 2.0**bits).astype(np.int64)
+    pairs = (law["a1"], law["b1"]), (law["a2"], law["b2"])
+    found = sum(chain(words, a, b, bits, further, preload) for a, b in pairs)
+    return found * 2.0 ** -(bits + further), sum(a * np.exp(b * words * 2.0**-bits) for a, b in pairs)
+
+
+def errors(name: str, further: int, preload: bool = False, bits: int = 16) -> tuple[float, float]:
+    """Largest error over the temperatures of the table: relative in percent, absolute in volts."""
+    found, exact = predicted(name, TEMPERATURE, further, preload, bits)
+    return 100.0 * float(np.max(np.abs(found / exact - 1.0))), float(np.max(np.abs(found - exact)))
+
+
+def compensator(name: str, preload: bool) -> Graph:
+    """The compensator of the library with the coefficients of a device, over a ramp of its temperature."""
+    text, changes = (LIBRARY / "temperature_compensator.toml").read_text(encoding="utf-8"), dict(LAWS[name])
+    if preload:
+        text = text.replace("exponential_term.toml", "exponential_term_preloaded.toml")
+        changes["memory.growth"] = hyperbolic_growth(16)
+    digital = read_graph_text(text, folder=str(LIBRARY)).with_parameters(changes)
+    sources = {"warming": Ramp(offset=0.6, slope=1.2, unit="V"), "bias": Ramp(offset=0.006, slope=-0.004, unit="V")}
+    return Graph(
+        name="a ramp of the temperature",
+        rate=500,
+        blocks={**sources, "digital": digital},
+        wires=["warming.output -> digital.temperature", "bias.output -> digital.sensor"],
+        probes=["digital.temperature.output", "digital.sensor.output", "digital.value", "digital.compensated"],
+    )
+
+
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.parametrize("preload", [False, True])
+@each
+def test_the_graphs_are_the_plain_integers(name: str, preload: bool, engine: EngineName) -> None:
+    result, law = simulate(compensator(name, preload), samples=501, engine=engine), LAWS[name]
+    volts = result["digital.temperature.output"].mantissas
+    first, second = (chain(volts, law[a], law[b], 16, 8, preload) for a, b in (("a1", "b1"), ("a2", "b2")))
+    assert (volts[0], volts[-1]) == (round(0.6 * 65536), round(1.8 * 65536))
+    assert np.array_equal(result["digital.value"].mantissas, first + second)
+    left = result["digital.sensor.output"].mantissas - first - second
+    assert np.array_equal(result["digital.compensated"].values, left * 2.0**-24)
+    assert result.overflows == {} or not any(result.overflows.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "further", "preload", "percent", "volts"),
+    [
+        ("m1", 0, False, 1.504, 34.1e-6),
+        ("m1", 0, True, 12.03, 501e-6),
+        ("m1", 8, False, 0.1129, 2.54e-6),
+        ("m1", 8, True, 0.0796, 2.77e-6),
+        ("m2", 0, False, 28.79, 247e-6),
+        ("m2", 0, True, 100.4, 772e-6),
+        ("m2", 8, False, 0.0359, 0.324e-6),
+        ("m2", 8, True, 0.522, 4.33e-6),
+    ],
+)
+def test_relative_and_absolute_error(name: str, further: int, preload: bool, percent: float, volts: float) -> None:
+    """Output in 2^16 and in 2^24 steps a volt, factor multiplied and preloaded."""
+    assert errors(name, further, preload) == pytest.approx((percent, volts), rel=5e-3)
+
+
+@each
+def test_eight_further_bits_compensate_as_floating_point_does(name: str) -> None:
+    device = DEVICES[name]
+    left = {further: float(np.ptp(device.output() - predicted(name, TEMPERATURE, further)[0])) for further in (0, 8)}
+    assert left[8] == pytest.approx(device.after, rel=1e-3)
+    assert abs(left[0] / device.after - 1.0) > 9e-3
+
+
+@pytest.mark.parametrize(("level", "percent"), [(0.72, 0.034), (1.0, 0.025), (1.3, 0.019), (1.65, 0.015)])
+def test_where_the_paper_has_its_largest_relative_error(level: float, percent: float) -> None:
+    """0.019 % of M2 at 2^16 is the 0.25 mV found here, of a zero bias of 1.3 V: more than the 0.18 mV compensated to.
+
+    A conjecture: the paper's table 3 and the level of its output are lost.
+    """
+    found, exact = predicted("m2", TEMPERATURE, 0)
+    assert 100.0 * np.max(np.abs(found - exact)) / level == pytest.approx(percent, abs=6e-4)
+    assert np.max(np.abs(found - exact)) > DEVICES["m2"].after
+
+
+@each
+def test_more_bits_improve_it(name: str) -> None:
+    """Enlarging the words improves the accuracy further (section 3)."""
+    assert errors(name, 8, bits=20)[0] < errors(name, 8)[0] / 5.0
+    assert errors(name, 8, bits=24)[0] < errors(name, 8, bits=20)[0] / 5.0
