@@ -60,7 +60,7 @@ def magnitude(c: Constants, p: FixedCordicVectoring, real: FixedValue, imaginary
 def phase(c: Constants, p: FixedCordicVectoring, real: FixedValue, imaginary: FixedValue) -> FixedValue:
     """Angle of the vector from the real axis, from -pi to pi, rounded to the nearest step; 0 for (0, 0)."""
     angle = _turned(c, p, real, imaginary)[1].to(c.phase)
-    return where((real == 0) & (imaginary == 0), angle * 0, angle)
+    return FixedValue(where((real == 0) & (imaginary == 0), 0, angle.mantissa), angle.fraction)
 
 
 def _turned(

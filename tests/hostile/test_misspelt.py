@@ -9,7 +9,7 @@ from typing import NamedTuple
 import pytest
 
 from proofmass.graphs.locate_keys import locate_keys
-from tests.graph_texts import LIBRARY, problems_of
+from tests.graph_texts import ALONE, problems_of
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 RIGHT = 0.95  # of the hints must give the right name
@@ -62,7 +62,7 @@ def misspellings(text: str, draw: random.Random) -> Iterator[tuple[Name, str]]:
                 yield name, wrong
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_a_misspelt_name_is_refused_and_the_right_one_offered(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     draw = random.Random(path.stem)
