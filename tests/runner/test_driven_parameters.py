@@ -15,7 +15,7 @@ from proofmass.runner.simulate import EngineName, simulate
 from tests.around import graph_around, random_block, random_value
 
 SAMPLES = 400
-# Where events end the steps, a step more or less is as right, and driving a parameter may make one.
+# Not of blocks with events, which take minutes in plain Python; tests/runner/test_events.py has one.
 DRIVABLE = {
     kind: [parameter for parameter in kind.parameters if kind.drivable(parameter)]
     for kind in all_blocks().values()

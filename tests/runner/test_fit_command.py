@@ -99,8 +99,9 @@ def test_the_memory_and_the_polynomial_of_a_digital_compensation(tmp_path: Path)
         '[blocks.memory]\nkind = "FixedCoefficientMemory"\n[blocks.polynomial]\nkind = "FixedPolynomial"\norder = 4\n'
     )
     path.write_text(f'rate = "1 Hz"\nduration = "1 s"\n{blocks}', encoding="utf-8")
-    assert main(["fit", TABLE, "--write", str(path), "--block", "memory"]) == 0
+    assert main(["fit", TABLE, "--write", str(path)]) == 0
     assert model(path, "memory")["b2"] == pytest.approx(1.5061774, rel=1e-6)
+    assert model(path, "polynomial")["c4"] == pytest.approx(0.012867109, rel=1e-6)
 
 
 def test_nothing_is_written_where_nothing_is_determined(graph: Path, tmp_path: Path, capsys: Captured) -> None:
