@@ -115,6 +115,9 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
 
     wires = [Wire(outer(wire.source), outer(wire.target)) for wire in graph.wires if not within(wire)]
     probes = [Probe(outer(probe.signal), probe.every) for probe in graph.probes]
+    loops = {name: replace(loop, open_at=outer(loop.open_at)) for name, loop in graph.loops.items()}
+    measures = {name: m._replace(signal=outer(m.signal)) for name, m in graph.measures.items()}
+    shown = {name: outer(signal) for name, signal in graph.exports.items()}
     part = Graph(
         name="",
         blocks={name: there[name] for name in inside},
@@ -129,6 +132,9 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
         subgraphs={},
         wires=wires,
         probes=probes,
+        loops=loops,
+        measures=measures,
+        exports=shown,
         rates={name: rate for name, rate in graph.rates.items() if name not in inside},
     )
 
