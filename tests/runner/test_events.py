@@ -12,6 +12,7 @@ from proofmass.blocks.gap_closing_actuator import GapClosingActuator
 from proofmass.blocks.low_pass import LowPass
 from proofmass.blocks.mass_between_stops import MassBetweenStops
 from proofmass.blocks.relay import Relay
+from proofmass.blocks.sine import Sine
 from proofmass.graphs.graph import Graph
 from proofmass.runner.plan import plan
 from proofmass.runner.result import Result
@@ -171,3 +172,28 @@ def test_an_event_without_end_stops_the_run(engine: EngineName) -> None:
 def test_blocks_with_events_are_stepped_though_they_are_linear() -> None:
     solver = plan(bouncing_ball("1 kHz")).solvers[0]
     assert (solver.method, solver.substeps) == ("runge_kutta_4", 1)
+
+
+def test_a_driven_parameter_of_a_block_with_events_is_the_parameter_set() -> None:
+    def graph(damping: float, driven: bool) -> Graph:
+        blocks: dict[str, Block] = {
+            "shake": Sine(amplitude=2e-4, frequency=900.0, unit="N"),
+            "mass": MassBetweenStops(damping=3.4e-3 if driven else damping, restitution=0.5),
+        }
+        wires = ["shake.output -> mass.force"]
+        if driven:
+            blocks["gas"] = Constant(value=damping, unit="kg/s")
+            wires.append("gas.output -> mass.damping")
+        return Graph(
+            name="driven",
+            rate="20 kHz",
+            blocks=blocks,
+            wires=wires,
+            probes=["mass.displacement", "mass.last_impact"],
+            integration={"method": "runge_kutta_4"},
+        )
+
+    constant, driven = (simulate(graph(2e-3, d), samples=60, engine="python") for d in (False, True))
+    assert len(instants(constant, "mass.last_impact")) > 1
+    for signal in constant:
+        assert constant[signal].values.tobytes() == driven[signal].values.tobytes()
