@@ -2,7 +2,8 @@
 
 import math
 import zlib
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -109,5 +110,23 @@ class Plan:
         return self.schedule.divisors[node[0]] * block.size(block.outputs[node[1]].every)
 
     def stream(self, name: str) -> int:
-        """Number of the block's random stream: from its name alone, so that nothing else moves its noise."""
-        return zlib.crc32(name.encode())
+        """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.
+
+        So the noise of a block stays what it is when the block is put into a subgraph, and two of a kind differ.
+        """
+        ends = list(_ends(name))
+        return zlib.crc32(next((end for end in ends if self._ends[end] == 1), ends[-1]).encode())
+
+    @cached_property
+    def _ends(self) -> Counter[str]:
+        return Counter(end for name in self.blocks for end in _ends(name))
+
+
+def _ends(path: str) -> Iterator[str]:
+    """Every end of a path, the shortest first.
+
+    >>> list(_ends("imu.x_axis.noise"))
+    ['noise', 'x_axis.noise', 'imu.x_axis.noise']
+    """
+    parts = path.split(".")
+    return (".".join(parts[-length:]) for length in range(1, len(parts) + 1))

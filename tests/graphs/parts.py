@@ -92,13 +92,9 @@ def write_parts(folder: Path, **changes: str) -> Path:
 
 
 def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
-    """The graph with some of its blocks and subgraphs in a new one, exported or reached by their paths.
-
-    Blocks of noise stay where they are, since their stream follows from their path.
-    """
+    """The graph with some of its blocks and subgraphs in a new one, exported or reached by their paths."""
     there: dict[str, Block | Graph] = {**graph.blocks, **graph.subgraphs}
-    movable = [name for name, block in there.items() if isinstance(block, Graph) or not _is_noise(block)]
-    inside = {name for name in movable if dice.random() < 0.5} or set(movable[:1])
+    inside = {name for name in there if dice.random() < 0.5} or set(list(there)[:1])
     exports: dict[str, str] = {}
 
     def outer(signal: str) -> str:
@@ -137,11 +133,6 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
         exports=shown,
         rates={name: rate for name, rate in graph.rates.items() if name not in inside},
     )
-
-
-def _is_noise(block: Block) -> bool:
-    functions = [*block.output_functions.values(), *block.functions.values()]
-    return any("normal" in function.arguments for function in functions)
 
 
 def said(tmp_path: Path, **changes: str) -> str:

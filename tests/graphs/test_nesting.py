@@ -1,10 +1,11 @@
 """Nesting changes no bit: any graph cut into subgraphs at random gives what it gives in one piece, in both engines.
 
-Blocks of noise are not moved: the stream of their noise follows from their path, so that two of a part differ.
+Noise too: its stream follows from the shortest end of the block's path that no other block shares.
 """
 
 import random
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -15,6 +16,7 @@ from proofmass.blocks.constant import Constant
 from proofmass.blocks.declare import Block
 from proofmass.blocks.gain import Gain
 from proofmass.blocks.mass_spring_damper import MassSpringDamper
+from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.check import check
 from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph
@@ -70,3 +72,19 @@ def test_continuous_blocks_that_are_integrated_together_may_lie_in_different_sub
     for seed, engine in enumerate(2 * ENGINES[:1] + ENGINES):
         dice = random.Random(seed)
         assert bits(cut(cut(graph, dice, 0), dice, 1), engine) == whole
+
+
+def test_noise_of_parts_of_a_kind_differs_and_stays_when_they_are_nested() -> None:
+    channel = Graph(name="", blocks={"noise": WhiteNoise()}, exports={"output": "noise.output"})
+    pair = Graph(name="", rate=100, blocks={"a": channel, "b": channel, "one": WhiteNoise()}, seed=4)
+    inner = replace(pair, rate=None, exports={n: f"{n}.output" for n in ("a", "b", "one")})
+    outer = Graph(name="", rate=100, blocks={"both": inner}, seed=4)
+    flat, nested = (
+        simulate(
+            replace(graph, probes=[prefix + signal for signal in ("a.output", "b.output", "one.output")]), samples=50
+        )
+        for graph, prefix in ((pair, ""), (outer, "both."))
+    )
+    traces = [flat[signal].values.tobytes() for signal in ("a.output", "b.output", "one.output")]
+    assert len(set(traces)) == 3
+    assert traces == [nested[f"both.{signal}"].values.tobytes() for signal in ("a.output", "b.output", "one.output")]

@@ -237,11 +237,11 @@ def test_the_examples_of_the_help_are_right(name: str) -> None:
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_the_source_of_every_example_is_one_loop_and_what_it_calls(path: Path, command: Command) -> None:
     module = ast.parse(command("run", str(path), "--show-source").out)
-    *called, last = [node.name for node in module.body if isinstance(node, ast.FunctionDef)]
-    assert last == "loop"
+    called = [node.name for node in module.body if isinstance(node, ast.FunctionDef)]
+    called.remove("loop")
     named = {node.id for node in ast.walk(module) if isinstance(node, ast.Name)}
     assert set(called) <= named
-    assert max(map(len, ast.unparse(module).splitlines())) < 250
+    assert max(map(len, ast.unparse(module).splitlines())) < 700  # of a table in a digital block
 
 
 def test_what_is_shown_of_a_block_is_a_piece_of_a_graph_file(command: Command) -> None:
