@@ -34,8 +34,8 @@ KNOWN = {
     ("blocks/catalog.py", "load_own_blocks", "spec.loader.exec_module"),
     ("runner/compile.py", "_compiled", "exec"),
     ("runner/compile.py", "_compiled", "compile"),
-    ("runner/integer_code.py", "compile_step", "exec"),
-    ("runner/integer_code.py", "compile_step", "compile"),
+    ("runner/integer_code.py", "compile_traced", "exec"),
+    ("runner/integer_code.py", "compile_traced", "compile"),
 }
 
 
