@@ -27,6 +27,8 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.generate import Generated
 
 SYMBOL = "proofmass_loop"
+_DESTRUCTOR = "NRT_MemInfo_call_dtor"  # of arrays that own their memory: the loop has none
+_nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 
@@ -234,7 +236,8 @@ def _object_code(module: Any, entry: str) -> bytes:
     manager = llvm.create_new_module_pass_manager()
     manager.add_global_dead_code_eliminate_pass()
     manager.run(module, passes)
-    helped = any(f.is_declaration and f.name.startswith(("numba_", "NRT_")) for f in module.functions)
+    called = {f.name for f in module.functions if f.is_declaration} - {_DESTRUCTOR}
+    helped = any(name.startswith(("numba_", "NRT_")) for name in called)
     return (_WITH_NUMBA if helped else _ALONE) + bytes(machine.emit_object(module))
 
 
@@ -257,6 +260,8 @@ def _linked(code: bytes, argument_kinds: tuple[str, ...]) -> tuple[Any, Callable
         from numba.core.registry import cpu_target
 
         assert cpu_target.target_context  # once made, it has told LLVM where Numba's helpers are
+    else:
+        llvm.add_symbol(_DESTRUCTOR, ctypes.cast(_nothing_to_destroy, ctypes.c_void_p).value or 0)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code[1:]))
     engine.finalize_object()
     kinds = [ctypes.c_int64 if kind == "int" else ctypes.c_void_p for kind in argument_kinds]
