@@ -1,7 +1,6 @@
 """A graph from a TOML file, with the line of every problem. Nothing in the file is evaluated, imported or fetched."""
 
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,21 +23,21 @@ def read_graph(path: str | Path, own: Own | None = None) -> Graph:
     Raises `ModelError` with every problem that can be seen, each with file, line and key.
     """
     path = Path(path)
-    return _graph_of_file(path, own, PartFiles(_part_reader(own), path), 0)
+    return graph_of_file(*read_table(path), own, path)
 
 
 def read_graph_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Graph:
     """The graph of a TOML text; file names in it start from `folder`."""
-    data, place = _parsed(text, file, folder)
-    return graph_of_table(data, place, own, PartFiles(_part_reader(own)), 0)
+    return graph_of_file(*parsed(text, file, folder), own)
 
 
-def _part_reader(own: Own | None) -> Callable[[Path, PartFiles, int], Graph]:
-    return lambda path, files, depth: _graph_of_file(path, own, files, depth)
+def graph_of_file(data: dict[str, Any], place: Place, own: Own | None, path: Path | None = None) -> Graph:
+    """The graph of a parsed file; raises `ModelError`."""
 
+    def part(path: Path, files: PartFiles, depth: int) -> Graph:
+        return graph_of_table(*read_table(path), own, files, depth)
 
-def _graph_of_file(path: Path, own: Own | None, files: PartFiles, depth: int) -> Graph:
-    return graph_of_table(*read_table(path), own, files, depth)
+    return graph_of_table(data, place, own, PartFiles(part, path), 0)
 
 
 def read_table(path: Path) -> tuple[dict[str, Any], Place]:
@@ -56,7 +55,7 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
             raise _too_large(str(path)) from None
         line = data.count(b"\n", 0, error.start) + 1
         raise _refused(str(path), line, "not UTF-8 text", "save the file as UTF-8") from None
-    return _parsed(text, str(path), str(path.parent))
+    return parsed(text, str(path), str(path.parent))
 
 
 def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: PartFiles, depth: int) -> Graph:
@@ -94,7 +93,8 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     return graph
 
 
-def _parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
+def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
+    """A TOML text and the lines of its keys; raises `ModelError`."""
     if len(text) > FILE_BYTES or len(text.encode("utf-8", "surrogatepass")) > FILE_BYTES:
         raise _too_large(file)
     if "\0" in text:

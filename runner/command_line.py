@@ -94,26 +94,16 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     \b
     proofmass check sensor.toml
     """
-    from proofmass.blocks.problem import ModelError
-    from proofmass.graphs.check import check as problems_of
+    from proofmass.graphs.check_file import check_file
     from proofmass.graphs.exports import runs_alone
     from proofmass.graphs.flatten import flatten
-    from proofmass.graphs.toml_reader import read_graph
 
-    read = None
-    try:
-        read = read_graph(graph, _own(own))
-        problems = problems_of(read)
-        if (
-            any(loop.requirements for loop in flatten(read).loops.values())
-            and not _wrong(problems)
-            and runs_alone(read)
-        ):
-            from proofmass.runner.margins_command import missed_margins
+    read, problems = check_file(graph, _own(own))
+    required = read is not None and any(loop.requirements for loop in flatten(read).loops.values())
+    if read is not None and required and not _wrong(problems) and runs_alone(read):
+        from proofmass.runner.margins_command import missed_margins
 
-            problems += missed_margins(read)
-    except ModelError as error:
-        problems = list(error.problems)
+        problems += missed_margins(read)
     wrong = _wrong(problems)
     if as_json:
         _print_json([problem.as_data() for problem in problems])

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from proofmass.blocks.problem import ModelError, Problem
-from proofmass.graphs.check import check
+from proofmass.blocks.problem import Problem
+from proofmass.graphs.check_file import check_file, check_text
 from proofmass.graphs.exports import runs_alone
-from proofmass.graphs.toml_reader import read_graph, read_graph_text
+from proofmass.graphs.toml_reader import read_graph
 
 LIBRARY = sorted((Path(__file__).parents[1] / "graphs" / "library").glob("*.toml"))
 ALONE = [path for path in LIBRARY if runs_alone(read_graph(path))]  # the others are parts, with open inputs
@@ -43,19 +43,12 @@ bits = 16
 
 def problems_of(text: str, file: str = "model.toml") -> list[Problem]:
     """Everything that reading and checking say about a text."""
-    try:
-        return check(read_graph_text(text, file))
-    except ModelError as error:
-        return list(error.problems)
+    return check_text(text, file).problems
 
 
 def said_about(path: Path) -> str:
     """What a user sees, with the file's name instead of its path."""
-    try:
-        problems = check(read_graph(path))
-    except ModelError as error:
-        problems = list(error.problems)
-    return "\n".join(map(str, problems)).replace(str(path), path.name)
+    return "\n".join(map(str, check_file(path).problems)).replace(str(path), path.name)
 
 
 def changed(text: str, old: str, new: str) -> str:
