@@ -21,11 +21,11 @@ import numpy as np
 
 from proofmass import read_graph
 from proofmass.graphs.graph import Graph
-from proofmass.runner.exact_hold import hold
-from proofmass.runner.memory import start
-from proofmass.runner.native import CompiledLoop
-from proofmass.runner.plan import plan
-from proofmass.runner.simulate import simulate
+from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.engine.memory import start
+from proofmass.runner.engine.native import CompiledLoop
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.simulate import simulate
 
 HERE = Path(__file__).parent
 LIBRARY = HERE.parent / "graphs" / "library"

@@ -13,8 +13,8 @@ from proofmass.blocks.fixed_pid import FixedPID
 from proofmass.blocks.fixed_quantiser import FixedQuantiser
 from proofmass.blocks.fixed_state_space import FixedStateSpace
 from proofmass.graphs.graph import Graph
-from proofmass.runner import digital
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.fixed import digital
 
 TICKS, TIMES = 2_000_000, 15
 

@@ -6,8 +6,8 @@ place only, where the author writes `value.to(format, rounding, overflow)`:
     total = (x.total + c.gain * error).to(TOTAL, "half_up", "saturate")
 
 Every rule is written in integer operators alone. The mantissa may therefore be a Python integer, which is the
-reference, or a signal of a trace (`proofmass.runner.trace`), from which the compiled code is made: both follow the
-same lines. A mantissa has no unit; a port's unit belongs to the value.
+reference, or a signal of a trace (`proofmass.runner.fixed.trace`), from which the compiled code is made: both follow
+the same lines. A mantissa has no unit; a port's unit belongs to the value.
 """
 
 import re

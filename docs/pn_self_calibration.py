@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.plot import BLUE, ORANGE, save_figure
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.output.plot import BLUE, ORANGE, save_figure
 
 CHIPS = 1023
 IDEAL = {"amplifier.density": 0.0, "adc.bits": 32, "volts.gain": 10.0 / 2**31}  # no noise, no visible rounding

@@ -14,8 +14,8 @@ import numpy as np
 
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import simulate
 
 PPM, MICRO_G = 1e-6, 9.80665e-6
 TRIALS = range(1, 7)  # seeds: the paper has six

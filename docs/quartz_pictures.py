@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from docs.quartz_accelerometer import MICRO_G, SCALE_FACTOR, TABLE_4, disturbed, library, run
 from proofmass.blocks.decimator import Decimator
 from proofmass.graphs.graph import Graph
-from proofmass.runner.plot import BLUE, ORANGE, write_figure
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.output.plot import BLUE, ORANGE, write_figure
 
 GREEN = "#009e73"
 MEAN = 12_500  # ticks of a point of Fig. 13: a quarter of a second

@@ -79,7 +79,7 @@ def run(**options: Any) -> int:
     proofmass run graphs/library/closed_loop_accelerometer.toml
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
     """
-    from proofmass.runner.run_command import run_graph
+    from proofmass.runner.commands.run_command import run_graph
 
     return run_graph(**options)
 
@@ -101,7 +101,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     read, problems = check_file(graph, _own(own))
     required = read is not None and any(loop.requirements for loop in flatten(read).loops.values())
     if read is not None and required and not _wrong(problems) and runs_alone(read):
-        from proofmass.runner.margins_command import missed_margins
+        from proofmass.runner.commands.margins_command import missed_margins
 
         problems += missed_margins(read)
     wrong = _wrong(problems)
@@ -140,7 +140,7 @@ def margins(**options: Any) -> int:
     proofmass margins sensor.toml --loop dac.voltage --set pid.integral=12
     proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
     """
-    from proofmass.runner.margins_command import show_margins
+    from proofmass.runner.commands.margins_command import show_margins
 
     return show_margins(**options)
 
@@ -210,7 +210,7 @@ def fit(**options: Any) -> int:
     proofmass fit graphs/library/zero_bias_m1.csv --plot fit.png
     proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
     """
-    from proofmass.runner.fit_command import run_fit
+    from proofmass.runner.commands.fit_command import run_fit
 
     return run_fit(**options)
 
@@ -237,7 +237,7 @@ def montecarlo(**options: Any) -> int:
     proofmass montecarlo graphs/library/scale_factor_drift.toml --out drift
     proofmass montecarlo graphs/library/scale_factor_drift.toml --run 17 --epoch 5
     """
-    from proofmass.runner.montecarlo_command import run_montecarlo
+    from proofmass.runner.commands.montecarlo_command import run_montecarlo
 
     return run_montecarlo(**options)
 
@@ -255,7 +255,7 @@ def blocks(kind: str | None, own: Path | None, as_json: bool) -> None:
     """
     from proofmass.blocks.catalog import all_blocks, facts, find
     from proofmass.blocks.problem import ModelError, Problem, did_you_mean
-    from proofmass.runner.describe import block_text
+    from proofmass.runner.output.describe import block_text
 
     mine = _own(own)
     if kind is None:
@@ -371,7 +371,7 @@ def _wrong(problems: list[Any]) -> list[Any]:
 def _own(path: Path | None) -> Any:
     if path is None:
         return None
-    from proofmass.runner.run_command import own_blocks
+    from proofmass.runner.commands.run_command import own_blocks
 
     return own_blocks(path)
 

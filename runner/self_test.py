@@ -18,9 +18,9 @@ import numpy as np
 
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.progress import progress_bar
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import simulate
+from proofmass.runner.commands.progress import progress_bar
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import simulate
 
 GRAPH = "pn_self_test_accelerometer.toml"
 CELLS = "correlator.impulse_response"
@@ -112,8 +112,8 @@ def picture(verdict: Verdict) -> Any:
 
 def main(out: Path) -> int:
     """Run the self-test, print the comparison, write the report files; 0 when every cell is within 1 %."""
-    from proofmass.runner.plot import save_figure, write_figure
-    from proofmass.runner.run_command import show, write
+    from proofmass.runner.commands.run_command import show, write
+    from proofmass.runner.output.plot import save_figure, write_figure
 
     with as_file(files("proofmass.graphs") / "library" / GRAPH) as path:
         graph = read_graph(path)

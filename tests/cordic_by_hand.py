@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from proofmass.blocks.declare import Block
-from proofmass.runner.digital import digital_block
+from proofmass.runner.fixed.digital import digital_block
 
 mpmath.mp.dps = 60
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from proofmass.blocks.declare import Behaviour, Block
 from proofmass.blocks.fixed_point import Fixed
-from proofmass.runner.digital import digital_block
+from proofmass.runner.fixed.digital import digital_block
 
 ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.schedule import Node
-from proofmass.runner.plan import Plan
+from proofmass.runner.engine.plan import Plan
 
 Thing = TypeVar("Thing")
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from proofmass.runner.fit_data import Readings
+from proofmass.runner.fit.data import Readings
 
 TEMPERATURE = np.linspace(0.6, 1.8, 61)
 

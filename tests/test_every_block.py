@@ -13,7 +13,7 @@ import pytest
 from proofmass.blocks.catalog import all_blocks, facts, find
 from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError
-from proofmass.runner.describe import block_text
+from proofmass.runner.output.describe import block_text
 
 ROOT = Path(__file__).parents[1]
 KINDS = all_blocks()

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from proofmass.graphs.study_reader import read_study
     from proofmass.graphs.toml_reader import read_graph
     from proofmass.graphs.toml_writer import write_graph
-    from proofmass.runner.faults import RunError
-    from proofmass.runner.linearise import linearise
-    from proofmass.runner.margins import Margins
-    from proofmass.runner.result import Result, Trace
-    from proofmass.runner.simulate import simulate
-    from proofmass.runner.stability import margins
-    from proofmass.runner.study import replay, run_study
-    from proofmass.runner.study_result import StudyResult
+    from proofmass.runner.engine.faults import RunError
+    from proofmass.runner.engine.result import Result, Trace
+    from proofmass.runner.engine.simulate import simulate
+    from proofmass.runner.margins.linearise import linearise
+    from proofmass.runner.margins.margins import Margins
+    from proofmass.runner.margins.stability import margins
+    from proofmass.runner.studies.result import StudyResult
+    from proofmass.runner.studies.study import replay, run_study
 
 __version__ = "0.1.0"
 

@@ -10,7 +10,7 @@ from proofmass.blocks.flicker_noise import FlickerNoise
 from proofmass.blocks.random_walk import RandomWalk
 from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 
 RATE, SAMPLES, SEEDS = 1000, 2_000_000, (1, 2)
 AVERAGED = np.array([16 << octave for octave in range(8)])  # ticks: 2.1 decades of tau

@@ -10,7 +10,7 @@ from proofmass.blocks.brownian_force import BOLTZMANN, BrownianForce
 from proofmass.blocks.mass_spring_damper import MassSpringDamper
 from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 from tests.by_hand import drive
 
 

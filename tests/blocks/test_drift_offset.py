@@ -14,7 +14,7 @@ from proofmass.blocks.problem import ModelError
 from proofmass.blocks.random_walk import RandomWalk
 from proofmass.blocks.step import Step
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 from tests.by_hand import drive
 from tests.runner.test_engines_agree import assert_same_bits
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue, clip, counting_overflows, fixed, where, wrap
-from proofmass.runner.integer_code import compile_step
+from proofmass.runner.fixed.integer_code import compile_step
 
 ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
 OVERFLOWS = ("saturate", "wrap")

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue
-from proofmass.runner.integer_code import compile_step
+from proofmass.runner.fixed.integer_code import compile_step
 
 WORD = Fixed(16, 12)
 SUM, PRODUCT, TRUTH = Fixed(17, 12), Fixed(32, 24), Fixed(1, 0, signed=False)

@@ -9,7 +9,7 @@ from scipy import signal
 from proofmass.blocks.flicker_noise import FlickerNoise, State, constants, poles, update
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 from tests.by_hand import drive
 
 

@@ -11,7 +11,7 @@ from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph_text
 from proofmass.graphs.toml_writer import write_graph
-from proofmass.runner.describe import block_text
+from proofmass.runner.output.describe import block_text
 
 
 def average() -> type[Block]:

@@ -8,7 +8,7 @@ import pytest
 from proofmass.blocks.counter_random import normal_deviate
 from proofmass.blocks.gauss_markov import GaussMarkov
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 from tests.by_hand import drive
 
 

@@ -10,7 +10,7 @@ from proofmass.blocks.mass_spring_damper import derivative as free_derivative
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.pulse import Pulse
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 
 
 def test_between_the_stops_it_is_a_mass_on_a_spring() -> None:

@@ -14,7 +14,7 @@ from docs.quartz_accelerometer import tables
 from proofmass.graphs.check import check
 from proofmass.graphs.toml_reader import TOP_KEYS, read_graph_text
 from proofmass.runner.command_line import main
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 
 DOCS = Path(__file__).parents[2] / "docs"
 LIBRARY = DOCS.parent / "graphs" / "library"

@@ -22,7 +22,7 @@ from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.toml_writer import write_graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 from tests.graph_texts import ALONE
 from tests.graphs.parts import cut
 

@@ -22,7 +22,7 @@ from proofmass.graphs.limits import DEPTH
 from proofmass.graphs.schedule import schedule
 from proofmass.graphs.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.toml_writer import write_graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 from tests.graph_texts import changed
 from tests.graphs.parts import CHANNEL, THREE_AXES, said, write_parts
 

@@ -32,10 +32,10 @@ KNOWN = {
     ("blocks/catalog.py", "load_own_blocks", "importlib.util.spec_from_file_location"),
     ("blocks/catalog.py", "load_own_blocks", "importlib.util.module_from_spec"),
     ("blocks/catalog.py", "load_own_blocks", "spec.loader.exec_module"),
-    ("runner/compile.py", "_compiled", "exec"),
-    ("runner/compile.py", "_compiled", "compile"),
-    ("runner/integer_code.py", "compile_traced", "exec"),
-    ("runner/integer_code.py", "compile_traced", "compile"),
+    ("runner/engine/compile.py", "_compiled", "exec"),
+    ("runner/engine/compile.py", "_compiled", "compile"),
+    ("runner/fixed/integer_code.py", "compile_traced", "exec"),
+    ("runner/fixed/integer_code.py", "compile_traced", "compile"),
 }
 
 

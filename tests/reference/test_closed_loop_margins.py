@@ -12,9 +12,9 @@ import pytest
 from proofmass.blocks.discrete_transfer_function import DiscreteTransferFunction
 from proofmass.graphs.graph import Graph, Wire
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.margins import Margins
-from proofmass.runner.simulate import simulate
-from proofmass.runner.stability import margins
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.margins.margins import Margins
+from proofmass.runner.margins.stability import margins
 
 GRAPH = read_graph(Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml")
 PERIOD = 1.0 / 50e3

@@ -13,8 +13,8 @@ from proofmass.blocks.cordic import hyperbolic_growth
 from proofmass.blocks.ramp import Ramp
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph_text
-from proofmass.runner.fit import fit
-from proofmass.runner.simulate import EngineName, simulate
+from proofmass.runner.engine.simulate import EngineName, simulate
+from proofmass.runner.fit.fit import fit
 from tests.cordic_by_hand import chain
 from tests.temperature_sets import DEVICES, TEMPERATURE
 

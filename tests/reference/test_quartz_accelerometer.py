@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from docs.quartz_accelerometer import CODES_PER_AMPERE, FEEDBACK_CURRENT, SCALE_FACTOR, library, mean_output
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 
 ONE_G = 9.80665
 

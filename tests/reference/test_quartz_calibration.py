@@ -26,7 +26,7 @@ from docs.quartz_accelerometer import (
 )
 from proofmass.blocks.sine import Sine
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 from tests.runner.test_engines_agree import assert_same_bits
 
 

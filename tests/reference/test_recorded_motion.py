@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
 
 GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "recorded_motion.toml"
 MILLI_G = 9.80665e-3

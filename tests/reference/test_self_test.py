@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner.engine.simulate import simulate
 from proofmass.runner.self_test import GRAPH, judge
-from proofmass.runner.simulate import simulate
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.fit import FitReport, fit
-from proofmass.runner.fit_data import run_cycle
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.fit.data import run_cycle
+from proofmass.runner.fit.fit import FitReport, fit
 from tests.temperature_sets import DEVICES, Device
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"

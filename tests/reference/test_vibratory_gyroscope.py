@@ -13,8 +13,8 @@ from proofmass.blocks.step import Step
 from proofmass.blocks.sum import Sum
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.plan import plan
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.simulate import simulate
 
 GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "vibratory_gyroscope.toml"
 MASS, GAP, BIAS, CAPACITANCE = 48.67e-9, 4e-6, 15.0, 0.05e-12

@@ -11,7 +11,7 @@ from proofmass.blocks.constant import Constant
 from proofmass.blocks.shift_register import ShiftRegister
 from proofmass.blocks.sine import Sine
 from proofmass.graphs.graph import Graph
-from proofmass.runner.result import Result, Trace
+from proofmass.runner.engine.result import Result, Trace
 
 RATE = Fraction(50_000)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from proofmass.runner.algebraic import scratch, solve
+from proofmass.runner.continuous.algebraic import scratch, solve
 
 
 def solved(equations: Any, guess: list[float]) -> list[float]:

@@ -22,10 +22,10 @@ from proofmass.blocks.sine import Sine
 from proofmass.blocks.sum import Sum
 from proofmass.blocks.transfer_function import TransferFunction
 from proofmass.graphs.graph import Graph
-from proofmass.runner.linearise import linearise
-from proofmass.runner.plan import plan
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import EngineName, RunError, simulate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import EngineName, RunError, simulate
+from proofmass.runner.margins.linearise import linearise
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 NEWTON = {"algebraic_loops": "newton"}

@@ -28,10 +28,10 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.transfer_function import TransferFunction
 from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.graph import Graph, Place
-from proofmass.runner import simulate as simulation
-from proofmass.runner.checkpoint import FILE
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import EngineName, simulate
+from proofmass.runner.engine import simulate as simulation
+from proofmass.runner.engine.checkpoint import FILE
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import EngineName, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
@@ -310,7 +310,7 @@ class TestTheCommand:
             '[blocks.noise]\nkind = "WhiteNoise"\ndensity = 1.0\n'
         )
         script = (
-            "import sys; from proofmass.runner import simulate; simulate.IN_MEMORY = 1000;"
+            "import sys; from proofmass.runner.engine import simulate; simulate.IN_MEMORY = 1000;"
             "from proofmass.runner.command_line import main; sys.exit(main(sys.argv[1:]))"
         )
         arguments = [sys.executable, "-c", script, "run", str(path), "--out", str(tmp_path / "out"), "--quiet"]

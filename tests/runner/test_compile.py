@@ -20,11 +20,11 @@ from proofmass.blocks.negation import Negation
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner import compile as compiler
-from proofmass.runner.generate import generate
-from proofmass.runner.native import argument_kinds
-from proofmass.runner.plan import plan
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine import compile as compiler
+from proofmass.runner.engine.generate import generate
+from proofmass.runner.engine.native import argument_kinds
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.simulate import simulate
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 OWN = """

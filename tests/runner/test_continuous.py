@@ -18,8 +18,8 @@ from proofmass.blocks.step import Step
 from proofmass.blocks.transfer_function import TransferFunction
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.integration import Integration
-from proofmass.runner.plan import plan
-from proofmass.runner.simulate import EngineName, simulate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.simulate import EngineName, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 Array = np.ndarray[Any, np.dtype[np.float64]]

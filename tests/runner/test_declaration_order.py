@@ -9,9 +9,9 @@ import pytest
 
 from proofmass.graphs.flatten import flatten
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.generate import generate
-from proofmass.runner.plan import plan
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.generate import generate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.simulate import simulate
 from tests.graph_texts import ALONE
 from tests.orders import shuffled
 

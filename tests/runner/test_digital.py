@@ -13,9 +13,9 @@ from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph_text
 from proofmass.graphs.toml_writer import write_graph
-from proofmass.runner.generate import generate
-from proofmass.runner.plan import plan
-from proofmass.runner.simulate import EngineName, RunError, simulate
+from proofmass.runner.engine.generate import generate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.simulate import EngineName, RunError, simulate
 
 BOTH: list[EngineName] = ["python", "compiled"]
 KINDS = all_blocks()

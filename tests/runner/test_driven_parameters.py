@@ -11,7 +11,7 @@ from proofmass.blocks.catalog import all_blocks
 from proofmass.blocks.constant import Constant
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import Graph
-from proofmass.runner.simulate import EngineName, simulate
+from proofmass.runner.engine.simulate import EngineName, simulate
 from tests.around import graph_around, random_block, random_value
 
 SAMPLES = 400

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proofmass.runner.dual import Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.margins.dual import Dual, dual, plain, slopes_of, value_of
 
 numbers = st.floats(-100.0, 100.0).filter(lambda v: abs(v) > 1e-3)
 

@@ -13,9 +13,9 @@ from proofmass.blocks.low_pass import LowPass
 from proofmass.blocks.negation import Negation
 from proofmass.blocks.pid import PID
 from proofmass.graphs.graph import Graph
-from proofmass.runner.period_map import PeriodMap, period_map
-from proofmass.runner.plan import plan
-from proofmass.runner.stability import margins
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.margins.period_map import PeriodMap, period_map
+from proofmass.runner.margins.stability import margins
 
 COEFFICIENTS = {"proportional": 0.5, "integral": 40.0, "derivative_gain": 1e-4, "derivative_pole": 300.0}
 FINE = Fixed(24, 20)

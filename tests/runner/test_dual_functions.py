@@ -11,10 +11,10 @@ import pytest
 from proofmass.blocks import elementary, rounding
 from proofmass.blocks.catalog import all_blocks
 from proofmass.blocks.declare import Block
-from proofmass.runner.constants import constants_of
-from proofmass.runner.dual import dual, plain, slopes_of
-from proofmass.runner.dual_functions import dual_math, for_duals
-from proofmass.runner.dual_plan import dual_constants
+from proofmass.runner.engine.constants import constants_of
+from proofmass.runner.margins.dual import dual, plain, slopes_of
+from proofmass.runner.margins.dual_functions import dual_math, for_duals
+from proofmass.runner.margins.dual_plan import dual_constants
 from tests.around import random_block
 
 PERIOD = 1e-4

@@ -10,11 +10,11 @@ from proofmass.blocks.low_pass import LowPass
 from proofmass.blocks.mass_spring_damper import MassSpringDamper
 from proofmass.blocks.sum import Sum
 from proofmass.graphs.graph import Graph
-from proofmass.runner.exact_hold import hold
-from proofmass.runner.linearise import node_of
-from proofmass.runner.period_map import period_map
-from proofmass.runner.plan import plan
-from proofmass.runner.sensitivity import transfer_sensitivities
+from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.margins.linearise import node_of
+from proofmass.runner.margins.period_map import period_map
+from proofmass.runner.margins.sensitivity import transfer_sensitivities
 
 MASS, PLATES = MassSpringDamper(), GapClosingActuator(bias=15.0)
 RATE = 50_000

@@ -5,9 +5,9 @@ import random
 import mpmath
 import pytest
 
-from proofmass.runner.dual import dual, plain, slopes_of
-from proofmass.runner.dual_plan import dual_hold
-from proofmass.runner.exact_hold import hold
+from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.margins.dual import dual, plain, slopes_of
+from proofmass.runner.margins.dual_plan import dual_hold
 
 PERIOD = 2e-5
 

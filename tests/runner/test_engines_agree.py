@@ -13,9 +13,9 @@ from proofmass.blocks.fixed_point import FixedValue
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.integration import Integration
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.plan import plan
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import EngineName, RunError, simulate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import EngineName, RunError, simulate
 from tests.around import graph_around, random_block
 from tests.graph_texts import ALONE
 

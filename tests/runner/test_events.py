@@ -14,9 +14,9 @@ from proofmass.blocks.mass_between_stops import MassBetweenStops
 from proofmass.blocks.relay import Relay
 from proofmass.blocks.sine import Sine
 from proofmass.graphs.graph import Graph
-from proofmass.runner.plan import plan
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import EngineName, RunError, simulate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import EngineName, RunError, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 GRAVITY, RESTITUTION, HEIGHT = 9.80665, 0.95, 1.0

@@ -6,7 +6,7 @@ import random
 import mpmath
 import pytest
 
-from proofmass.runner.exact_hold import SCRATCH, hold, matrix_exponential
+from proofmass.runner.continuous.exact_hold import SCRATCH, hold, matrix_exponential
 
 
 def reference(a: list[list[float]], b: list[list[float]], period: float) -> tuple[list[list[float]], list[list[float]]]:

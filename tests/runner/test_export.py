@@ -17,11 +17,11 @@ import xarray
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.recorded_signal import RecordedSignal
 from proofmass.graphs.graph import Graph, Place
-from proofmass.runner import export
-from proofmass.runner import result as result_module
-from proofmass.runner.export import save_csv, save_netcdf, save_parquet, save_summary, whole_file
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine import result as result_module
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.output import export
+from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet, save_summary, whole_file
 from tests.runner.made_results import GRAPH, made_result, made_trace, mixed_result
 
 HARD = [0.0, -0.0, 5e-324, 1 / 3, 1.7976931348623157e308, -2.2250738585072014e-308, 0.1 + 0.2, 1e22]

@@ -9,8 +9,8 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.find_loops import Found, find_loops
-from proofmass.runner.plan import plan
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.margins.find_loops import Found, find_loops
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 

@@ -12,8 +12,8 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import curve_fit, least_squares
 
 from proofmass.blocks.problem import ModelError
-from proofmass.runner.fit import Fit, fit
-from proofmass.runner.fit_data import Readings
+from proofmass.runner.fit.data import Readings
+from proofmass.runner.fit.fit import Fit, fit
 from tests.temperature_sets import DEVICES, M1, TEMPERATURE, Device
 
 both = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)

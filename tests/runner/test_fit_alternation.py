@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.fit_alternation import LARGEST_ARGUMENT, alternate, convergence_rate
+from proofmass.runner.fit.alternation import LARGEST_ARGUMENT, alternate, convergence_rate
 from tests.temperature_sets import DEVICES, M1, TEMPERATURE, Device
 
 both = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)
@@ -25,7 +25,7 @@ def step_by_step(output: np.ndarray, b: np.ndarray, turns: int) -> list[np.ndarr
 @pytest.mark.parametrize("turns", [1, 2, 5, 30])
 def test_each_step_is_least_squares(device: Device, turns: int, monkeypatch: pytest.MonkeyPatch) -> None:
     output = device.output()
-    monkeypatch.setattr("proofmass.runner.fit_alternation.MOST_ITERATIONS", turns + 1)
+    monkeypatch.setattr("proofmass.runner.fit.alternation.MOST_ITERATIONS", turns + 1)
     found = alternate(TEMPERATURE, output, (-1.0, 1.0), tolerance=0.0)
     assert found.iterations == turns + 1
     assert not found.converged
@@ -63,6 +63,6 @@ def test_equal_exponents_are_survived() -> None:
 
 
 def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("proofmass.runner.fit_alternation.MOST_WORK", 61 * 50)
+    monkeypatch.setattr("proofmass.runner.fit.alternation.MOST_WORK", 61 * 50)
     found = alternate(TEMPERATURE, M1.output(), (-1.0, 1.0))
     assert (found.iterations, found.converged) == (50, False)

@@ -64,7 +64,7 @@ def test_a_table_as_json_and_as_a_picture(tmp_path: Path, capsys: Captured) -> N
 
 
 def test_starts_of_a_grid(capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("proofmass.runner.fit_alternation.MOST_ITERATIONS", 20)
+    monkeypatch.setattr("proofmass.runner.fit.alternation.MOST_ITERATIONS", 20)
     assert main(["fit", TABLE, "--starts"]) == 0
     told = capsys.readouterr().out
     assert "alternation: 0 of 45 starts reach the optimum" in told

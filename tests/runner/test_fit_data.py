@@ -8,9 +8,9 @@ import pytest
 
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.export import save_csv, save_netcdf, save_parquet
-from proofmass.runner.fit_data import Readings, read_table, run_cycle
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.fit.data import Readings, read_table, run_cycle
+from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet
 from tests.temperature_sets import DEVICES, TEMPERATURE
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"

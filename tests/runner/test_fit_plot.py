@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.runner.fit import fit
-from proofmass.runner.fit_data import Readings
-from proofmass.runner.fit_plot import plot_fit
-from proofmass.runner.plot import save_figure
+from proofmass.runner.fit.data import Readings
+from proofmass.runner.fit.fit import fit
+from proofmass.runner.fit.plot import plot_fit
+from proofmass.runner.output.plot import save_figure
 from tests.temperature_sets import M1, TEMPERATURE
 
 

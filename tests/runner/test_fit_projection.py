@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proofmass.runner.fit_projection import (
+from proofmass.runner.fit.projection import (
     CONSTANT,
     DOUBLE,
     DOUBLE_AND_CONSTANT,
@@ -62,7 +62,7 @@ def test_no_start_nearby_is_lower_than_the_best(family: Family) -> None:
 def test_many_rows_have_the_optimum_of_all_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     v = 1.0 + X**2 - 0.3 * X**3 + 0.05 * NOISE
     whole = best(DOUBLE, X, v)
-    monkeypatch.setattr("proofmass.runner.fit_projection.CHOOSING", 12)
+    monkeypatch.setattr("proofmass.runner.fit.projection.CHOOSING", 12)
     chosen = best(DOUBLE, X[::-1], v[::-1])
     assert chosen.at.squares == pytest.approx(whole.at.squares, rel=1e-12)
     assert len(chosen.at.residual) == 50

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.problem import ModelError
-from proofmass.runner.fit import fit
-from proofmass.runner.fit_projection import DOUBLE, best
-from proofmass.runner.fit_scale import Scaled, half_widths
+from proofmass.runner.fit.fit import fit
+from proofmass.runner.fit.projection import DOUBLE, best
+from proofmass.runner.fit.scale import Scaled, half_widths
 from tests.temperature_sets import DEVICES, M1, TEMPERATURE, Device
 
 both = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)

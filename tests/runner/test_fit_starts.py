@@ -4,8 +4,8 @@ from itertools import combinations
 
 import pytest
 
-from proofmass.runner.fit import fit
-from proofmass.runner.fit_starts import GRID, from_starts
+from proofmass.runner.fit.fit import fit
+from proofmass.runner.fit.starts import GRID, from_starts
 from tests.temperature_sets import M1, M2
 
 

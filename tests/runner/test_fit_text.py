@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from proofmass.runner.fit import fit
-from proofmass.runner.fit_data import Readings
-from proofmass.runner.fit_starts import from_starts
-from proofmass.runner.fit_text import data, starts_text, text
+from proofmass.runner.fit.data import Readings
+from proofmass.runner.fit.fit import fit
+from proofmass.runner.fit.starts import from_starts
+from proofmass.runner.fit.text import data, starts_text, text
 from tests.temperature_sets import M1, TEMPERATURE
 
 REPORT = fit(M1.readings())

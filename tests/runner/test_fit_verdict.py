@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass.runner.fit import FitReport, fit
-from proofmass.runner.fit_data import Readings
-from proofmass.runner.fit_verdict import roughness
+from proofmass.runner.fit.data import Readings
+from proofmass.runner.fit.fit import FitReport, fit
+from proofmass.runner.fit.verdict import roughness
 from tests.temperature_sets import M1, M2
 from tests.temperature_sets import TEMPERATURE as T
 

@@ -13,8 +13,8 @@ import pytest
 from scipy.signal import lfilter
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue, counting_overflows, fixed, where, wrap
-from proofmass.runner.integer_code import compile_step
-from proofmass.runner.step_formats import reference_step
+from proofmass.runner.fixed.integer_code import compile_step
+from proofmass.runner.fixed.step_formats import reference_step
 
 TICKS = 20_000
 REFERENCE_TICKS = 400

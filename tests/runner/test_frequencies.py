@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.frequencies import Samples, crossings, highest, zero_between
+from proofmass.runner.margins.frequencies import Samples, crossings, highest, zero_between
 
 
 def measured(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue, clip, counting_overflows, fixed, where, wrap
-from proofmass.runner.integer_code import compile_step
-from proofmass.runner.integer_ir import TraceError
-from proofmass.runner.step_formats import bounds, reference_step
+from proofmass.runner.fixed.integer_code import compile_step
+from proofmass.runner.fixed.integer_ir import TraceError
+from proofmass.runner.fixed.step_formats import bounds, reference_step
 
 ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from proofmass.graphs.flatten import flatten
-from proofmass.runner.interpret import Interpreter, TickError
-from proofmass.runner.memory import Memory
-from proofmass.runner.native import CompiledLoop
-from proofmass.runner.plan import Plan, plan
+from proofmass.runner.engine.interpret import Interpreter, TickError
+from proofmass.runner.engine.memory import Memory
+from proofmass.runner.engine.native import CompiledLoop
+from proofmass.runner.engine.plan import Plan, plan
 from tests.orders import in_another_order, needs, shuffled
 from tests.random_graphs import KINDS, random_graphs
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.linear_equations import factorise, substitute
+from proofmass.runner.continuous.linear_equations import factorise, substitute
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7])

@@ -22,7 +22,7 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.transfer_function import TransferFunction
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
-from proofmass.runner.stability import margins
+from proofmass.runner.margins.stability import margins
 
 FAST = 10_000.0
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.linearise import linearise
-from proofmass.runner.margins_plot import plot_margins, plot_sensitivities, step_response
-from proofmass.runner.sensitivity import Effect, Sensitivity
-from proofmass.runner.stability import margins
+from proofmass.runner.margins.linearise import linearise
+from proofmass.runner.margins.plot import plot_margins, plot_sensitivities, step_response
+from proofmass.runner.margins.sensitivity import Effect, Sensitivity
+from proofmass.runner.margins.stability import margins
 
 GRAPH = read_graph(Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml")
 

@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.graphs.measures import STATISTICS
 from proofmass.graphs.toml_reader import read_graph_text
-from proofmass.runner.simulate import EngineName, simulate
+from proofmass.runner.engine.simulate import EngineName, simulate
 
 GRAPH = read_graph_text("""
 name = "numbers, codes and bits"

@@ -16,8 +16,8 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner import simulate as simulation
-from proofmass.runner.simulate import EngineName, RunError, simulate
+from proofmass.runner.engine import simulate as simulation
+from proofmass.runner.engine.simulate import EngineName, RunError, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 

@@ -4,8 +4,8 @@ import control
 import numpy as np
 import pytest
 
-from proofmass.runner.open_loop import OpenLoop
-from proofmass.runner.period_map import PeriodMap
+from proofmass.runner.margins.open_loop import OpenLoop
+from proofmass.runner.margins.period_map import PeriodMap
 
 
 def opened(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, period: float) -> OpenLoop:  # type: ignore[type-arg]

@@ -18,10 +18,10 @@ from proofmass.blocks.saturation import Saturation
 from proofmass.blocks.sine import Sine
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
-from proofmass.runner.exact_hold import hold
-from proofmass.runner.interpret import Interpreter
-from proofmass.runner.period_map import PeriodMap, memory_at, period_map
-from proofmass.runner.plan import plan
+from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.engine.interpret import Interpreter
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.margins.period_map import PeriodMap, memory_at, period_map
 
 
 def chain(*blocks: tuple[str, Block, str, str], source: Block | None = None, **more: Any) -> Graph:

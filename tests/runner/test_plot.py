@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 from proofmass.blocks.mass_spring_damper import MassSpringDamper
 from proofmass.graphs.graph import Graph
-from proofmass.runner import plot
-from proofmass.runner import result as result_module
-from proofmass.runner.plot import envelope, offset, plot_traces, prefix, pretty, save_plot
+from proofmass.runner.engine import result as result_module
+from proofmass.runner.output import plot
+from proofmass.runner.output.plot import envelope, offset, plot_traces, prefix, pretty, save_plot
 from tests.runner.made_results import GRAPH, made_result, made_trace, mixed_result
 
 
@@ -208,7 +208,8 @@ def test_the_settings_of_the_user_are_left_alone(tmp_path: Path) -> None:
 
 def test_pyplot_is_never_imported() -> None:
     code = (
-        "import io, sys; from tests.runner.made_results import mixed_result; from proofmass.runner.plot import *;"
+        "import io, sys; from tests.runner.made_results import mixed_result;"
+        "from proofmass.runner.output.plot import *;"
         "write_figure(plot_traces(mixed_result()), io.BytesIO(), 'png'); assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[2])

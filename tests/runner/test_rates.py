@@ -8,8 +8,8 @@ import pytest
 from proofmass.blocks.ramp import Ramp
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
-from proofmass.runner.plan import plan
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.simulate import simulate
 
 ENGINES = ["python", "compiled"]
 

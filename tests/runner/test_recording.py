@@ -15,7 +15,7 @@ import pytest
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.recorded_signal import RecordedSignal
 from proofmass.graphs.graph import Graph, Place
-from proofmass.runner.recording import read_recordings
+from proofmass.runner.engine.recording import read_recordings
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 

@@ -16,9 +16,9 @@ from proofmass.blocks.piecewise_constant import PiecewiseConstant
 from proofmass.blocks.ramp import Ramp
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.report import save_report
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.output.report import save_report
 from tests.runner.made_results import GRAPH, made_result, made_trace, mixed_result
 
 VOID = {"meta", "br", "wbr", "link", "hr", "img", "input"}

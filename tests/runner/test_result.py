@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.graph import Probe
-from proofmass.runner import result as result_module
-from proofmass.runner import simulate as simulate_module
-from proofmass.runner.plan import PlannedProbe
-from proofmass.runner.result import Recorder, Result, statistics
-from proofmass.runner.simulate import simulate
+from proofmass.runner.engine import result as result_module
+from proofmass.runner.engine import simulate as simulate_module
+from proofmass.runner.engine.plan import PlannedProbe
+from proofmass.runner.engine.result import Recorder, Result, statistics
+from proofmass.runner.engine.simulate import simulate
 from tests.runner.made_results import GRAPH, RATE, made_result, made_trace, mixed_result
 
 

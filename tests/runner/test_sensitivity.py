@@ -20,10 +20,10 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.transfer_function import TransferFunction
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.linearise import node_of, open_loop
-from proofmass.runner.margins import margins_of
-from proofmass.runner.plan import plan
-from proofmass.runner.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.margins.linearise import node_of, open_loop
+from proofmass.runner.margins.margins import margins_of
+from proofmass.runner.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 
 GRAPH = read_graph(Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml")
 

@@ -24,11 +24,11 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.graph import Graph
-from proofmass.runner import simulate as simulation
-from proofmass.runner.generate import generate
-from proofmass.runner.plan import plan
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import EngineName, choose, simulate
+from proofmass.runner.engine import simulate as simulation
+from proofmass.runner.engine.generate import generate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import EngineName, choose, simulate
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 ENGINES: list[EngineName] = ["python", "compiled"]
@@ -92,7 +92,7 @@ class TestNothingElseChangesABit:
     def test_not_the_hash_seed_of_python(self) -> None:
         script = (
             "import sys, hashlib; from proofmass import read_graph, simulate;"
-            "from proofmass.runner.generate import generate; from proofmass.runner.plan import plan;"
+            "from proofmass.runner.engine.generate import generate; from proofmass.runner.engine.plan import plan;"
             "graph = read_graph(sys.argv[1]); result = simulate(graph, samples=300, engine='python');"
             "rows = b''.join(trace.values.tobytes() for trace in result.traces.values());"
             "data = generate(plan(graph)).source.encode() + rows;"
@@ -178,7 +178,7 @@ class TestEngines:
         assert choose(planned, 10**6, "python") == "python"
         between = 40_000
         monkeypatch.setenv("PROOFMASS_CACHE", str(tmp_path / "cache"))
-        monkeypatch.setattr("proofmass.runner.compile._loaded", {})
+        monkeypatch.setattr("proofmass.runner.engine.compile._loaded", {})
         assert choose(planned, between, "auto") == "python"
         assert simulate(self_test(), samples=20, engine="auto").provenance["engine"] == "python"
         assert simulate(self_test(), samples=20, engine="compiled").provenance["engine"] == "compiled"

@@ -19,9 +19,9 @@ from proofmass.blocks.sine import Sine
 from proofmass.blocks.sum import Sum
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
-from proofmass.runner.plan import plan
-from proofmass.runner.result import Result
-from proofmass.runner.simulate import EngineName, RunError, simulate
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import EngineName, RunError, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 METHODS = ["runge_kutta_4", "dormand_prince", "radau"]
@@ -96,7 +96,7 @@ def test_order_of_convergence(method: str, order: int) -> None:
 
 
 def test_a_radau_step_has_order_five() -> None:
-    from proofmass.runner.radau import radau_step, scratch
+    from proofmass.runner.continuous.radau import radau_step, scratch
 
     def rates(context: None, time: float, x: list[float], out: list[float]) -> None:
         out[0] = -x[0] * x[0] * math.cos(time)

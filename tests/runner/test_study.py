@@ -14,10 +14,10 @@ import pytest
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
-from proofmass.runner.engines import EngineName
-from proofmass.runner.ledger import FILE, Ledger
-from proofmass.runner.sensor_runs import SensorRun, SensorRuns
-from proofmass.runner.study import replay, run_study
+from proofmass.runner.engine.engines import EngineName
+from proofmass.runner.studies.ledger import FILE, Ledger
+from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns
+from proofmass.runner.studies.study import replay, run_study
 from tests.study_texts import STUDY
 
 
@@ -41,7 +41,7 @@ def test_one_digest_whatever_the_engine_the_order_and_the_chunks(
         for number in np.random.default_rng(5).permutation(12).tolist():
             values = [run.values for run in sensors.run(number)]
             assert values == list(zip(python["bias"][number], python["noise"][number], strict=True))
-        monkeypatch.setattr("proofmass.runner.sensor_runs.CHUNK", 7)
+        monkeypatch.setattr("proofmass.runner.studies.sensor_runs.CHUNK", 7)
     assert run_study(study, runs=2, folder=tmp_path / "a").digest != python.digest
     assert run_study(study, folder=tmp_path / "a").digest == python.digest
     assert run_study(study, seed=12).digest != python.digest

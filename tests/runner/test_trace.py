@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue, clip, fixed, where, wrap
-from proofmass.runner.integer_code import compile_step
-from proofmass.runner.integer_interval import interval_of
-from proofmass.runner.integer_ir import Program, TraceError
-from proofmass.runner.trace import Traced, trace
+from proofmass.runner.fixed.integer_code import compile_step
+from proofmass.runner.fixed.integer_interval import interval_of
+from proofmass.runner.fixed.integer_ir import Program, TraceError
+from proofmass.runner.fixed.trace import Traced, trace
 
 INTERVALS = [(-5, 6), (0, 7), (-8, -3), (2, 2), (-1, 0), (3, 9)]
 OPERATIONS: dict[str, Callable[..., int]] = {

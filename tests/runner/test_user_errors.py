@@ -197,7 +197,7 @@ def test_an_error_of_our_own_is_a_message_too(command: Command, monkeypatch: pyt
     def broken(**options: Any) -> int:
         raise KeyError("something")
 
-    monkeypatch.setattr("proofmass.runner.run_command.run_graph", broken)
+    monkeypatch.setattr("proofmass.runner.commands.run_command.run_graph", broken)
     answer = command("run", TEMPLATE)
     assert answer.code == 3
     assert "an error inside proofmass: KeyError: 'something'" in answer.err

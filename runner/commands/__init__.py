@@ -1,0 +1,1 @@
+"""The subcommands behind the command line."""

@@ -1,0 +1,148 @@
+"""The command `margins`: read, change, linearise, show, draw."""
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner.commands.run_command import changed, own_blocks
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.planned import Plan
+from proofmass.runner.margins.linearise import node_of, open_loop, tick_at
+from proofmass.runner.margins.margins import LARGEST_DELAY, Margins, decibels
+from proofmass.runner.margins.stability import all_margins, missed
+
+if TYPE_CHECKING:
+    from proofmass.runner.margins.sensitivity import Sensitivity
+
+_ROWS = 12  # of a table of parameters
+_SLOWEST = 3  # poles that are shown
+
+
+def show_margins(
+    graph: Path,
+    loop: str,
+    at: str,
+    sensitivity: tuple[str, str] | None,
+    picture: Path | None,
+    changes: tuple[str, ...],
+    own: Path | None,
+    as_json: bool,
+) -> int:
+    """Everything that `proofmass margins` does; returns the exit code."""
+    loaded = changed(read_graph(graph, own_blocks(own)), changes, ())
+    planned = plan(loaded)
+    found = (
+        all_margins(loaded, planned, loop, at) if loop or sensitivity is None else _loops_if_any(loaded, planned, at)
+    )
+    moved = sensitivities(loaded, planned, found, *sensitivity, at) if sensitivity else []
+    if as_json:
+        data = {"graph": loaded.name, "loops": [margins.as_data() for margins in found.values()]}
+        click.echo(json.dumps(data | ({"sensitivities": [s.as_data() for s in moved]} if moved else {}), indent=2))
+    else:
+        for margins in found.values():
+            click.echo(margins_text(margins))
+        for quantity in moved:
+            click.echo(sensitivity_text(quantity))
+    if picture is not None:
+        for path in _draw(picture, found, moved):
+            click.echo(f"wrote {path}", err=as_json)
+    problems = missed(planned, found)
+    if problems:
+        raise ModelError(problems)
+    return 0
+
+
+def missed_margins(graph: Graph) -> list[Problem]:
+    """What `proofmass check` says of the margins that a graph asks for; linearised at tick 0."""
+    planned = plan(graph)
+    wanted = {name: loop for name, loop in planned.graph.loops.items() if loop.requirements}
+    found: dict[str, Margins] = {}
+    for name in wanted:
+        found |= all_margins(planned.graph, planned, name)
+    return missed(planned, found)
+
+
+def sensitivities(
+    graph: Graph, planned: Plan, found: dict[str, Margins], source: str, target: str, at: str
+) -> "list[Sensitivity]":
+    """Scale factor and bias from one output to another, and the margins of loops, with what moves them."""
+    from proofmass.runner.margins.sensitivity import margin_sensitivities, transfer_sensitivities
+
+    tick = tick_at(planned, at)
+    moved = list(
+        transfer_sensitivities(planned, node_of(planned, graph, source), node_of(planned, graph, target), tick)
+    )
+    for margins in found.values():
+        node = node_of(planned, planned.graph, margins.open_at)
+        moved += margin_sensitivities(planned, margins, open_loop(planned, node, tick, by_parameters=True))
+    return moved
+
+
+def margins_text(margins: Margins) -> str:
+    """The numbers of one loop for people."""
+    limits = (margins.gain_margin, margins.gain_reduction)
+    gain = [f"{decibels(limit):+.2f} dB (x {limit:.5g})" for limit in limits if limit is not None]
+    slowest = ", ".join(f"{pole:.6g}" for pole in margins.poles[:_SLOWEST])
+    rows = [
+        ("stable" if margins.stable else "UNSTABLE", f"largest of {len(margins.poles)} closed-loop poles: {slowest}"),
+        ("gain margin", ", ".join(gain) or "no limit"),
+        ("phase margin", _or_none(margins.phase_margin, lambda v: f"{math.degrees(v):.2f} deg")),
+        (
+            "delay margin",
+            _or_none(margins.delay_margin, lambda v: f"{v * 1e6:.5g} us ({v / margins.sample:.2f} samples)")
+            + (", or more" if margins.delay_margin == LARGEST_DELAY * margins.sample else ""),
+        ),
+        ("disk margin", _or_none(margins.disk_margin, lambda v: f"{v:.4g}")),
+        (
+            "sensitivity peak",
+            _or_none(decibels(margins.sensitivity_peak), lambda v: f"{v:.2f} dB")
+            + _or_none(margins.sensitivity_peak_frequency, lambda v: f" at {v:.5g} Hz"),
+        ),
+        ("bandwidth", _or_none(margins.bandwidth, lambda v: f"{v:.5g} Hz")),
+        ("gain crossovers", ", ".join(f"{v:.5g} Hz" for v in margins.gain_crossovers) or "none"),
+        ("phase crossovers", ", ".join(f"{v:.5g} Hz" for v in margins.phase_crossovers) or "none"),
+    ]
+    kept = rows if margins.stable else [rows[0], *rows[-2:]]
+    head = f"loop {margins.loop}" + (f", opened at {margins.open_at}" if margins.loop != margins.open_at else "")
+    return "\n".join([head, *(f"  {name:<17} {text}" for name, text in kept)])
+
+
+def sensitivity_text(found: "Sensitivity") -> str:
+    """A ranked table of parameters for people."""
+    unit = f" {found.unit}" if found.unit != "1" else ""
+    effects = [(e.parameter, f"{e.of_one_percent:+.4g}" if e.of_one_percent is not None else "") for e in found.effects]
+    lines = [f"{found.quantity}: {found.value:.8g}{unit}", f"  {'parameter':<32} {'for +1 %':>12}  derivative"]
+    for (name, change), effect in list(zip(effects, found.effects, strict=True))[:_ROWS]:
+        per = f" {found.unit} per {effect.unit}" if effect.unit != "1" else unit
+        lines.append(f"  {name:<32} {change:>12}  {effect.derivative:.6g}{per}")
+    more = len(effects) - _ROWS
+    return "\n".join([*lines, f"  and {more} more"] if more > 0 else lines)
+
+
+def _or_none(value: float | None, text: Any) -> str:
+    return "no limit" if value is None else str(text(value))
+
+
+def _loops_if_any(graph: Graph, planned: Plan, at: str) -> dict[str, Margins]:
+    """Sensitivities of scale factor and bias are answered for a graph without loops too."""
+    from proofmass.runner.margins.find_loops import find_loops
+
+    return all_margins(graph, planned, "", at) if planned.graph.loops or find_loops(planned) else {}
+
+
+def _draw(picture: Path, found: dict[str, Margins], moved: "list[Sensitivity]") -> list[Path]:
+    """A picture of each loop, and of the parameters: numbered by name where there are several."""
+    from proofmass.runner.margins.plot import plot_margins, plot_sensitivities
+    from proofmass.runner.output.plot import save_figure
+
+    figures = {name: plot_margins(margins) for name, margins in found.items()}
+    if moved:
+        figures["sensitivity"] = plot_sensitivities(moved)
+    names = [picture if len(figures) == 1 else picture.with_stem(f"{picture.stem}_{name}") for name in figures]
+    return [save_figure(figure, path) for figure, path in zip(figures.values(), names, strict=True)]

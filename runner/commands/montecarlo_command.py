@@ -1,0 +1,130 @@
+"""The command `montecarlo`: read, run what is left, show, draw, write; or replay one run."""
+
+import contextlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from proofmass.graphs.study_reader import read_study
+from proofmass.runner.commands.progress import progress_bar, time_text
+from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
+
+if TYPE_CHECKING:
+    from proofmass.runner.engine.result import Result
+    from proofmass.runner.studies.result import StudyResult
+
+_COLUMNS = ("mean", "std", "p1", "p50", "p99")
+
+
+def run_montecarlo(
+    study: Path,
+    runs: int | None,
+    seed: int | None,
+    engine: Any,
+    out: Path | None,
+    run: int | None,
+    epoch: int,
+    quiet: bool,
+    own: Path | None,
+    as_json: bool,
+) -> int:
+    """Everything that `proofmass montecarlo` does; returns the exit code."""
+    from proofmass.runner.studies.study import replay, run_study, with_numbers
+
+    loaded = read_study(study, own_blocks(own))
+    if run is not None:
+        return _show_replay(replay(with_numbers(loaded, runs, seed), run, epoch, engine), out, as_json)
+    bar = progress_bar(quiet or as_json, "run")
+    with bar or contextlib.nullcontext():
+        result = run_study(loaded, runs=runs, seed=seed, engine=engine, folder=out, progress=bar)
+    click.echo(json.dumps(_data(result), indent=2) if as_json else _text(result))
+    if result.interrupted:
+        kept = f"kept in {out}" if out is not None else "with --out FOLDER a study can be resumed"
+        hint = "\n  hint:     the same command goes on from there" if out is not None else ""
+        click.echo(f"interrupted after {len(result.numbers):,} of {result.planned_runs:,} runs; {kept}{hint}", err=True)
+        return 130
+    if out is not None:
+        click.echo(f"written to {out}: {', '.join(_written(result, out))}", err=as_json)
+    return 0
+
+
+def _show_replay(result: "Result", out: Path | None, as_json: bool) -> int:
+    if as_json:
+        click.echo(json.dumps(as_data(result), indent=2))
+    else:
+        show(result)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        click.echo(f"written to {out}: {', '.join(write(result, out, ('netcdf',)))}", err=as_json)
+    return 0
+
+
+def _written(result: "StudyResult", out: Path) -> list[str]:
+    from proofmass.runner.output.export import whole_file
+    from proofmass.runner.studies.ledger import FILE
+    from proofmass.runner.studies.plot import save_study_plot
+
+    with whole_file(out / "study.json") as file:
+        file.write((json.dumps(_data(result), indent=2) + "\n").encode())
+    result.to_xarray().to_netcdf(out / "study.nc", engine="h5netcdf")
+    return [
+        FILE,
+        "study.json",
+        "study.nc",
+        *(save_study_plot(result, out / f"study.{form}").name for form in ("svg", "png")),
+    ]
+
+
+def _data(result: "StudyResult") -> dict[str, Any]:
+    return {
+        "graph": result.study.graph.name,
+        "runs": len(result.numbers),
+        "planned_runs": result.planned_runs,
+        "interrupted": result.interrupted,
+        "seed": result.study.seed,
+        "epochs_s": list(result.study.epochs),
+        "measures": result.summary(),
+        "yield": result.yields(),
+        "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
+        "digest": result.digest,
+        "seconds": result.seconds,
+        **result.provenance,
+    }
+
+
+def _text(result: "StudyResult") -> str:
+    study = result.study
+    made = len(result.numbers) * len(study.epochs)
+    lines = [
+        f"{study.graph.name}: {len(result.numbers):,} runs at {len(study.epochs)} epochs, {result.engine} engine,"
+        f" {time_text(result.seconds)}",
+        "",
+    ]
+    head = ("measure", "unit", "age", *_COLUMNS)
+    rows: list[tuple[str, ...]] = [head]
+    for row in result.summary():
+        numbers = [f"{row[key]:.9g}" if key in row else "" for key in _COLUMNS]
+        rows.append((row["measure"], row["unit"], age_text(row["age_s"]), *numbers))
+    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
+    for cells in rows:
+        left = [cell.ljust(width) for cell, width in zip(cells[:2], widths[:2], strict=True)]
+        right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
+        lines.append("  ".join([*left, *right]).rstrip())
+    lines += [""] + [f"yield, {name}: {100 * part:.2f} %" for name, part in result.yields().items()]
+    if result.faults:
+        (run, epoch), text = next(iter(result.faults.items()))
+        lines += [f"{len(result.faults):,} of {made:,} failed; run {run} at epoch {epoch}: {text}"]
+    return "\n".join(lines).rstrip()
+
+
+def age_text(seconds: float) -> str:
+    """An age in the unit that suits it.
+
+    >>> age_text(0.0), age_text(3.6e6), age_text(31557600.0)
+    ('0 h', '1000 h', '1 year')
+    """
+    if seconds < 31557600.0:
+        return f"{seconds / 3600.0:g} h"
+    return f"{seconds / 31557600.0:g} year"

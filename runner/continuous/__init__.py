@@ -1,0 +1,1 @@
+"""Continuous blocks that are wired together, integrated together."""

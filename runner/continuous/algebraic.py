@@ -1,0 +1,165 @@
+"""Algebraic loops: equations u = g(u) for the values u of the tears, solved by damped Newton's method.
+
+    u <- u + s d,   (J - 1) d = u - g(u),   s = 1, 1/2, 1/4, ... until the distance from u to g(u) is less than before
+
+(Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.1.) J are the derivatives of g by differences: they
+decide how fast it converges, not where to. Everything is in relation to the largest value that an unknown or what is
+found for it had in this solution, so that the units of the wires do not matter, and a linear loop has a solution that
+is linear to the last bit where values are scaled by powers of two.
+
+Plain Python runs `solve` on lists, the compiled loop on arrays, both to the same bits.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from proofmass.runner.continuous.linear_equations import factorise, substitute
+
+Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
+
+ITERATIONS = 50
+NUDGE = 1e-7  # for the derivatives
+CONVERGED = 1e-8  # change, from which on the next that gets no closer is rounding
+EXACT = 1e-15  # distance from u to g(u), from which on no change is tried
+AGREED = 1e-6  # distance of a solution: more is a jump of g
+FARTHEST = 1e6  # change: derivatives by differences cannot tell a loop gain that near to one from one
+SHORTEST = 1e-9  # s
+
+
+class NoSolutionError(ArithmeticError):
+    """A loop that Newton's method finds no solution of: `at` is the wire of its first unknown."""
+
+    def __init__(self, at: str) -> None:
+        super().__init__("Newton's method finds no solution of the algebraic loop")
+        self.at = at
+
+
+def scratch(n: int) -> tuple[int, ...]:
+    """How long the sequences are that `solve` works on, for n unknowns."""
+    return (n, n, n, n, n, n * n, n)
+
+
+def solve(equations: Any, context: Any, unknown: Flat, work: Any) -> None:
+    """Replace the guess in `unknown` by a solution, or by NaN.
+
+    `equations(context, unknown, found)` writes g of the unknowns, or something not finite where g has no value;
+    `work` is scratch.
+    """
+    found, there, found_there, size, change, matrix, order = work
+    n = len(unknown)
+    for i in range(n):
+        size[i] = 0.0
+    equations(context, unknown, found)
+    solved, possible = False, math.isfinite(_distance(unknown, found, size))
+    for _ in range(ITERATIONS):
+        if possible and not solved:
+            for i in range(n):
+                size[i] = max(size[i], abs(unknown[i]), abs(found[i]))
+            _differentiate(equations, context, unknown, found, there, found_there, size, matrix)
+            for i in range(n):
+                matrix[i * n + i] -= 1.0
+                change[i] = unknown[i] - found[i]
+            possible = factorise(matrix, n, order)
+            if possible:
+                substitute(matrix, n, order, change)
+                solved, possible = _stepped(equations, context, unknown, found, there, found_there, size, change)
+    if not solved:
+        for i in range(n):
+            unknown[i] = math.nan
+
+
+def _differentiate(
+    equations: Any,
+    context: Any,
+    unknown: Flat,
+    found: Flat,
+    nudged: Flat,
+    found_nudged: Flat,
+    size: Flat,
+    jacobian: Flat,
+) -> None:
+    """Derivatives of g. The nudge has the sign of the values, and the size of others where there is none yet."""
+    n = len(unknown)
+    largest = 0.0
+    for i in range(n):
+        nudged[i] = unknown[i]
+        largest = max(largest, size[i])
+    for j in range(n):
+        nudge = NUDGE * (size[j] if size[j] > 0.0 else largest)
+        nudged[j] = unknown[j] + math.copysign(nudge, unknown[j] + found[j])
+        nudge = nudged[j] - unknown[j]
+        equations(context, nudged, found_nudged)
+        nudged[j] = unknown[j]
+        for i in range(n):
+            jacobian[i * n + j] = (found_nudged[i] - found[i]) / nudge if nudge != 0.0 else 0.0
+
+
+def _stepped(
+    equations: Any,
+    context: Any,
+    unknown: Flat,
+    found: Flat,
+    there: Flat,
+    found_there: Flat,
+    size: Flat,
+    change: Flat,
+) -> tuple[bool, bool]:
+    """Go as far along the change as the distance gets less; whether the solution is reached, and whether it may be."""
+    n = len(unknown)
+    small = True
+    for i in range(n):
+        if size[i] > 0.0 and not abs(change[i]) <= FARTHEST * size[i]:
+            return False, False
+        small = small and abs(change[i]) <= CONVERGED * size[i]
+    distance, share = _distance(unknown, found, size), 1.0
+    while share > SHORTEST:
+        for i in range(n):
+            there[i] = unknown[i] + share * change[i]
+        equations(context, there, found_there)
+        closer = _distance(there, found_there, size)
+        if closer < distance:
+            for i in range(n):
+                unknown[i], found[i] = there[i], found_there[i]
+            return small and closer <= EXACT, True
+        if small and distance <= AGREED:
+            return True, True
+        share *= 0.5
+    return False, False
+
+
+def _distance(unknown: Flat, found: Flat, size: Flat) -> float:
+    """The largest difference between unknown and found, in sizes or, where there is none yet, in these values; NaN
+    where one is not finite."""
+    worst, broken = 0.0, 0.0
+    for i in range(len(unknown)):
+        difference = abs(found[i] - unknown[i])
+        whole = size[i] if size[i] > 0.0 else max(abs(found[i]), abs(unknown[i]))
+        worst = max(worst, difference / whole if whole > 0.0 else 0.0)
+        broken += difference - difference
+    return worst + broken
+
+
+def solve_in_place(tears: Sequence[Any], others: Sequence[Any], signals: Any, value: Callable[[Any], float]) -> bool:
+    """Solve a loop in plain Python: `signals` hold guesses of the tears, and then the solution, or NaN.
+
+    `value(node)` is what a node gives with the signals as they are. Whether there is a solution.
+    """
+
+    def equations(context: None, unknown: list[float], found: list[float]) -> None:
+        for tear, held in zip(tears, unknown, strict=True):
+            signals[tear] = held
+        total = 0.0
+        try:
+            for node in others:
+                signals[node] = value(node)
+                total += 0.0 * signals[node]
+            found[:] = [value(tear) if total == 0.0 else total for tear in tears]
+        except (ArithmeticError, ValueError):
+            found[:] = [math.nan] * len(tears)
+
+    unknown = [signals[tear] for tear in tears]
+    solve(equations, None, unknown, tuple([0.0] * length for length in scratch(len(tears))))
+    for tear, held in zip(tears, unknown, strict=True):
+        signals[tear] = held
+    return not math.isnan(unknown[0])

@@ -1,0 +1,319 @@
+"""Source of a group of continuous blocks: its functions, and what the loop does with them in each tick."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows
+from proofmass.runner.continuous.groups import state_fields
+from proofmass.runner.continuous.integrate import integrate
+from proofmass.runner.continuous.loop_code import LoopCode
+from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
+from proofmass.runner.continuous.radau import radau_step, scratch
+from proofmass.runner.continuous.solver import Solver
+from proofmass.runner.engine.pieces import Pieces, fields, variable, word
+
+_ASSEMBLED = ("matrix", "grown", "square", "scale")  # scratch of the matrix exponential
+_STEPPED = ("x", "moved", "error")
+
+
+class GroupCode:
+    """Writes the source of one group."""
+
+    def __init__(self, pieces: Pieces, solver: Solver) -> None:
+        self.pieces, self.solver, self.group, self.name = pieces, solver, solver.group, solver.name
+        self.blocks = pieces.plan.blocks
+        self.columns = len(self.group.states) + len(self.group.inputs) + len(self.group.ramps)
+        named = enumerate(self.group.loops)
+        self.loops = [LoopCode(pieces, loop, f"{self.name}_loop_{number}") for number, loop in named]
+        self.scratch: dict[str, int] = {}  # names of arrays with their lengths
+        if solver.exact:
+            self.scratch = dict.fromkeys(_ASSEMBLED, self.columns * self.columns)
+            self.scratch["used"] = sum(len(fields(self.blocks[m].constants_class())) for m in self._driven())
+        elif not solver.exact:
+            self.scratch = dict.fromkeys(_STEPPED, len(self.group.states))
+            self.scratch["clear"] = len(self.group.events)
+            if not solver.tolerance:
+                self.scratch["largest"] = len(self.group.states)
+            if solver.method == "radau":
+                self.scratch |= {f"work_{i}": n for i, n in enumerate(scratch(len(self.group.states)))}
+        for loop in self.loops:
+            self.scratch |= {f"{loop.name.removeprefix(f'{self.name}_')}_{key}": n for key, n in loop.scratch.items()}
+
+    def functions(self) -> Iterator[str]:
+        """Functions that stand before the loop."""
+        for loop in self.loops:
+            yield from loop.functions()
+        yield from self._rates()
+        if self.solver.exact:
+            yield from self._assemble()
+            return
+        yield from self._radau() if self.solver.method == "radau" else self._explicit()
+        if not self._is_fixed():
+            yield from self._clearances()
+            yield from self._then()
+
+    def inlined(self) -> Iterator[str]:
+        """Functions that the compiler takes into their callers: steps of fixed length are the whole loop."""
+        if not self.loops:
+            yield f"{self.name}_rates"
+        if self._is_fixed():
+            yield f"{self.name}_step"
+
+    def before(self) -> Iterator[str]:
+        """Numbers that the loop is given."""
+        if not self.solver.exact:
+            yield f"{self.name}_substeps = {self._number('substeps', int, self.solver.substeps)}"
+            yield f"{self.name}_length = period / {self.name}_substeps"
+            if not self._is_fixed():
+                yield f"{self.name}_tolerance = {self._number('tolerance', float, self.solver.tolerance)}"
+                yield f"{self.name}_precision = {self._number('precision', float, self.solver.precision)}"
+        elif not self.solver.driven:
+            yield self._assembled()
+            for i in range(len(self.group.states)):
+                for j in range(self.columns):
+                    yield f"{self.name}_{i}_{j} = {self.name}_matrix[{i * self.columns + j}]"
+
+    def move(self) -> Iterator[str]:
+        """The states one tick later, in the order of the reference engine."""
+        if self.solver.exact:
+            yield from self._by_matrices()
+        else:
+            yield from self._by_steps()
+
+    # -- linear groups -------------------------------------------------------------------------------------------
+
+    def _by_matrices(self) -> Iterator[str]:
+        if self.solver.driven:
+            yield from self._renewed()
+        terms = [f"{word(block)}__x.{name}" for block, name in self.group.states]
+        terms += [variable(node) for node in self.group.inputs]
+        terms += [f"({variable(node)}__next - {variable(node)})" for node in self.group.ramps]
+        for i, (block, name) in enumerate(self.group.states):
+            factors = (f"{self._factor(i, j)} * {term}" for j, term in enumerate(terms))
+            yield f"_{word(block)}__{name} = {' + '.join(factors)}"
+        yield from self._states([f"_{word(block)}__{name}" for block, name in self.group.states])
+
+    def _factor(self, i: int, j: int) -> str:
+        return f"{self.name}_matrix[{i * self.columns + j}]" if self.solver.driven else f"{self.name}_{i}_{j}"
+
+    def _renewed(self) -> Iterator[str]:
+        """The matrices, when a constant that they follow from is another than in the tick before."""
+        used = [f"{word(m)}__c.{f}" for m in self._driven() for f, _ in fields(self.blocks[m].constants_class())]
+        yield f"if {' or '.join(f'{value} != {self.name}_used[{i}]' for i, value in enumerate(used))}:"
+        yield from (f"    {self.name}_used[{i}] = {value}" for i, value in enumerate(used))
+        yield f"    {self._assembled()}"
+
+    def _assembled(self) -> str:
+        arrays = ", ".join(f"{self.name}_{key}" for key in _ASSEMBLED)
+        return f"{self.name}_assemble(({', '.join(self._constants())},), period, {arrays})"
+
+    def _assemble(self) -> Iterator[str]:
+        """Transition and entry from the rates for unit states and inputs."""
+        self.pieces.names |= {"matrix_exponential": matrix_exponential, "scale_rows": scale_rows}
+        n, m, size = len(self.group.states), len(self.group.inputs), self.columns
+        yield f"def {self.name}_assemble(constants, period, matrix, grown, square, scale):"
+        yield f"    for entry in range({size * size}):"
+        yield "        matrix[entry] = 0.0"
+        for j in range(n + m):
+            unit = [repr(float(i == j)) for i in range(n + m)]
+            places = ", ".join(f"matrix[{i * size + j}]" for i in range(n))
+            still = ["0.0"] * (len(self.group.ramps) + len(self.group.guesses) + 1)
+            context = f"(*constants, {', '.join([*unit[n:], *still])})"
+            yield f"    ({places},) = {self.name}_rates({context}, {', '.join(['0.0', *unit[:n]])})"
+        yield f"    scale_rows(matrix, {n}, {n + m}, {size}, period)"
+        for number, node in enumerate(self.group.ramps):
+            yield f"    matrix[{(n + self.group.inputs.index(node)) * size + n + m + number}] = 1.0"
+        yield f"    matrix_exponential(matrix, {size}, grown, square, scale)"
+        yield ""
+        yield ""
+
+    # -- groups that are stepped -----------------------------------------------------------------------------------
+
+    def _by_steps(self) -> Iterator[str]:
+        slopes = [variable(node) for node in self.group.ramps]
+        yield from (f"{name}__slope = ({name}__next - {name}) / period" for name in slopes)
+        inputs = [*(variable(node) for node in self.group.inputs), *(f"{name}__slope" for name in slopes)]
+        guesses = [variable(node) for node in self.group.guesses]
+        context = f"({', '.join([*self._constants(), *inputs, *guesses, 'time'])},)"
+        if self.solver.method == "radau":
+            work = ", ".join(f"{self.name}_{key}" for key in self.scratch if key.startswith("work_"))
+            context = f"({context}, {self.name}_largest, ({work}))"
+        yield f"{self.name}_context = {context}"
+        for i, (block, name) in enumerate(self.group.states):
+            yield f"{self.name}_x[{i}] = {word(block)}__x.{name}"
+        x, error = f"{self.name}_x", f"{self.name}_error"
+        if self._is_fixed():
+            yield f"for substep in range({self.name}_substeps):"
+            at = f"time + substep * {self.name}_length"
+            yield f"    {self.name}_step({self.name}_context, {at}, {self.name}_length, {x}, {x}, {error})"
+        else:
+            self.pieces.names["integrate"] = integrate
+            functions = ", ".join(f"{self.name}_{function}" for function in ("step", "clearances", "then", "context"))
+            accuracy = f"{self.name}_length, {self.name}_tolerance, {self.solver.order}, {self.name}_precision"
+            arrays = ", ".join(f"{self.name}_{key}" for key in (*_STEPPED, "largest", "clear"))
+            yield f"{self.name}_status = integrate({functions}, time, period, {accuracy}, {arrays})"
+            yield f"not_finite += 0.0 * (1e308 * (10.0 * {self.name}_status))  # NaN where it failed"
+        yield from self._states([f"{x}[{i}]" for i in range(len(self.group.states))])
+
+    def _explicit(self) -> Iterator[str]:
+        """The formula of the method, run on text instead of numbers."""
+        count, calls = len(self.group.states), 0
+        lines = list[str]()
+
+        def rates(time: "_Text", there: list["_Text"]) -> list["_Text"]:
+            nonlocal calls
+            calls += 1
+            names = [f"rate_{calls}_{i}" for i in range(count)]
+            lines.append(f"({', '.join(names)},) = {self.name}_rates(context, {', '.join(map(str, [time, *there]))})")
+            return [_Text(name) for name in names]
+
+        x = [_Text(f"x{i}") for i in range(count)]
+        moved, *error = explicit_step(EXPLICIT[self.solver.method], rates, _Text("time"), _Text("length"), x)
+        yield f"def {self.name}_step(context, time, length, x, moved, error):"
+        yield from (f"    x{i} = x[{i}]" for i in range(count))
+        yield from (f"    {line}" for line in lines)
+        yield from (f"    moved[{i}] = {value}" for i, value in enumerate(moved))
+        for estimate in error:
+            yield from (f"    error[{i}] = {value}" for i, value in enumerate(estimate))
+        yield ""
+        yield ""
+
+    def _radau(self) -> Iterator[str]:
+        self.pieces.names["radau_step"] = radau_step
+        states = range(len(self.group.states))
+        yield f"def {self.name}_rates_into(context, time, x, out):"
+        values = ", ".join(f"x[{i}]" for i in states)
+        yield f"    ({', '.join(f'out[{i}]' for i in states)},) = {self.name}_rates(context, time, {values})"
+        yield ""
+        yield ""
+        yield f"def {self.name}_step(context, time, length, x, moved, error):"
+        into = f"{self.name}_rates_into"
+        yield f"    radau_step({into}, context[0], time, length, x, moved, error, context[1], context[2])"
+        yield ""
+        yield ""
+
+    # -- functions of an instant -----------------------------------------------------------------------------------
+
+    def _rates(self) -> Iterator[str]:
+        """Derivatives of all states; modes stand still."""
+        arguments = ", ".join(f"x{i}" for i in range(len(self.group.states)))
+        yield f"def {self.name}_rates(context, time, {arguments}):"
+        yield from self._known("context", [f"x{i}" for i in range(len(self.group.states))])
+        made = list[str]()
+        for name in self.group.blocks:
+            moving = "derivative" in self.blocks[name].functions
+            if moving:
+                yield f"    {word(name)}__rates = {self.pieces.call(name, 'derivative', 'derivative')}"
+            for field, kind in state_fields(self.blocks[name]):
+                made.append(f"{word(name)}__rates.{field}" if moving and kind is float else "0.0")
+        yield f"    return ({', '.join(made)},)"
+        yield ""
+        yield ""
+
+    def _clearances(self) -> Iterator[str]:
+        yield f"def {self.name}_clearances(context, time, x, clear):"
+        yield from self._instant()
+        for number, (name, event) in enumerate(self.group.events):
+            yield f"    clear[{number}] = {self._event(name, event, 0)}"
+        yield "    return"
+        yield ""
+        yield ""
+
+    def _then(self) -> Iterator[str]:
+        yield f"def {self.name}_then(context, time, x, which):"
+        yield from self._instant()
+        for number, (name, event) in enumerate(self.group.events):
+            yield f"    if which == {number}:"
+            yield f"        {word(name)}__then = {self._event(name, event, 1)}"
+            for field, _ in state_fields(self.blocks[name]):
+                yield f"        x[{self.group.states.index((name, field))}] = {word(name)}__then.{field}"
+        yield "    return"
+        yield ""
+        yield ""
+
+    def _event(self, name: str, event: str, part: int) -> str:
+        behaviour = self.blocks[name].events[event][part]
+        function = self.pieces.named(self.blocks[name], behaviour.function.__name__, behaviour.function)
+        arguments = [f"{word(name)}__c", *(self.pieces.argument(name, event, a) for a in behaviour.arguments)]
+        return f"{function}({', '.join(arguments)})"
+
+    def _instant(self) -> Iterator[str]:
+        context = "context[0]" if self.solver.method == "radau" else "context"
+        if self.group.events:
+            yield from self._known(context, [f"x[{i}]" for i in range(len(self.group.states))])
+
+    def _known(self, context: str, x: list[str]) -> Iterator[str]:
+        """Everything that the functions of the blocks are given at an instant."""
+        slopes = [f"{variable(node)}__slope" for node in self.group.ramps]
+        inputs = [variable(node) for node in self.group.inputs]
+        guesses = [variable(node) for node in self.group.guesses]
+        yield f"    ({', '.join([*self._constants(), *inputs, *slopes, *guesses, 'start'])},) = {context}"
+        for node, slope in zip(self.group.ramps, slopes, strict=True):
+            yield f"    {variable(node)} = {variable(node)} + {slope} * (time - start)"
+        yield from (f"    {line}" for line in self._states(x))
+        for node in self.group.nodes:
+            yield from (f"    {line}" for line in self._node(node))
+
+    def _node(self, node: Node) -> Iterator[str]:
+        name, port = node
+        if not port:
+            yield self.pieces.driven(name)
+        elif node in self.group.guesses:
+            for loop in self.loops:
+                yield from loop.at(node)
+        else:
+            yield f"{variable(node)} = {self.pieces.call(name, port, port)}"
+
+    # -- pieces ----------------------------------------------------------------------------------------------------
+
+    def _states(self, values: list[str]) -> Iterator[str]:
+        """The states of the blocks from floats."""
+        read = {float: "{}", bool: "({} != 0.0)", int: "int({})"}
+        typed = iter([read[kind].format(value) for kind, value in zip(self.group.kinds, values, strict=True)])
+        for name in self.group.blocks:
+            made: Any = self.blocks[name].state_class()
+            own = ", ".join(next(typed) for _ in made._fields)
+            yield f"{word(name)}__x = {self.pieces.named(self.blocks[name], 'State', made)}({own})"
+
+    def _constants(self) -> list[str]:
+        """What holds the constants of the members, or what they are made of within the group; scratch of the loops."""
+        held = list[str]()
+        for member in self.group.members:
+            if (member, "") in self.group.nodes:
+                drivers = self.pieces.plan.schedule.drivers
+                made = fields(self.blocks[member].parameters_class())
+                held += [f"_{word(member)}__{p}" for p, _ in made if (member, p) not in drivers]
+                held += [f"{word(member)}__period"] if "constants" in self.blocks[member].functions else []
+            else:
+                held.append(f"{word(member)}__c")
+        return [*held, *(f"{loop.name}_{key}" for loop in self.loops for key in loop.scratch)]
+
+    def _driven(self) -> list[str]:
+        """Members whose constants change from tick to tick."""
+        return [member for member in self.group.members if self.pieces.plan.constants[member] is None]
+
+    def _is_fixed(self) -> bool:
+        return not self.solver.tolerance and not self.group.events
+
+    def _number(self, key: Any, kind: type, value: Any) -> str:
+        return self.pieces.constant((self.name, key), kind, value)
+
+
+class _Text:
+    """A number in the source: arithmetic with it is written down, not done."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __add__(self, other: object) -> "_Text":
+        return _Text(f"({self} + {other})")
+
+    def __mul__(self, other: object) -> "_Text":
+        return _Text(f"({self} * {other})")
+
+    def __rmul__(self, other: object) -> "_Text":
+        return _Text(f"({other!r} * {self})")

@@ -1,0 +1,40 @@
+"""A group of continuous blocks with the method that integrates it, as a plain value."""
+
+from dataclasses import dataclass
+
+from proofmass.runner.continuous import radau
+from proofmass.runner.continuous.groups import Group
+from proofmass.runner.continuous.methods import EXPLICIT
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A group with the method that integrates it.
+
+    "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick), which change
+    where a parameter is driven. Steps of the other methods are `1/substeps` of a tick long, at first where the
+    tolerance is not zero.
+    """
+
+    name: str  # in generated code
+    group: Group
+    method: str
+    substeps: int
+    tolerance: float
+    precision: float  # seconds
+    driven: bool
+
+    @property
+    def exact(self) -> bool:
+        """Whether the group is stepped by matrices."""
+        return self.method == "exact"
+
+    @property
+    def order(self) -> int:
+        """By which power of its length the error of a step falls."""
+        return EXPLICIT[self.method].order if self.method in EXPLICIT else radau.ORDER
+
+    @property
+    def largest(self) -> tuple[str, str]:
+        """Where the largest value of each state is kept, among the buffers."""
+        return "", f"{self.name}_largest"

@@ -1,0 +1,207 @@
+"""How each group of continuous blocks is integrated: exactly where it is linear, elsewhere by steps."""
+
+import itertools
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from proofmass.blocks.declare import Block
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.integration import MOST_SUBSTEPS
+from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous.exact_hold import Matrix, hold
+from proofmass.runner.continuous.groups import Group, find_groups
+from proofmass.runner.continuous.methods import EXPLICIT
+from proofmass.runner.continuous.solver import Solver
+from proofmass.runner.continuous.stages import Context, Stages
+from proofmass.runner.engine.planned import Plan
+
+FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Node, Any]]]  # constants and wires
+
+STIFF = 100  # sub-steps of an explicit method in a tick, beyond which an implicit one is taken
+PRECISION = 1e-12  # of the time of an event, in ticks
+_SCALES = (1.0, -1.0, 2.0, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
+
+
+def find_solvers(plan: Plan, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
+    """A solver for every group of a plan that has none yet; `constants` are those of the parameters as they are set."""
+    groups = find_groups(plan.graph, plan.schedule)
+    return tuple(
+        _Choice(plan, group, constants, first_tick).solver(f"group_{number}") for number, group in enumerate(groups)
+    )
+
+
+def assemble(stages: Stages, constants: Mapping[str, Any], period: float) -> tuple[Matrix, Matrix]:
+    """Transition and entry of a linear group: its rates for unit states and inputs are the columns of A and B."""
+    group = stages.group
+    n, m = len(group.states), len(group.inputs)
+    columns = [rates_at(stages, constants, [float(i == j) for i in range(n + m)]) for j in range(n + m)]
+    rows = [list(row) for row in zip(*columns, strict=True)]
+    ramps = tuple(group.inputs.index(node) for node in group.ramps)
+    return hold([row[:n] for row in rows], [row[n:] for row in rows], period, ramps)
+
+
+def rates_at(
+    stages: Stages, constants: Mapping[str, Any], point: Sequence[float], wires: Mapping[Node, float] | None = None
+) -> list[float]:
+    """Derivatives for states and held inputs, one behind the other; loops are solved from the wires, or from zero."""
+    n = len(stages.group.states)
+    out = [0.0] * n
+    guesses = [wires[node] if wires else 0.0 for node in stages.group.guesses]
+    context = Context(constants, point[n:], [0.0] * len(stages.group.ramps), guesses, 0.0)
+    stages.rates(context, 0.0, point[:n], out)
+    return out
+
+
+class _Choice:
+    """The method of one group, from what the graph says and what its functions show."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        group: Group,
+        constants: Mapping[str, Any],
+        first_tick: FirstTick,
+    ) -> None:
+        self.plan, self.group, self.constants, self.first_tick = plan, group, constants, first_tick
+        self.stages = Stages(plan.blocks, plan.schedule, group, plan.block_period)
+        self.period, self.says = plan.period, plan.graph.integration
+        self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
+        self.driven = any(plan.constants[member] is None for member in group.members)
+
+    def solver(self, name: str) -> Solver:
+        method, substeps = self._method()
+        adaptive = method in ("dormand_prince", "radau")
+        precision = self.says.event_tolerance or PRECISION * self.period
+        tolerance = self.says.accuracy if adaptive else 0.0
+        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven)
+
+    def _method(self) -> tuple[str, int]:
+        method = self.says.method
+        if method in ("auto", "exact"):
+            reason = self._not_linear()
+            if not reason:
+                return "exact", 1
+            if method == "exact":
+                raise self._refused(f"cannot be stepped exactly: {reason}", 'leave out method = "exact"')
+        if self.says.substeps is not None:
+            return "runge_kutta_4" if method == "auto" else method, self.says.substeps
+        explicit = EXPLICIT["runge_kutta_4" if method in ("auto", "radau") else method]
+        wanted = self._substeps(explicit.order)
+        if method == "auto":
+            method = "runge_kutta_4" if wanted <= STIFF else "radau"
+        if method == "runge_kutta_4" and wanted > MOST_SUBSTEPS:
+            hint = 'choose method = "radau", a lower accuracy or a higher rate'
+            raise self._refused(f"needs {wanted:.3g} sub-steps in each tick", hint)
+        return method, min(wanted, STIFF) if method == "radau" else wanted
+
+    def _substeps(self, order: int) -> int:
+        """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""
+        fastest = spectral_radius(self._jacobian())
+        if not math.isfinite(fastest):
+            raise self._refused("its derivatives at the start are not finite", "look for a parameter that is far off")
+        length: float = (self.says.accuracy * math.factorial(order + 1)) ** (1.0 / order)
+        return max(1, math.ceil(self.period * fastest / length))
+
+    def _jacobian(self) -> Matrix:
+        """Derivatives of the rates by the states in tick 0: from dual numbers, by differences through a loop."""
+        from proofmass.runner.margins.dual import dual, slopes_of
+        from proofmass.runner.margins.dual_groups import DualStages
+        from proofmass.runner.margins.dual_plan import SIGNALS
+
+        constants, wires = self.first_tick()
+        constants = {name: self.constants[name] if made is None else made for name, made in constants.items()}
+        inputs = [wires[node] for node in self.group.inputs]
+        if self.group.loops:
+            return self._differences(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
+        point = [*(value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(self.start)), *inputs]
+        stages = DualStages(self.plan, self.group, by_parameters=False)
+        try:
+            rates = rates_at(stages, constants, point, wires)
+        except (TypeError, AttributeError, ArithmeticError) as error:
+            raise self._refused(
+                f"has no derivative at the start: {error}", "say substeps = 8, or method = ..."
+            ) from None
+        return [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(len(self.start))] for rate in rates]
+
+    def _differences(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
+        columns = []
+        for j, value in enumerate(self.start):
+            nudge = 1e-6 * abs(value) or 1e-12
+            above, below = (rates([*self.start[:j], value + s, *self.start[j + 1 :]]) for s in (nudge, -nudge))
+            columns.append([(a - b) / (2.0 * nudge) for a, b in zip(above, below, strict=True)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    def _not_linear(self) -> str:
+        """Why the group is not linear in states and inputs; empty when it is.
+
+        Where f(0) = 0 and f(s z) = s f(z), in the same bits for scales s sixty orders of magnitude up and down, and
+        f(z) is the sum of what each entry of z does alone, no limit, dead zone or product can hide.
+        """
+        blocks = self.plan.blocks
+        nonlinear = [
+            name for name in self.group.blocks if "derivative" in blocks[name].functions and not blocks[name].linear
+        ]
+        if nonlinear:
+            return f"{_listed(nonlinear)} not linear"
+        if self.group.events:
+            return f"{_listed(sorted({name for name, _ in self.group.events}))} subject to events"
+        if any("time" in _arguments(blocks, name, port) for name, port in self.group.nodes) or any(
+            "time" in blocks[name].functions["derivative"].arguments for name in self.group.blocks
+        ):
+            return "a function of it depends on the time"
+        try:
+            linear = all(self._is_linear_about(signs) for signs in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0, 1.0)))
+        except ArithmeticError:
+            linear = False
+        return (
+            "" if linear else f"the derivatives of {', '.join(self.group.members)} are not linear in states and inputs"
+        )
+
+    def _is_linear_about(self, signs: tuple[float, ...]) -> bool:
+        size = len(self.group.states) + len(self.group.inputs)
+        point = [sign * (1.0 + 0.375 * n) for n, sign in zip(range(size), itertools.cycle(signs), strict=False)]
+        once = self._at(point)
+        if any(self._at([0.0] * size)):
+            return False
+        if any(self._at([scale * v for v in point]) != [scale * rate for rate in once] for scale in _SCALES):
+            return False
+        alone = [self._at([v * float(i == j) for i in range(size)]) for j, v in enumerate(point)]
+        for rate, parts in zip(once, zip(*alone, strict=True), strict=True):
+            if not abs(rate - math.fsum(parts)) <= 1e-9 * math.fsum(map(abs, parts)):
+                return False
+        return True
+
+    def _at(self, point: Sequence[float]) -> list[float]:
+        return rates_at(self.stages, self.constants, point)
+
+    def _refused(self, message: str, hint: str) -> ModelError:
+        first = self.group.blocks[0]
+        named = ", ".join(self.group.blocks)
+        problem = Problem(message=f"{named}: {message}", key=f"blocks.{first}", hint=hint, path=("blocks", first))
+        return ModelError([self.plan.graph.placed(problem)])
+
+
+def spectral_radius(matrix: Matrix) -> float:
+    """The largest magnitude of an eigenvalue, from the norm of the 1024th power: at most some per cent too large."""
+    power, logarithm = [row[:] for row in matrix], 0.0
+    for squaring in range(11):
+        norm = max((sum(map(abs, row)) for row in power), default=0.0)
+        if norm == 0.0 or not math.isfinite(norm):
+            return norm
+        logarithm += math.log(norm)
+        if squaring < 10:
+            scaled = [[v / norm for v in row] for row in power]
+            columns = list(zip(*scaled, strict=True))
+            power = [[math.fsum(map(operator.mul, row, column)) for column in columns] for row in scaled]
+            logarithm *= 2.0
+    return math.exp(logarithm / 1024.0)
+
+
+def _arguments(blocks: Mapping[str, Block], name: str, port: str) -> tuple[str, ...]:
+    return blocks[name].output_functions[port].arguments if port else ()
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f"{', '.join(names)} {'is' if len(names) == 1 else 'are'}"

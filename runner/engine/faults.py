@@ -1,0 +1,68 @@
+"""Runs that fail: the tick in which a number stopped being finite, and the fault in the words of the graph."""
+
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.problem import Problem
+from proofmass.graphs.graph import split
+from proofmass.runner.engine.engines import make_engine
+from proofmass.runner.engine.interpret import Interpreter, TickError
+from proofmass.runner.engine.memory import Memory
+from proofmass.runner.engine.planned import Plan
+
+NAMED_TICKS = 64  # run again in plain Python to name the one in which a number stopped being finite
+
+
+class RunError(RuntimeError):
+    """A run that failed, with the problem: block, port, tick and time."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        super().__init__(str(problem))
+
+
+def name_fault(planned: Plan, seed: int, run: int, memory: Memory, end: int) -> None:
+    """Raise the `TickError` before the tick `end`: the compiled loop only says that there may be one.
+
+    The ticks are halved until few are left, and plain Python goes on from there. It finds nothing where only the sum
+    by which the loop watches its wires went beyond 1e308: then all is well.
+    """
+
+    def rows(until: int) -> list[Any]:
+        return [np.empty((p.rows(memory.tick, until), *p.shape), dtype=p.dtype) for p in planned.probes]
+
+    last = end
+    while last - memory.tick > NAMED_TICKS:
+        middle = (memory.tick + last) // 2
+        engine = make_engine(planned, "compiled", seed, run, memory)
+        if engine.advance(middle, rows(middle)):
+            memory = engine.memory()
+        else:
+            last = middle
+    Interpreter(planned, seed, run, memory).advance(end, rows(end))
+
+
+def failed(planned: Plan, fault: TickError) -> Problem:
+    """A fault in the words of the graph: block and port, tick and time, what to look at."""
+    name, _ = split(fault.at)
+    at = f"in tick {fault.tick}, t = {float(fault.tick / planned.schedule.base_rate):.9g} s"
+    drivers = planned.schedule.drivers
+    block = planned.blocks.get(name)
+    ports = [*block.inputs, *block.parameters] if block else []
+    inputs = [f"{port} = {'.'.join(drivers[name, port])}" for port in ports if (name, port) in drivers]
+    hint = "the loop may be unstable, or a parameter of the wrong size"
+    if isinstance(fault.value, OverflowError):
+        hint = "take a wider format, or let it saturate or wrap"
+    if isinstance(fault.value, Exception):
+        message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
+    else:
+        message, got = f"is not finite {at}", str(fault.value)
+    problem = Problem(
+        message=message,
+        key=fault.at,
+        got=got,
+        hint=hint + (f"; probe what drives it: {', '.join(inputs)}" if inputs else ""),
+        path=("blocks", name),
+    )
+    return planned.graph.placed(problem)

@@ -1,0 +1,276 @@
+"""The plan as Python source of one fused loop: readable, and compiled as it stands.
+
+Numbers that a run may change (parameters, seed, state) are arguments of the loop, never written into the source;
+what is fixed by the graph (wiring, rate ratios, sizes) is.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.blocks.fixed_point import FixedValue
+from proofmass.graphs.rates import write_rate
+from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous.group_code import GroupCode
+from proofmass.runner.continuous.loop_code import LoopCode
+from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields, variable, word
+from proofmass.runner.engine.planned import Plan
+from proofmass.runner.fixed.digital_code import DigitalCode
+from proofmass.runner.fixed.step_formats import held_as
+
+
+@dataclass(frozen=True)
+class Generated:
+    """The loop's source, the functions it calls by name, and where its numbers stand."""
+
+    source: str
+    names: Mapping[str, Callable[..., Any] | type]
+    constants: Slots
+    constant_values: Mapping[Any, Any]
+    memory: Slots
+    vectors: tuple[Node, ...]  # buffers and wires with a shape, in the order of the arguments
+    vector_kinds: tuple[type, ...]
+    scratch: int  # floats that the loop works on, not kept from call to call
+    functions: tuple[str, ...]  # that the source defines before the loop
+    inlined: frozenset[str]  # those of them that are worth it wherever they are called
+    steps: tuple[str, ...]  # source of those among the names that are integer code
+
+    @property
+    def listing(self) -> str:
+        """The loop and the integer code that it calls, for readers."""
+        return "\n\n".join([self.source, *self.steps])
+
+
+def generate(plan: Plan) -> Generated:
+    """Source and layout of the compiled loop of a plan."""
+    return _Generator(plan).generated()
+
+
+class _Generator(Pieces):
+    def __init__(self, plan: Plan) -> None:
+        super().__init__(plan)
+        self.groups = [GroupCode(self, solver) for solver in plan.solvers]
+        self.digital = DigitalCode(self)
+        self.loops = [LoopCode(self, loop, f"loop_{number}") for number, loop in enumerate(plan.schedule.loops)]
+        self.parts: list[LoopCode | GroupCode] = [*self.loops, *self.groups]
+        self.vectors: dict[Node, tuple[type, tuple[int, ...]]] = {}
+        for solver in plan.solvers:
+            if solver.largest in plan.buffers:
+                self.vectors[solver.largest] = (float, (len(solver.group.states),))
+        for name, block in plan.blocks.items():
+            for buffer, declared in block.buffers.items():
+                self.vectors[name, buffer] = (held_as(declared.dtype), (len(plan.buffers[name, buffer]),))
+            for port, output in block.outputs.items():
+                if output.shape:
+                    self.vectors[name, port] = (held_as(output.dtype), block.shape_of(output))
+
+    def generated(self) -> Generated:
+        before = [*self._unpacked(), ""]
+        loop = [*self._outputs(), *self._probes(), *self._updates(), *self._groups()]
+        after = [*self._packed()]
+        rows = [f"row_{i} = 0" for i, probe in enumerate(self.plan.probes) if probe.stride > 1]
+        flags = ["not_finite = 0.0", *(["refused = 0"] if self.digital.refuses else [])]
+        body = [*self._views(), *before, *rows, *flags, "for tick in range(first, last):"]
+        body += ["    time = tick * period", *(f"    {line}" for line in loop), *after]
+        body += [f"state_{FLOATS}[{self.memory.counts[FLOATS]}] = not_finite"]
+        body += [f"state_{INTEGERS}[{self.memory.counts[INTEGERS]}] = refused"] if self.digital.refuses else []
+        functions = [line for part in self.parts for line in part.functions()]
+        own = [line[4 : line.index("(")] for line in functions if line.startswith("def ")]
+        source = (
+            "\n".join(
+                [*self._head(), *functions, *self._signature(), *(f"    {line}" if line else "" for line in body)]
+            )
+            + "\n"
+        )
+        return Generated(
+            source,
+            self.names,
+            self.constants,
+            self.values,
+            self.memory,
+            tuple(self.vectors),
+            tuple(kind for kind, _ in self.vectors.values()),
+            self._scratch(),
+            tuple(own),
+            frozenset(name for group in self.groups for name in group.inlined()),
+            tuple(self.digital.steps[name] for name in sorted(self.digital.steps)),
+        )
+
+    def _scratch(self) -> int:
+        return sum(sum(part.scratch.values()) for part in self.parts)
+
+    # -- the parts of the source, in their order -------------------------------------------------------------------
+
+    def _head(self) -> Iterator[str]:
+        plan = self.plan
+        base = write_rate(plan.schedule.base_rate)
+        yield f'"""Generated loop of {len(plan.blocks)} blocks at {base}; block__port is what a wire holds."""'
+        yield ""
+        yield "# The functions that it calls, each compiled from the file of its block:"
+        for name, value in sorted(self.names.items()):
+            place = "integer code" if name in self.digital.steps else f"{value.__module__}.{value.__qualname__}"
+            yield f"# {name}: {place}"
+        yield ""
+        yield ""
+
+    def _signature(self) -> Iterator[str]:
+        plan = self.plan
+        arguments = ["first", "last", "seed", "run", FLOATS, INTEGERS, "state_numbers", "state_integers", "scratch"]
+        arguments += [variable(node) for node in self.vectors]
+        arguments += [f"probe_{i}" for i in range(len(plan.probes))]
+        yield "def loop("
+        yield from (f"    {argument}," for argument in arguments)
+        yield "):"
+
+    def _views(self) -> Iterator[str]:
+        """Arrays over the memory that the loop is given; their sizes are fixed by the graph."""
+        for slots in (self.constants, self.memory):
+            for array, count in slots.counts.items():
+                yield f"{slots.prefix}{array} = carray({slots.prefix}{array}, ({count + 1},))"
+        yield f"scratch = carray(scratch, ({self._scratch() + 1},))"
+        for node, (_, shape) in self.vectors.items():
+            yield f"{variable(node)} = carray({variable(node)}, {shape})"
+        for i, probe in enumerate(self.plan.probes):
+            rows = "last - first" if probe.stride == 1 else f"(last - first) // {probe.stride} + 1"
+            yield f"probe_{i} = carray(probe_{i}, ({', '.join([rows, *map(str, probe.shape)])},))"
+
+    def _unpacked(self) -> Iterator[str]:
+        plan = self.plan
+        yield f"period = {self.constant('period', float, plan.period)}"
+        for name, block in plan.blocks.items():
+            values = plan.constants[name]
+            if values is not None:
+                made = type(values)
+                given = [self.constant((name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True)]
+                if given:
+                    yield f"{word(name)}__c = {self.named(block, 'Constants', made)}({', '.join(given)})"
+                else:
+                    yield f"{word(name)}__c = 0"
+            else:
+                for p, kind in fields(block.parameters_class()):
+                    if (name, p) not in plan.schedule.drivers:
+                        yield f"_{word(name)}__{p} = {self.constant((name, 'parameter', p), kind, getattr(block, p))}"
+                yield f"{word(name)}__period = {self.constant((name, 'period'), float, plan.block_period(name))}"
+        place = 0
+        for part in self.parts:
+            for key, length in part.scratch.items():
+                yield f"{part.name}_{key} = scratch[{place}:{place + length}]"
+                place += length
+        for group in self.groups:
+            yield from group.before()
+        for name, block in plan.blocks.items():
+            state = block.state_class()
+            if state is not None:
+                held = [self.memory.add((name, "x", f), held_as(k)) for f, k in fields(state)]
+                yield f"{word(name)}__x = {self.named(block, 'State', state)}({', '.join(held)})"
+            for port, output in block.outputs.items():
+                if not output.shape:
+                    yield f"{word(name)}__{port} = {self.memory.add((name, port), held_as(output.dtype))}"
+        yield from self.digital.before()
+
+    def _outputs(self) -> Iterator[str]:
+        plan = self.plan
+        yield from self.digital.begin_tick()
+        drawn: set[str] = set()
+        watched: list[str] = []  # of every tick
+        # What enters a group stays in its state:
+        persistent = {node for solver in plan.solvers for node in solver.group.inputs}
+        tears = {tear for loop in plan.schedule.loops for tear in loop.tears}
+        due = 1
+        for name, port in plan.schedule.order:
+            block, divisor = plan.blocks[name], plan.schedule.divisors[name]
+            stride = plan.stride((name, port)) if port else divisor
+            behaviours = [block.output_functions[port]] if port else []
+            if stride != due and stride > 1:
+                yield f"if tick % {stride} == 0:"
+            due = stride
+            indent = "    " if stride > 1 else ""
+            if any("normal" in b.arguments for b in behaviours) and name not in drawn:
+                drawn.add(name)
+                yield indent + self.deviate(name)
+            if not port:
+                yield indent + self.driven(name)
+                continue
+            output = block.outputs[port]
+            target = "" if output.shape else f"{word(name)}__{port}"
+            solved = [line for loop in self.loops for line in loop.at((name, port))]
+            lines = solved if (name, port) in tears else self._kept(name, port, target)
+            yield from (indent + line for line in lines)
+            if output.dtype is FixedValue and not block.digital():
+                yield from (indent + line for line in self.digital.hold((name, port)))
+            if output.dtype is float and (name, port) not in persistent:
+                held = entries((name, port), block.shape_of(output))
+                if stride == 1:
+                    watched += held
+                else:
+                    yield from (f"{indent}not_finite += {entry} - {entry}" for entry in held)
+        for name, block in plan.blocks.items():
+            update = block.functions.get("update")
+            if update is not None and "normal" in update.arguments and name not in drawn:
+                yield self.deviate(name)
+        if watched:
+            yield "# NaN from here on when one of these is not finite:"
+            yield f"watched = {watched[0]}"
+            yield from (f"watched += {entry}" for entry in watched[1:])
+            yield "not_finite += watched - watched"
+
+    def _probes(self) -> Iterator[str]:
+        for i, probe in enumerate(self.plan.probes):
+            wire = variable(probe.node)
+            row = "tick - first" if probe.stride == 1 else f"row_{i}"
+            indent = ""
+            if probe.stride > 1:
+                yield f"if tick % {probe.stride} == 0:"
+                indent = "    "
+            if probe.shape:
+                yield f"{indent}for entry in range({probe.shape[0]}):"
+                yield f"{indent}    probe_{i}[{row}, entry] = {wire}[entry]"
+            else:
+                yield f"{indent}probe_{i}[{row}] = {wire}"
+            if probe.stride > 1:
+                yield f"{indent}row_{i} += 1"
+
+    def _updates(self) -> Iterator[str]:
+        for name, block in self.plan.blocks.items():
+            if "update" not in block.functions:
+                continue
+            divisor = self.plan.schedule.divisors[name]
+            target = "" if block.state_class() is None else f"{word(name)}__x"
+            if divisor > 1:
+                yield f"if tick % {divisor} == 0:"
+            yield from ("    " * (divisor > 1) + line for line in self._kept(name, "update", target))
+        yield from self.digital.end_tick()
+
+    def _kept(self, name: str, function: str, target: str) -> Iterator[str]:
+        """Lines that call a function and keep what it returns in `target`, where there is one."""
+        if name in self.plan.digital:
+            return self.digital.call(name, function, target)
+        call = self.call(name, function, function)
+        return iter([f"{target} = {call}" if target else call])
+
+    def _groups(self) -> Iterator[str]:
+        """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
+        if self.plan.ahead:
+            yield "time_next = (tick + 1) * period"
+        for name, port in self.plan.ahead:
+            behaviour = self.plan.blocks[name].output_functions[port]
+            function = self.named(self.plan.blocks[name], port, behaviour.function)
+            arguments = (self._next(name, port, argument) for argument in behaviour.arguments)
+            yield f"{variable((name, port))}__next = {function}({', '.join([f'{word(name)}__c', *arguments])})"
+        for group in self.groups:
+            yield from group.move()
+
+    def _next(self, name: str, port: str, argument: str) -> str:
+        now = self.argument(name, port, argument)
+        return (
+            f"{now}__next" if (name, argument) in self.plan.schedule.drivers else "time_next" if now == "time" else now
+        )
+
+    def _packed(self) -> Iterator[str]:
+        for key in self.memory.kinds:
+            if len(key) == 1:
+                yield f"{self.memory.write(key)} = {word(key[0])}__overflows_"
+            elif len(key) == 3:
+                yield f"{self.memory.write(key)} = {word(key[0])}__x.{key[2]}"
+            else:
+                yield f"{self.memory.write(key)} = {variable(key)}"

@@ -1,0 +1,262 @@
+"""The reference engine: the plan run in plain Python, tick by tick. A debugger can stop anywhere in it."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+from proofmass.blocks.counter_random import normal_deviate
+from proofmass.blocks.fixed_point import FixedValue, counting_overflows
+from proofmass.graphs.schedule import AlgebraicLoop, Node
+from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
+from proofmass.runner.engine.advance import Advance, IntegrationError
+from proofmass.runner.engine.constants import constants_of
+from proofmass.runner.engine.memory import Memory, Rows, start
+from proofmass.runner.engine.planned import Plan
+from proofmass.runner.fixed.step_formats import held_as
+
+
+class TickError(ArithmeticError):
+    """A block that failed, or a number that is not finite: `at` is a function, wire or state by its name."""
+
+    def __init__(self, at: str, tick: int, value: Any) -> None:
+        super().__init__(f"{at} in tick {tick}: {value}")
+        self.at, self.tick, self.value = at, tick, value
+
+
+class Interpreter:
+    """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
+
+    name = "python"
+
+    def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
+        self.plan, self.seed, self.run = plan, seed, run
+        self._memory = memory or start(plan)
+        self._constants = dict(plan.constants)
+        self._at = ""  # the function under way, for messages
+        self._overflowed: set[str] = set()  # in this tick
+        self._advances = [
+            Advance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
+            for solver in plan.solvers
+        ]
+        divisors = plan.schedule.divisors
+        steps = {node: self._step(*node) for node in plan.schedule.order}
+        solved = {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, steps)}
+        self._outputs = [
+            (node, plan.stride(node) if node[1] else divisors[node[0]], solved.get(node, step))
+            for node, step in steps.items()
+        ]
+        self._updates = [
+            (name, divisors[name], self._bound(name, "update"))
+            for name, block in plan.blocks.items()
+            if "update" in block.functions
+        ]
+
+    def first_tick(self) -> tuple[dict[str, Any], dict[Node, Any]]:
+        """Constants and wires of tick 0; of a block that fails there, what they were before."""
+        with suppress(ArithmeticError, ValueError):
+            self._compute(0)
+        return self._constants, self._memory.wires
+
+    def memory(self) -> Memory:
+        """What moves, as it stands."""
+        return self._memory
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now."""
+        kept = self._memory.copy()
+        return lambda: kept
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; raises `TickError`."""
+        counts = [0] * len(rows)
+        for tick in range(self._memory.tick, last):
+            try:
+                self._compute(tick)
+                for i, probe in enumerate(self.plan.probes):
+                    if tick % probe.stride == 0:
+                        rows[i][counts[i]] = self._memory.wires[probe.node]
+                        counts[i] += 1
+                self._move(tick)
+            except TickError:
+                raise
+            except Exception as error:
+                raise TickError(self._at, tick, error) from error
+        return True
+
+    def _compute(self, tick: int) -> None:
+        """Outputs due in a tick, in their order."""
+        wires = self._memory.wires
+        for node, stride, step in self._outputs:
+            if tick % stride == 0:
+                self._at = ".".join(node) if node[1] else f"{node[0]}.constants"
+                value = step(tick)
+                if node[1] == "":
+                    self._constants[node[0]] = value
+                    continue
+                if not self._finite(value):
+                    raise TickError(self._at, tick, value)
+                wires[node] = value
+
+    def _move(self, tick: int) -> None:
+        """Updates due in a tick, then the continuous groups to the next."""
+        states = self._memory.states
+        for name, divisor, step in self._updates:
+            if tick % divisor == 0:
+                self._at = f"{name}.update"
+                state = step(tick)
+                if state is not None:
+                    states[name] = state
+        following = self._ahead(tick)
+        for advance in self._advances:
+            try:
+                moved = advance(self._constants, states, self._memory.wires, following, tick * self.plan.period)
+            except (IntegrationError, NoSolutionError) as error:
+                raise TickError(error.at, tick, error) from error
+            except Exception:
+                self._at = advance.stages.at
+                raise
+            states.update(moved)
+            for name in moved:
+                if not self._finite(states[name]):
+                    raise TickError(f"{name}.state", tick, states[name])
+        for name in self._overflowed:
+            self._memory.overflows[name] += 1
+        self._overflowed.clear()
+        self._memory.tick = tick + 1
+
+    def _solved(
+        self, loop: AlgebraicLoop, steps: Mapping[Node, Callable[[int], Any]]
+    ) -> Iterator[tuple[Node, Callable[[int], Any]]]:
+        """What stands in the place of the tears of a loop: all are known once the first is."""
+        wires = self._memory.wires
+
+        def solve(tick: int) -> float:
+            if not solve_in_place(loop.tears, loop.others, wires, lambda node: steps[node](tick)):
+                raise NoSolutionError(self._at)
+            return wires[loop.tears[0]]  # type: ignore[no-any-return]
+
+        yield loop.tears[0], solve
+        for tear in loop.tears[1:]:
+            yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
+
+    def _step(self, name: str, port: str) -> Callable[[int], Any]:
+        return self._output(name, port) if port else self._driven(name)
+
+    def _output(self, name: str, port: str) -> Callable[[int], Any]:
+        shape = self.plan.blocks[name].shape_of(self.plan.blocks[name].outputs[port])
+        compute = self._bound(name, port)
+
+        def fill(tick: int) -> Any:
+            compute(tick)
+            return self._memory.wires[name, port]
+
+        return self._held(name, port, fill if shape else compute)
+
+    def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
+        """An output, checked where a converter makes mantissas: no trace answers for their range."""
+        block = self.plan.blocks[name]
+        if block.outputs[port].dtype is not FixedValue or block.digital():
+            return compute
+        format = block.format_of(port)
+
+        def checked(tick: int) -> Any:
+            value = compute(tick)
+            for mantissa in value if isinstance(value, list) else [value]:
+                format.store(FixedValue(mantissa, format.fraction))
+            return value
+
+        return checked
+
+    def _driven(self, name: str) -> Callable[[int], Any]:
+        """Constants made anew from the wires that drive parameters."""
+        block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
+        made = block.parameters_class()
+        period = self.plan.block_period(name)
+
+        def compute(tick: int) -> Any:
+            values = (
+                self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
+                for p in made._fields  # type: ignore[attr-defined]
+            )
+            return constants_of(block, made(*values), period)
+
+        return compute
+
+    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
+        """A function of a block with every argument looked up in the tick."""
+        block = self.plan.blocks[name]
+        behaviour = block.output_functions.get(function) or block.functions[function]
+        getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
+        call = self._counted(name, function) if name in self.plan.digital else self._callable(behaviour.function)
+
+        def compute(tick: int) -> Any:
+            return call(self._constants[name], *[get(tick) for get in getters])
+
+        return compute
+
+    def _counted(self, name: str, function: str) -> Callable[..., Any]:
+        """A function of a digital block, on raw values; it notes when a cast saturates or wraps."""
+        reference = self.plan.digital[name].steps[function].reference
+
+        def call(*arguments: Any) -> Any:
+            with counting_overflows() as overflows:
+                value = reference(*arguments)
+            if overflows.total:
+                self._overflowed.add(name)
+            return value
+
+        return call
+
+    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """What is called for a function of a block."""
+        return function
+
+    def _finite(self, value: Any) -> bool:
+        """Whether a value, or each entry of a vector or state, is finite."""
+        if isinstance(value, list | tuple):
+            return all(map(math.isfinite, value))
+        return math.isfinite(value)
+
+    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
+        plan = self.plan
+        divisor, period = plan.schedule.divisors[name], plan.period
+        if argument == "x":
+            return lambda tick: self._memory.states[name]
+        if argument == "p":
+            return lambda tick: plan.blocks[name]
+        if argument == "out":
+            return lambda tick: self._memory.wires[name, function]
+        if argument == "time":
+            return lambda tick: tick * period
+        if argument == "tick":
+            return lambda tick: tick // divisor
+        if argument == "normal":
+            seed, run, stream = self.seed, self.run, plan.stream(name)
+            return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
+        if (name, argument) in self._memory.buffers:
+            buffer = self._memory.buffers[name, argument]
+            return lambda tick: buffer
+        driver = plan.schedule.drivers.get((name, argument))
+        declared = plan.blocks[name].inputs[argument]
+        if driver is None:
+            default = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
+            return lambda tick: default
+        return lambda tick: self._memory.wires[driver]
+
+    def _ahead(self, tick: int) -> dict[Node, float]:
+        """Values that sources have in the next tick."""
+        plan, following = self.plan, dict[Node, float]()
+        for name, port in plan.ahead:
+            behaviour = plan.blocks[name].output_functions[port]
+            values = []
+            for argument in behaviour.arguments:
+                driver = plan.schedule.drivers.get((name, argument))
+                if argument == "time":
+                    values.append((tick + 1) * plan.period)
+                else:
+                    default = plan.blocks[name].inputs[argument].default
+                    values.append(following[driver] if driver is not None else float(default or 0.0))
+            self._at = f"{name}.{port}"
+            following[name, port] = behaviour.function(self._constants[name], *values)
+        return following

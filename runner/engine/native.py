@@ -1,0 +1,143 @@
+"""The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from proofmass.graphs.schedule import Node
+from proofmass.runner.engine.compile import is_cached, key_of, load
+from proofmass.runner.engine.generate import Generated, generate
+from proofmass.runner.engine.memory import Memory, Rows, start
+from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Slots
+from proofmass.runner.engine.planned import Plan
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+class CompiledPlan:
+    """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.generated = plan, generate(plan)
+        self.loop = load(self.generated, argument_kinds(self.generated, plan))
+
+    def constant_values(self, plan: Plan) -> Mapping[Any, Any]:
+        """The numbers of the loop for a plan with some blocks changed."""
+        values = dict(self.generated.constant_values)
+        for name, block in plan.blocks.items():
+            if block is self.plan.blocks[name]:
+                continue
+            made = plan.constants[name]
+            if made is not None:
+                values |= {(name, field): value for field, value in zip(made._fields, made, strict=True)}
+            else:
+                free = (p for p in block.parameters_class()._fields if (name, p) not in plan.schedule.drivers)  # type: ignore[attr-defined]
+                values |= {(name, "parameter", p): getattr(block, p) for p in free}
+        return values
+
+
+class CompiledLoop:
+    """A run of a plan as one compiled loop; bit for bit the reference engine."""
+
+    name = "compiled"
+
+    def __init__(
+        self,
+        plan: Plan,
+        seed: int,
+        run: int = 0,
+        memory: Memory | None = None,
+        compiled: CompiledPlan | None = None,
+    ) -> None:
+        self.plan, self.seed, self.run = plan, seed, run
+        compiled = compiled or CompiledPlan(plan)
+        made = self._generated = compiled.generated
+        self._loop = compiled.loop
+        memory = memory or start(plan)
+        self.tick = memory.tick
+        self._constants = _arrays(made.constants, compiled.constant_values(plan))
+        self._state = _arrays(made.memory, {key: _moving(memory, key) for key in made.memory.kinds})
+        self._vectors = {
+            node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=_dtype(kind))
+            for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
+        }
+        self._scratch = np.empty(made.scratch + 1)
+        states = [made.memory.kinds[name, "x", f] for solver in plan.solvers for name, f in solver.group.states]
+        integrated = [place for kind, place in states if kind is float]
+        self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
+        self._refused = made.memory.counts[INTEGERS]  # place of `state_integers`
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
+        self._scratch.fill(np.nan)  # what nothing has been computed from yet
+        arrays = [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
+        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
+        self.tick = last
+        finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())
+        return finite and not self._state[INTEGERS][self._refused]
+
+    def memory(self) -> Memory:
+        """What moves, as it stands."""
+        return self.snapshot()()
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now, and made a `Memory` when it is asked for."""
+        tick, recorded = self.tick, self.plan.recorded
+        state = {name: array.copy() for name, array in self._state.items()}
+        vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
+        return lambda: self._memory(tick, state, vectors)
+
+    def _memory(self, tick: int, state: dict[str, Array], vectors: dict[Node, Array]) -> Memory:
+        kinds, plan = self._generated.memory.kinds, self.plan
+        values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
+        states: dict[str, Any] = {}
+        for name, block in plan.blocks.items():
+            made: Any = block.state_class()
+            states[name] = None if made is None else made(*(values[name, "x", f] for f in made._fields))
+        wires: dict[Node, Any] = {key: value for key, value in values.items() if len(key) == 2}
+        wires |= {node: array.tolist() for node, array in vectors.items() if node not in plan.buffers}
+        buffers: dict[Node, Sequence[float]] = {
+            n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
+        }
+        overflows = {name: values.get((name,), 0) for name in plan.digital}
+        return Memory(tick, states, buffers, wires, overflows)
+
+
+def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
+    """C types of the loop's arguments."""
+    vectors = [_pointer(float if kind is float else int) for kind in generated.vector_kinds]
+    probes = [_pointer(probe.dtype) for probe in plan.probes]
+    return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
+
+
+def already_compiled(plan: Plan) -> bool:
+    """Whether the loop of a plan is in the cache."""
+    generated = generate(plan)
+    return is_cached(key_of(generated, argument_kinds(generated, plan)))
+
+
+def _arrays(slots: Slots, values: Mapping[Any, Any]) -> dict[str, Array]:
+    """An array of floats and one of integers, each with a place to spare behind the numbers."""
+    arrays: dict[str, Array] = {
+        FLOATS: np.zeros(slots.counts[FLOATS] + 1),
+        INTEGERS: np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64),
+    }
+    for key, (kind, index) in slots.kinds.items():
+        arrays[FLOATS if kind is float else INTEGERS][index] = values[key]
+    return arrays
+
+
+def _moving(memory: Memory, key: tuple[str, ...]) -> Any:
+    """What the memory holds of a state's field (block, "x", field), a wire (block, port) or the overflows (block,)."""
+    if len(key) == 1:
+        return memory.overflows[key[0]]
+    return getattr(memory.states[key[0]], key[2]) if len(key) == 3 else memory.wires[key[0], key[1]]
+
+
+def _dtype(kind: type) -> Any:
+    return np.float64 if kind is float else np.int64
+
+
+def _pointer(kind: type) -> str:
+    return f"{kind.__name__}*"

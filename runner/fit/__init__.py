@@ -1,0 +1,1 @@
+"""Temperature laws fitted to measured or simulated cycles."""

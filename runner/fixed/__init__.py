@@ -1,0 +1,1 @@
+"""Fixed-point steps, traced once into integers."""

@@ -1,0 +1,182 @@
+"""A step function as a graph of integer operations: each value is made once, each node knows its exact interval.
+
+Nodes are hash-consed: the same operation on the same operands is the same node. What is known beforehand is folded.
+A node's width follows from its interval, so that nothing can overflow unseen.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.runner.fixed.integer_interval import (
+    COMMUTATIVE,
+    COMPARISONS,
+    EVALUATE,
+    Operation,
+    interval_of,
+    signed_width,
+)
+
+MOST_NODES = 20_000  # a step of this size comes from a loop that was not meant to be unrolled
+
+
+class Place(NamedTuple):
+    """The line of Python that made a node; the file without its folder."""
+
+    file: str
+    line: int
+
+
+class TraceError(ModelError):
+    """A step function cannot become integer code; the problem names the line, the range and the remedy."""
+
+    def __init__(
+        self, message: str, place: Place | None, *, got: str = "", expected: str = "", hint: str, key: str = ""
+    ) -> None:
+        file, line = place or ("", 0)
+        super().__init__(
+            [Problem(message=message, file=file, line=line, key=key, got=got, expected=expected, hint=hint)]
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Node:
+    """One value of the step: an operation on earlier values, and the least and the greatest it can be."""
+
+    number: int  # in the order of making: operands have smaller ones
+    operation: Operation
+    operands: tuple["Node", ...]
+    low: int
+    high: int
+    name: str  # of an input: how the step's arguments give it
+    place: Place | None
+
+    @property
+    def width(self) -> int:
+        """Bits of two's complement."""
+        return signed_width(self.low, self.high)
+
+    @property
+    def constant(self) -> int | None:
+        """The value, where only one is possible."""
+        return self.low if self.low == self.high else None
+
+    def __repr__(self) -> str:
+        return f"<{self.operation} {self.number} in [{self.low}, {self.high}]>"
+
+
+@dataclass
+class Program:
+    """The nodes of a step in the order of making; `place` tells the line of Python that is being traced."""
+
+    place: Callable[[], Place | None] = lambda: None
+    name: str = ""
+    nodes: list[Node] = field(default_factory=list)
+    _made: dict[tuple[object, ...], Node] = field(default_factory=dict)
+
+    def constant(self, value: int) -> Node:
+        """The node of a constant."""
+        return self._node("constant", (), value, value)
+
+    def input(self, name: str, low: int, high: int) -> Node:
+        """The node of an argument's number, which is within the interval whenever the step runs."""
+        return self._node("input", (), low, high, name)
+
+    def narrow(self, node: Node, low: int, high: int) -> Node:
+        """The same value where more is known of it; the caller answers for the interval."""
+        low, high = max(low, node.low), min(high, node.high)
+        if (low, high) == (node.low, node.high) or low > high:
+            return node
+        if low == high:
+            return self.constant(low)
+        whole = node.operands[0] if node.operation == "narrow" else node
+        return self._node("narrow", (whole,), low, high)
+
+    def make(self, operation: Operation, *operands: Node) -> Node:
+        """The node of an operation, folded where its value or one like it is known."""
+        if operation in COMMUTATIVE and operands[0].number > operands[1].number:
+            operands = operands[::-1]
+        known = self._folded(operation, operands)
+        if known is not None:
+            return known
+        low, high = _interval(operation, operands)
+        return self.constant(low) if low == high else self._node(operation, operands, low, high)
+
+    def live(self, results: Iterable[Node]) -> list[Node]:
+        """The nodes that the results depend on, operands first."""
+        found: set[Node] = set()
+        todo = list(results)
+        while todo:
+            node = todo.pop()
+            if node not in found:
+                found.add(node)
+                todo += node.operands
+        return sorted(found, key=lambda node: node.number)
+
+    def _node(self, operation: Operation, operands: tuple[Node, ...], low: int, high: int, name: str = "") -> Node:
+        key = (operation, operands, low, high, name)
+        if key not in self._made:
+            place = self.place()
+            if len(self.nodes) >= MOST_NODES:
+                hint = "a loop of a traced step is unrolled: make it shorter, or keep it in a block of plain integers"
+                raise TraceError(f"the step needs more than {MOST_NODES} operations", place, hint=hint, key=self.name)
+            self._made[key] = Node(len(self.nodes), operation, operands, low, high, name, place)
+            self.nodes.append(self._made[key])
+        return self._made[key]
+
+    def _folded(self, operation: Operation, operands: tuple[Node, ...]) -> Node | None:
+        values = [node.constant for node in operands]
+        if operation == "select":
+            return self._folded_select(*operands)
+        if None not in values:
+            return self.constant(EVALUATE[operation](*values))
+        if len(operands) == 1:
+            return None
+        a, b = operands
+        if a is b:
+            return self._of_one(operation, a)
+        for value, other in ((values[0], b), (values[1], a)):
+            if operation in ("add", "or", "xor") and value == 0:
+                return other
+            if operation == "multiply" and value is not None:
+                if value in (0, 1):
+                    return other if value else self.constant(0)
+                if value == -1:
+                    return self.make("negate", other)
+                if value > 0 and value & (value - 1) == 0:
+                    return self.make("shift_left", other, self.constant(value.bit_length() - 1))
+            is_mask = operation == "and" and value is not None and value & (value + 1) == 0
+            if is_mask and other.low >= 0 and other.high <= value:  # type: ignore[operator]
+                return other
+        if operation in ("subtract", "shift_left", "shift_right") and values[1] == 0:
+            return a
+        if operation in ("minimum", "maximum"):
+            below, above = (a, b) if a.high <= b.low else (b, a) if b.high <= a.low else (None, None)
+            return below if operation == "minimum" else above
+        return None
+
+    def _folded_select(self, condition: Node, chosen: Node, otherwise: Node) -> Node | None:
+        if chosen is otherwise:
+            return chosen
+        if condition.low > 0 or condition.high < 0:
+            return chosen
+        if condition.constant == 0:
+            return otherwise
+        is_truth = condition.low == 0 and condition.high == 1
+        return condition if is_truth and (chosen.constant, otherwise.constant) == (1, 0) else None
+
+    def _of_one(self, operation: Operation, node: Node) -> Node | None:
+        if operation in ("subtract", "xor"):
+            return self.constant(0)
+        if operation in COMPARISONS:
+            return self.constant(int(operation in ("equal", "less_equal")))
+        return node if operation in ("and", "or", "minimum", "maximum") else None
+
+
+def _interval(operation: Operation, operands: tuple[Node, ...]) -> tuple[int, int]:
+    low, high = interval_of(operation, [(node.low, node.high) for node in operands])
+    if operation == "multiply" and operands[0] is operands[1]:  # a square
+        ends = (operands[0].low ** 2, operands[0].high ** 2)
+        return (0 if operands[0].low < 0 < operands[0].high else min(ends)), max(ends)
+    return low, high

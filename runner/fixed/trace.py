@@ -1,0 +1,381 @@
+"""Run a step function once on signals instead of numbers, and keep what it did as a graph of integer operations.
+
+Plain Python works: loops of constant length are unrolled; an `if` on a signal is followed both ways, by running the
+function again, and the results are merged by selection. What cannot become integer code is refused by `TraceError`,
+which names the line of Python, the range of the value, and the remedy.
+"""
+
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+from proofmass.blocks import fixed_point
+from proofmass.blocks.fixed_point import counting_overflows
+from proofmass.runner.engine.assumptions import Assumptions
+from proofmass.runner.fixed import integer_interval, integer_ir, step_formats
+from proofmass.runner.fixed.integer_interval import Operation
+from proofmass.runner.fixed.integer_ir import Node, Place, Program, TraceError
+from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves, loader, mantissas, storer
+
+MOST_PATHS = 256
+USE_WHERE = "write where(condition, a, b) for those that only choose a value"
+_MACHINERY = {m.__file__ for m in (fixed_point, integer_interval, integer_ir, step_formats)} | {__file__}
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A step function as integer operations."""
+
+    name: str
+    arguments: tuple[str, ...]
+    formats: Mapping[str, Formats]
+    results: Mapping[str, Node]  # by the text of the result's leaf: "return", "return.total", "return[0]"
+    writes: Mapping[str, Node]  # of buffers: "history[3]"
+    overflows: Node  # how many casts saturated or wrapped
+    lost: Node  # not 0 where a cast saturated or wrapped
+    refused: Node  # not 0 where a cast refused, if that is decided when the code runs
+    paths: int
+    program: Program
+
+
+def trace(function: Callable[..., Any], formats: Mapping[str, Formats], *, refusals: bool = False) -> Traced:
+    """The operations of a step function whose arguments, and "return", have the given formats.
+
+    A cast with the overflow "refuse" is refused here where the value could leave its format; with `refusals` it may,
+    and `refused` says in each run of the code whether it did.
+    """
+    arguments = tuple(inspect.signature(function).parameters)
+    unknown = set(arguments).symmetric_difference(set(formats) - {"return"})
+    if unknown:
+        raise ValueError(f"{function.__name__}: a format for every argument and no other: {', '.join(sorted(unknown))}")
+    buffers = [name for name in arguments if isinstance(formats[name], list)]
+    tracer = _Tracer(function)
+
+    def run() -> list[Node]:
+        values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
+        with counting_overflows(refusals=refusals) as overflows:
+            result = function(**values)
+        found = []
+        for name, value in {"return": result, **{name: values[name] for name in buffers}}.items():
+            raw = storer(formats.get(name), name, tracer.storing)(value)
+            found += [mantissa for _, mantissa in mantissas(formats.get(name), raw, name)]
+        return [tracer.node(value) for value in (*found, overflows.total, overflows.lost, overflows.refused)]
+
+    nodes = tracer.follow(run)
+    texts = [text for _, text in leaves(formats.get("return"), "return")]
+    written = [text for name in buffers for _, text in leaves(formats[name], name)]
+    *values, overflows, lost, refused = nodes
+    return Traced(
+        function.__name__,
+        arguments,
+        formats,
+        dict(zip(texts, values[: len(texts)], strict=True)),
+        dict(zip(written, values[len(texts) :], strict=True)),
+        overflows,
+        lost,
+        refused,
+        tracer.paths,
+        tracer.program,
+    )
+
+
+class _Tracer:
+    """One trace: the program under way, and the path through the function's branches that is being followed."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.program = Program(self._place, function.__name__)
+        self.paths = 0
+        self._name = self._key = function.__name__
+        code = function.__code__
+        self._defined = Place(Path(code.co_filename).name, code.co_firstlineno)
+        self._merging: Place | None = None
+        self._assumptions = Assumptions()
+        self._script: Sequence[bool] = ()
+        self._decisions: list[tuple[Node, bool]] = []
+
+    def follow(self, run: Callable[[], list[Node]], script: Sequence[bool] = ()) -> list[Node]:
+        """The results of every path that starts with the outcomes of the script, merged."""
+        self.paths += 1
+        if self.paths > MOST_PATHS:
+            self._refuse_paths()
+        self._script, self._decisions, self._key = script, [], self._name
+        self._assumptions.clear()
+        results = [self._known(node) for node in self._run(run)]
+        decisions = self._decisions
+        self._assumptions.clear()
+        for i in range(len(decisions) - 1, len(script) - 1, -1):
+            others = self.follow(run, [*(outcome for _, outcome in decisions[:i]), False])
+            self._assumptions.clear()
+            self._merging = decisions[i][0].place
+            results = [self._selected(decisions[i][0], a, b) for a, b in zip(results, others, strict=True)]
+            self._merging = None
+        return results
+
+    def decide(self, condition: Node) -> bool:
+        """The outcome of a condition on this path; where both are possible, the script's, or else True."""
+        low, high = self._assumptions.interval(condition)
+        if low > 0 or high < 0 or low == high:
+            return low != 0
+        if (low, high) != (0, 1):
+            condition = self.apply("not_equal", condition, self.program.constant(0))
+        if len(self._decisions) >= MOST_PATHS:
+            self._refuse_paths()
+        i = len(self._decisions)
+        outcome = self._script[i] if i < len(self._script) else True
+        self._decisions.append((condition, outcome))
+        self._assumptions.assume(condition, outcome)
+        return outcome
+
+    def input(self, text: str, format: step_formats.Format) -> "Signal":
+        """The signal of an argument's number."""
+        return Signal(self, self.program.input(text, *bounds(format)))
+
+    def storing(self, text: str) -> None:
+        """Say which result is looked at, for messages."""
+        self._key = f"{self._name}: {text}"
+
+    def node(self, value: Any) -> Node:
+        """The node of a signal or of a Python integer."""
+        if isinstance(value, Signal):
+            return value.node
+        if isinstance(value, int):
+            return self.program.constant(int(value))
+        hint = "write fixed(value, format, rounding), or make it from a value that is"
+        self.refuse(f"a {type(value).__name__} among integers", hint=hint, got=repr(value))
+
+    def apply(self, operation: Operation, *operands: Node) -> Node:
+        """An operation on what is known of its operands on this path."""
+        return self.program.make(operation, *(self._known(node) for node in operands))
+
+    def select(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
+        """A selection; either value has the interval that it has where it is chosen."""
+        return self._selected(self._known(condition), chosen, otherwise)
+
+    def bounds(self, node: Node) -> tuple[int, int]:
+        """The interval of a node on this path."""
+        return self._assumptions.interval(node)
+
+    def refuse(
+        self, message: str, *, hint: str, got: str = "", expected: str = "", place: Place | None = None
+    ) -> NoReturn:
+        """Raise the error, with the line under way where no other is given."""
+        raise TraceError(message, place or self._place(), got=got, expected=expected, hint=hint, key=self._key)
+
+    def _place(self) -> Place:
+        """The innermost line of the step function or of what it calls; while results are merged, their condition's."""
+        if self._merging:
+            return self._merging
+        frame = sys._getframe(1)
+        while frame.f_code.co_filename in _MACHINERY and frame.f_code is not _Tracer.follow.__code__:
+            assert frame.f_back is not None, "nodes are made inside a trace"
+            frame = frame.f_back
+        if frame.f_code is _Tracer.follow.__code__:
+            return self._defined
+        return Place(Path(frame.f_code.co_filename).name, frame.f_lineno)
+
+    def _run(self, run: Callable[[], list[Node]]) -> list[Node]:
+        try:
+            return run()
+        except TraceError:
+            raise
+        except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
+            frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _MACHINERY]
+            place = Place(Path(frames[-1].filename).name, frames[-1].lineno or 0) if frames else self._defined
+            text = "an assertion that could fail" if isinstance(error, AssertionError) else str(error)
+            message, _, hint = text.partition(": ")
+            hint = hint or "a step takes and returns integers and fixed-point values of its formats, and nothing else"
+            raise TraceError(message, place, hint=hint, key=self._key) from error
+
+    def _known(self, node: Node) -> Node:
+        return self.program.narrow(node, *self._assumptions.interval(node))
+
+    def _selected(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
+        with self._assumptions.also(condition, True):
+            chosen = self._known(chosen)
+        with self._assumptions.also(condition, False):
+            otherwise = self._known(otherwise)
+        return self.program.make("select", condition, chosen, otherwise)
+
+    def _refuse_paths(self) -> NoReturn:
+        place = self._decisions[-1][0].place if self._decisions else None
+        hint = f"{USE_WHERE}; a loop that a signal ends is given a constant length"
+        raise TraceError(f"more than {MOST_PATHS} paths through the branches", place, hint=hint, key=self._name)
+
+
+class Signal:
+    """A number of a step that is traced: an integer by its operators, a node of the program by its nature."""
+
+    __slots__ = ("_tracer", "node")
+
+    def __init__(self, tracer: _Tracer, node: Node) -> None:
+        self._tracer = tracer
+        self.node = node
+
+    def _made(self, operation: Operation, *operands: Any) -> Any:
+        """A signal of an operation; what has operators of its own for signals, a FixedValue, comes to its turn."""
+        if any(isinstance(operand, fixed_point.FixedValue) for operand in operands):
+            return NotImplemented
+        return Signal(self._tracer, self._tracer.apply(operation, *map(self._tracer.node, operands)))
+
+    def __add__(self, other: Any) -> Any:
+        return self._made("add", self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return self._made("add", other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._made("subtract", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._made("subtract", other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self._made("multiply", self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self._made("multiply", other, self)
+
+    def __neg__(self) -> Any:
+        return self._made("negate", self)
+
+    def __pos__(self) -> "Signal":
+        return self
+
+    def __invert__(self) -> Any:
+        return self._made("subtract", -1, self)
+
+    def __abs__(self) -> Any:
+        return (self < 0).select(-self, self)
+
+    def __and__(self, other: Any) -> Any:
+        return self._made("and", self, other)
+
+    def __or__(self, other: Any) -> Any:
+        return self._made("or", self, other)
+
+    def __xor__(self, other: Any) -> Any:
+        return self._made("xor", self, other)
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+    def __lshift__(self, places: Any) -> Any:
+        return self._shifted("shift_left", self, places)
+
+    def __rshift__(self, places: Any) -> Any:
+        return self._shifted("shift_right", self, places)
+
+    def __rlshift__(self, value: Any) -> Any:
+        return self._shifted("shift_left", value, self)
+
+    def __rrshift__(self, value: Any) -> Any:
+        return self._shifted("shift_right", value, self)
+
+    def __lt__(self, other: Any) -> Any:
+        return self._made("less", self, other)
+
+    def __le__(self, other: Any) -> Any:
+        return self._made("less_equal", self, other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._made("less", other, self)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._made("less_equal", other, self)
+
+    def __eq__(self, other: object) -> Any:
+        return self._made("equal", self, other)
+
+    def __ne__(self, other: object) -> Any:
+        return self._made("not_equal", self, other)
+
+    __hash__ = object.__hash__
+
+    def __bool__(self) -> bool:
+        return self._tracer.decide(self.node)
+
+    def _shifted(self, operation: Operation, value: Any, places: Any) -> Any:
+        if isinstance(value, fixed_point.FixedValue):
+            return NotImplemented
+        low, high = self._tracer.bounds(self._tracer.node(places))
+        if low < 0 or high > fixed_point.MOST_BITS:
+            hint = f"bring it to 0 to {fixed_point.MOST_BITS} with clip()"
+            self._tracer.refuse("a shift by so many places", got=_interval(low, high), hint=hint)
+        return self._made(operation, value, places)
+
+    def __floordiv__(self, divisor: Any) -> Any:
+        return self >> self._power_of_two(divisor)
+
+    def __mod__(self, divisor: Any) -> Any:
+        return self & ((1 << self._power_of_two(divisor)) - 1)
+
+    def _power_of_two(self, divisor: Any) -> int:
+        if not isinstance(divisor, int) or divisor < 1 or divisor & (divisor - 1):
+            hint = "divide by a constant power of two, or multiply by a constant reciprocal and shift"
+            self._tracer.refuse("a division", got=f"a divisor of {divisor!r}", hint=hint)
+        return divisor.bit_length() - 1
+
+    def __truediv__(self, divisor: Any) -> NoReturn:
+        hint = "multiply by a constant reciprocal, or shift"
+        self._tracer.refuse("a quotient of integers is no integer", got=repr(self), hint=hint)
+
+    __rtruediv__ = __rfloordiv__ = __rmod__ = __divmod__ = __rdivmod__ = __truediv__
+
+    def __pow__(self, exponent: Any) -> NoReturn:
+        self._tracer.refuse("a power", got=repr(self), hint="multiply; a power of two is 1 << places")
+
+    __rpow__ = __pow__
+
+    def __index__(self) -> int:
+        hint = "give the loop a constant length with an `if` inside, choose an entry with where()"
+        self._tracer.refuse("a signal bounds a loop or indexes a list", got=repr(self), hint=hint)
+
+    __int__ = __index__
+
+    def __float__(self) -> float:
+        self._tracer.refuse("a signal in floating point", got=repr(self), hint="stay with integers and FixedValue")
+
+    def __round__(self, digits: int = 0) -> NoReturn:
+        self._tracer.refuse("a rounding without a format", got=repr(self), hint="write value.to(format, rounding)")
+
+    def __repr__(self) -> str:
+        return f"a signal in {_interval(*self._tracer.bounds(self.node))}"
+
+    # -- what fixed_point asks of an integer that is no Python integer ---------------------------------------------
+
+    def select(self, chosen: Any, otherwise: Any) -> "Signal":
+        """`chosen` where the signal is not 0, else `otherwise`."""
+        a, b = self._tracer.node(chosen), self._tracer.node(otherwise)
+        return Signal(self._tracer, self._tracer.select(self.node, a, b))
+
+    def minimum(self, other: Any) -> Any:
+        """The smaller of the two."""
+        return self._made("minimum", self, other)
+
+    def maximum(self, other: Any) -> Any:
+        """The greater of the two."""
+        return self._made("maximum", self, other)
+
+    def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
+        """The value of a rule that never decreases, with the interval between its values at both ends."""
+        low, high = self._tracer.bounds(self.node)
+        node = self._tracer.node(rule(self))
+        return Signal(self._tracer, self._tracer.program.narrow(node, rule(low), rule(high)))
+
+    def held(self, low: int, high: int, expected: str) -> "Signal":
+        """The signal itself, refused where it could leave the interval."""
+        found = self._tracer.bounds(self.node)
+        if found[0] < low or found[1] > high:
+            got, wanted = _interval(*found), f"{_interval(low, high)} of {expected}"
+            hint = "add .to(format), or clip(value, low, high)"
+            self._tracer.refuse(
+                "the value does not fit its register", got=got, expected=wanted, hint=hint, place=self.node.place
+            )
+        return self
+
+
+def _interval(low: int, high: int) -> str:
+    return f"[{low}, {high}]"

@@ -1,0 +1,1 @@
+"""A graph linearised at its operating point, and the margins of its loops."""

@@ -1,0 +1,118 @@
+"""A loop opened at a wire, as a sampled system: frequency response, closed-loop poles, sensitivity.
+
+L is what comes back to the wire for what goes in, with the sign turned, as is usual for negative feedback: the loop is
+stable where the zeros of det(I + L) lie inside the unit circle. Where slower blocks lie in the loop, L is lifted: one
+period of the loop holds `per_period` values of the wire.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg
+
+from proofmass.runner.margins.period_map import Array, PeriodMap
+
+Complex = npt.NDArray[np.complex128]
+_schur: Any = scipy.linalg.schur
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """L(z) = C (z I - A)^-1 B + D, z = exp(j w T) over the common period T."""
+
+    map: PeriodMap
+
+    @property
+    def matrices(self) -> tuple[Array, Array, Array, Array]:
+        """A, B, C and D, with the sign of negative feedback."""
+        return self._negated(self.map.matrix)
+
+    def slopes(self, parameter: str) -> tuple[Array, Array, Array, Array]:
+        """Derivatives of the matrices by a parameter."""
+        return self._negated(self.map.slopes[parameter])
+
+    def _negated(self, matrix: Array) -> tuple[Array, Array, Array, Array]:
+        a, b, c, d = self.map.parts(matrix)
+        return a, b, -c, -d
+
+    @property
+    def per_period(self) -> int:
+        """Values of the wire in one period."""
+        return len(self.map.inputs)
+
+    @property
+    def sample(self) -> float:
+        """Seconds between two values of the wire."""
+        return self.map.period / self.per_period
+
+    def closed(self, factor: complex = 1.0) -> npt.NDArray[Any]:
+        """The transition matrix over a period of the loop closed through an extra factor at the wire."""
+        a, b, c, d = self.matrices
+        return a - factor * b @ np.linalg.solve(np.eye(len(d)) + factor * d, c)
+
+    @cached_property
+    def poles(self) -> Complex:
+        """Poles of the closed loop over its period, the slowest first."""
+        poles = np.linalg.eigvals(self.closed()).astype(complex)
+        return poles[np.argsort(-np.abs(poles))]
+
+    @cached_property
+    def open_poles(self) -> Complex:
+        """Poles of the open loop over its period."""
+        return np.linalg.eigvals(self.matrices[0]).astype(complex)
+
+    def radius(self, factor: complex = 1.0) -> float:
+        """Largest size of a closed-loop pole; below 1 the loop is stable."""
+        return float(np.max(np.abs(np.linalg.eigvals(self.closed(factor))), initial=0.0))
+
+    def lifted(self, w: Array) -> Complex:
+        """L over the period, a matrix for each angular frequency."""
+        return self._open_transfer(np.exp(1j * np.asarray(w) * self.map.period))
+
+    def response(self, w: Array | float) -> Complex:
+        """What comes back at the frequency that goes in, as a network analyser measures it; w in rad/s."""
+        w = np.asarray(w, dtype=float)
+        times = np.arange(self.per_period) * self.sample
+        turn = np.exp(1j * w.reshape(-1, 1) * times)
+        value: Complex = np.einsum("wi,wij,wj->w", turn.conj(), self.lifted(w.ravel()), turn) / self.per_period
+        return value.reshape(w.shape)
+
+    def complementary(self, w: Array) -> Complex:
+        """T = L (I + L)^-1 over the period, from the closed loop, so that poles of L on the unit circle do not hurt."""
+        return self._closed_transfer(np.exp(1j * np.asarray(w) * self.map.period))
+
+    @cached_property
+    def _open_transfer(self) -> "_Transfer":
+        return _Transfer(*self.matrices)
+
+    @cached_property
+    def _closed_transfer(self) -> "_Transfer":
+        _, b, c, d = self.matrices
+        inverse = np.linalg.inv(np.eye(len(d)) + d)
+        return _Transfer(self.closed(), b @ inverse, inverse @ c, d @ inverse)
+
+
+class _Transfer:
+    """c (z - a)^-1 b + d for many z, by the Schur form of a: only triangular systems are left to solve.
+
+    States are scaled by powers of two first (`balanced`), since the Schur form is exact to the norm of a only.
+    """
+
+    def __init__(self, a: npt.NDArray[Any], b: npt.NDArray[Any], c: npt.NDArray[Any], d: npt.NDArray[Any]) -> None:
+        self._form, self._into, self._out, self._direct = a, b, c, d
+        if len(a):
+            balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+            self._form, turn = _schur(balanced, output="complex")
+            self._into, self._out = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
+
+    def __call__(self, z: Complex) -> Complex:
+        size, width = len(self._form), self._direct.shape[1]
+        x = np.zeros((size, len(z) * width), dtype=complex)
+        for i in range(size - 1, -1, -1):
+            known = (self._form[i, i + 1 :] @ x[i + 1 :]).reshape(-1, width) + self._into[i]
+            x[i] = (known / (z - self._form[i, i])[:, None]).ravel()
+        value: Complex = (self._out @ x).reshape(-1, len(z), width).transpose(1, 0, 2) + self._direct
+        return value

@@ -1,0 +1,207 @@
+"""Results as files for other tools: netCDF, CSV, Parquet, and a summary as JSON.
+
+Every file appears whole or not at all: it is written under another name beside its place, put on disk, then renamed.
+Long traces are read and written piece by piece. What the disk refuses is raised as the `OSError` that it is.
+"""
+
+import json
+import math
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.runner.engine.result import Array, Result, Trace, pieces
+
+LARGEST_CSV = 200_000_000  # numbers: about 4 GB of text, minutes to write and to read
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[BinaryIO]:
+    """A file to write to that takes the place of `path` when all went well, and is gone when not."""
+    path = Path(path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("w+b") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def save_netcdf(result: Result, path: str | Path) -> Path:
+    """One netCDF-4 file: a variable per probe with its unit and doc, on labelled axes of time; xarray opens it."""
+    import h5netcdf
+
+    with whole_file(path) as file:
+        guarded = _Guarded(file)
+        with h5netcdf.File(guarded, "w") as data:
+            data.attrs.update(result.attributes())
+            for dimension, traces in result.axes().items():
+                _write_axis(data, dimension, traces, guarded)
+        guarded.check()
+    return Path(path)
+
+
+def save_csv(result: Result, folder: str | Path) -> list[Path]:
+    """`traces.csv`, and `traces_2.csv` ... for probes of other rates: names and units in the head, then numbers.
+
+    The numbers read back exactly; a vector has a column per entry. Raises `ModelError` for more than 2e8 numbers.
+    """
+    axes = list(result.axes().values())
+    size = max((len(traces[0].values) * (1 + sum(t.entries for t in traces)) for traces in axes), default=0)
+    if size > LARGEST_CSV:
+        problem = Problem(
+            message="the traces are too long for CSV",
+            key="probes",
+            got=f"{size:.3g} numbers",
+            expected=f"at most {LARGEST_CSV:.0e} numbers in a file",
+            hint="write netCDF or Parquet, or record one row in many: { signal = ..., every = 10 }",
+        )
+        raise ModelError([result.graph.placed(problem)])
+    paths = _paths(folder, "csv", len(axes))
+    for path, traces in zip(paths, axes, strict=True):
+        with whole_file(path) as file:
+            file.write((",".join(f"{name} [{unit}]" for name, unit, _ in _head(traces)) + "\n").encode())
+            for columns in _columns(traces):
+                texts = [map(repr, _numbers(column)) for column in columns]
+                file.write("".join(",".join(row) + "\n" for row in zip(*texts, strict=True)).encode())
+    return paths
+
+
+def save_parquet(result: Result, folder: str | Path) -> list[Path]:
+    """`traces.parquet`, and `traces_2.parquet` ... for probes of other rates; a vector has a column per entry.
+
+    Each field says its unit and doc as `unit` and `doc` in its metadata; graph, seed and versions are in the schema's.
+    """
+    import pyarrow
+    import pyarrow.parquet
+
+    axes = list(result.axes().values())
+    paths = _paths(folder, "parquet", len(axes))
+    for path, traces in zip(paths, axes, strict=True):
+        types = [np.dtype(float), *(t.values.dtype for t in traces for _ in range(t.entries))]
+        schema = pyarrow.schema(
+            [
+                pyarrow.field(name, pyarrow.from_numpy_dtype(kind), metadata={"unit": unit, "doc": doc})
+                for (name, unit, doc), kind in zip(_head(traces), types, strict=True)
+            ],
+            metadata=result.attributes(),
+        )
+        with whole_file(path) as file, pyarrow.parquet.ParquetWriter(file, schema) as writer:
+            for columns in _columns(traces):
+                writer.write_batch(pyarrow.record_batch([pyarrow.array(column) for column in columns], schema=schema))
+    return paths
+
+
+def save_summary(result: Result, path: str | Path) -> Path:
+    """What ran and what came out, as JSON: provenance, ticks, times taken, and statistics of each probe."""
+    data = {
+        **result.attributes(),
+        "seed": result.seed,
+        "ticks": result.ticks,
+        "planned_ticks": result.planned_ticks,
+        "interrupted": result.interrupted,
+        "seconds": result.seconds,
+        "preparation_seconds": result.preparation,
+        "signals": [{key: _plain(value) for key, value in row.items()} for row in result.summary()],
+        "overflows": dict(result.overflows),
+        "measures": {name: measure.as_data() for name, measure in result.measures.items()},
+    }
+    with whole_file(path) as file:
+        file.write((json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode())
+    return Path(path)
+
+
+class _Guarded:
+    """A file for HDF5, which crashes the process when a write fails: keeps the first error, to be raised afterwards."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self._error = file, list[OSError]()
+        self.read, self.seek, self.tell = file.read, file.seek, file.tell
+
+    def write(self, data: Any) -> int:
+        self._try(self._file.write, data)
+        return len(data)
+
+    def truncate(self, size: int) -> int:
+        self._try(self._file.truncate, size)
+        return size
+
+    def flush(self) -> None:
+        self._try(self._file.flush)
+
+    def check(self) -> None:
+        """Raise what was kept."""
+        if self._error:
+            raise self._error[0]
+
+    def _try(self, action: Any, *arguments: Any) -> None:
+        if not self._error:
+            try:
+                action(*arguments)
+            except OSError as error:
+                self._error.append(error)
+
+
+def _write_axis(data: Any, dimension: str, traces: list[Trace], guarded: _Guarded) -> None:
+    rows = len(traces[0].values)
+    data.dimensions[dimension] = rows
+    time = data.create_variable(dimension, (dimension,), np.float64)
+    time.attrs.update(units="s", long_name="time")
+    for first, last in pieces(rows):
+        time[first:last] = traces[0].times_of(first, last)
+    for trace in traces:
+        entries = [f"{trace.signal}_entry{i or ''}" for i in range(trace.values.ndim - 1)]
+        for entry, size in zip(entries, trace.values.shape[1:], strict=True):
+            data.dimensions[entry] = size
+        logical = trace.values.dtype == bool
+        variable = data.create_variable(trace.signal, (dimension, *entries), np.int8 if logical else trace.values.dtype)
+        variable.attrs.update(trace.facts)
+        if logical:
+            variable.attrs["dtype"] = "bool"  # as xarray writes and reads it: netCDF has no type for it
+        for first, last in pieces(rows, trace.entries):
+            guarded.check()
+            variable[first:last] = trace.values[first:last]
+
+
+def _paths(folder: str | Path, suffix: str, axes: int) -> list[Path]:
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    return [Path(folder) / f"traces{f'_{i + 1}' if i else ''}.{suffix}" for i in range(axes)]
+
+
+def _head(traces: Sequence[Trace]) -> list[tuple[str, str, str]]:
+    """Name, unit and doc of each column: time, then signals, then the entries of vectors where they stand."""
+    head = [("time", "s", "Time since the start.")]
+    for trace in traces:
+        if trace.values.ndim == 1:
+            head.append((trace.signal, trace.unit, trace.doc))
+        else:
+            head += [(f"{trace.signal}[{i}]", trace.unit, trace.doc) for i in range(trace.entries)]
+    return head
+
+
+def _columns(traces: Sequence[Trace]) -> Iterator[list[Array]]:
+    """Columns in the order of the head, piece by piece."""
+    for first, last in pieces(len(traces[0].values), 1 + sum(trace.entries for trace in traces)):
+        columns = [traces[0].times_of(first, last)]
+        for trace in traces:
+            columns += list(trace.values[first:last].reshape(last - first, -1).T)
+        yield columns
+
+
+def _numbers(column: Array) -> list[float]:
+    """As Python numbers, whose repr reads back exactly; truth as 0 and 1."""
+    return list((column.astype(np.int8) if column.dtype == bool else column).tolist())
+
+
+def _plain(value: Any) -> Any:
+    """For JSON, which has no infinity: a mean of numbers near the largest float may overflow."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,322 @@
+"""Pictures of a result: one panel per probe, names and units on the axes."""
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+
+from proofmass.blocks.problem import did_you_mean
+from proofmass.graphs.flatten import flatten, inside
+from proofmass.graphs.graph import split
+from proofmass.runner.engine.result import Array, Result, Trace, pieces, statistics
+from proofmass.runner.output.export import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK, GRID, PAPER = "#1b1b1b", "#d9d9d9", "#ffffff"
+BLUE, ORANGE = "#0072b2", "#d55e00"  # of Okabe and Ito, told apart with every kind of colour vision
+
+MOST_PANELS = 40
+_FEW = 300  # rows up to which held signals are drawn as steps
+_DOTTED = 120  # rows up to which each has a dot
+_STRETCHES = 1500  # of a long trace, each drawn by its lowest and highest row
+_WIDTH, _PANEL, _LEFT, _RIGHT, _TOP = 9.0, 1.7, 1.25, 0.2, 0.55  # inches
+STYLE: Any = {
+    "font.size": 10.0,
+    "font.family": ["sans-serif"],
+    "font.sans-serif": ["DejaVu Sans"],
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.formatter.limits": (-4, 6),
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "axes.unicode_minus": True,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.2,
+    "lines.solid_joinstyle": "round",
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "svg.hashsalt": "proofmass",
+    "path.simplify": True,
+}
+_NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
+    "svg": {"Date": None, "Creator": None, "Format": None, "Type": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    "png": {"Software": None},
+}
+
+
+def plot_traces(result: Result) -> "Figure":
+    """A figure with one panel per probe: signals against time, the last row of a vector against its entries.
+
+    A long trace is drawn by the lowest and the highest row of each of its stretches, so that no spike is lost.
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    traces = sorted(result.traces.values(), key=lambda trace: trace.values.ndim > 1)[:MOST_PANELS]
+    signals = [trace for trace in traces if trace.values.ndim == 1]
+    lowest = len(signals) - 1  # the panel that names the time axis which all signals share
+    seconds = prefix("s", max((float(t.period) * len(t.values) for t in signals), default=0.0))
+    stretches = min(_STRETCHES, max(100, 16_000 // max(1, len(traces))))
+    with matplotlib.rc_context(STYLE):
+        height = _TOP + sum(_PANEL + _gap(i >= lowest) for i in range(len(traces)))
+        figure = Figure(figsize=(_WIDTH, height), facecolor=PAPER)
+        figure.text(
+            0.5, 1.0 - 0.12 / height, _title(result, len(traces)), size=12, weight="bold", ha="center", va="top"
+        )
+        top, shared = _TOP, None
+        for i, trace in enumerate(traces):
+            place = (_LEFT / _WIDTH, 1.0 - (top + _PANEL) / height, 1.0 - (_LEFT + _RIGHT) / _WIDTH, _PANEL / height)
+            panel = figure.add_axes(place, facecolor="none", sharex=shared if i <= lowest else None)
+            if not len(trace.values):
+                panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
+                _name(panel, trace, pretty(trace.unit))
+            elif trace.values.ndim > 1:
+                _draw_vector(panel, trace)
+            else:
+                _draw_signal(panel, trace, _held(result, trace), seconds, stretches)
+            if i <= lowest:
+                shared = shared or panel
+                panel.margins(x=0.01)
+                panel.tick_params(labelbottom=i == lowest)
+            if i == lowest:
+                panel.set_xlabel(f"time [{seconds[1]}]")
+            top += _PANEL + _gap(i >= lowest)
+    return figure
+
+
+def save_plot(result: Result, path: str | Path) -> Path:
+    """Write the plot; the name ends in .svg, .png or .pdf. Raises `ValueError` for another ending."""
+    return save_figure(plot_traces(result), path)
+
+
+def save_figure(figure: "Figure", path: str | Path) -> Path:
+    """Write any figure likewise: whole or not at all, without a date in it."""
+    kind = figure_kind(path)
+    with whole_file(path) as file:
+        write_figure(figure, file, kind)
+    return Path(path)
+
+
+def figure_kind(path: str | Path) -> str:
+    """What the ending of a picture's name says; raises `ValueError` for one that cannot be drawn."""
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in _NO_DATE:
+        raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'ending')}")
+    return kind
+
+
+def write_figure(figure: "Figure", file: BinaryIO, kind: str, **style: Any) -> None:
+    """Write a figure as "svg", "png" or "pdf": the same bytes every time."""
+    import matplotlib
+
+    with matplotlib.rc_context(STYLE | style):
+        figure.savefig(file, format=kind, dpi=150, metadata=_NO_DATE[kind])
+
+
+def prefix(unit: str, largest: float) -> tuple[float, str]:
+    """A factor and the unit with the SI prefix that suit numbers up to `largest`; (1, unit) where none can be put.
+
+    >>> prefix("V", 3e-5)
+    (1000000.0, 'µV')
+    """
+    found = re.fullmatch(r"([A-Za-zµμΩ]+0?)((?![\^\w]).*)", unit)
+    parts = _parts(found[1]) if found else None
+    if found is None or parts is None or not (0.0 < largest < math.inf):
+        return 1.0, pretty(unit)
+    power, base = parts
+    wanted = 3 * math.floor((math.log10(largest) + power + 1e-9) / 3)
+    wanted = min(max(wanted, -24), 0 if base == "s" else 9)
+    return float(10.0 ** (power - wanted)), pretty(_SIGNS[wanted] + base + found[2])
+
+
+def offset(lowest: float, highest: float) -> float:
+    """A round number to take off a signal that moves by less than a thousandth of its size; otherwise 0.
+
+    >>> offset(2.5, 2.50005)
+    2.5
+    """
+    size, span = max(abs(lowest), abs(highest)), highest - lowest
+    if not 1e-12 * size < span < 1e-3 * size < math.inf:
+        return 0.0
+    digits = -math.floor(math.log10(size))
+    while abs(round(lowest, digits) - lowest) > span:
+        digits += 1
+    return round(lowest, digits)
+
+
+def pretty(unit: str) -> str:
+    """A unit as it is printed, as in m/s² or nV/√Hz."""
+    for plain, printed in (("^2", "²"), ("^3", "³"), ("*", "·"), ("ohm", "Ω")):
+        unit = unit.replace(plain, printed)
+    unit = re.sub(r"\bsqrt\((\w+)\)", r"√\1", unit)
+    unit = re.sub(r"^\(([^()]*)\)(?=[/·])", r"\1", re.sub(r"\((\w+)\)", r"\1", unit))
+    unit = re.sub(r"\b1·|/1(?![\w.])", "", unit)
+    return re.sub(r"\bu(?=[A-ZΩagms])", "µ", re.sub(r"\bdeg\b", "°", unit))
+
+
+_SIGNS = {-24: "y", -21: "z", -18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_PREFIXED = (
+    "m",
+    "g",
+    "s",
+    "A",
+    "K",
+    "rad",
+    "Hz",
+    "N",
+    "Pa",
+    "J",
+    "W",
+    "C",
+    "V",
+    "F",
+    "ohm",
+    "Ω",
+    "S",
+    "Wb",
+    "T",
+    "H",
+    "g0",
+)
+
+
+def _parts(name: str) -> tuple[int, str] | None:
+    """Power of ten and base unit of a name such as kHz; None for a unit that takes no prefix."""
+    if name in _PREFIXED:
+        return 0, name
+    for power, sign in _SIGNS.items():
+        for spelled in (sign, "u") if sign == "µ" else (sign,):
+            if spelled and name.startswith(spelled) and name[len(spelled) :] in _PREFIXED:
+                return power, name[len(spelled) :]
+    return None
+
+
+def envelope(values: Array, stretches: int) -> Array:
+    """Indices of the rows that a drawing needs: the lowest and highest of each stretch, and the ends, in order."""
+    rows = len(values)
+    if rows <= 2 * stretches:
+        return np.arange(rows)
+    length = -(-rows // stretches)
+    found = [np.array([0, rows - 1])]
+    for first, last in pieces(-(-rows // length), length):
+        piece = np.asarray(values[first * length : last * length])
+        whole = len(piece) // length
+        grid = piece[: whole * length].reshape(whole, length)
+        starts = (first + np.arange(whole)) * length
+        found += [starts + grid.argmin(axis=1), starts + grid.argmax(axis=1)]
+        if rest := piece[whole * length :].tolist():
+            start = (first + whole) * length
+            found.append(np.array([start + rest.index(min(rest)), start + rest.index(max(rest))]))
+    return np.unique(np.concatenate(found))
+
+
+def _draw_signal(panel: "Axes", trace: Trace, held: bool, seconds: tuple[float, str], stretches: int) -> None:
+    rows = envelope(trace.values, stretches)
+    values = np.asarray(trace.values[rows], dtype=np.float64)
+    away = offset(float(values.min()), float(values.max()))
+    values = values - away
+    factor, unit = prefix(trace.unit, float(np.abs(values).max()))
+    times, values = rows * float(trace.period) * seconds[0], values * factor
+    if len(trace.values) <= _FEW and held:
+        times = np.append(times, len(trace.values) * float(trace.period) * seconds[0])
+        panel.plot(times, np.append(values, values[-1]), color=BLUE, drawstyle="steps-post")
+    else:
+        panel.plot(times, values, color=BLUE, marker="." if len(values) <= _DOTTED else "", markersize=4)
+    if trace.values.dtype == bool:
+        panel.set_yticks([0, 1], ["false", "true"])
+        panel.set_ylim(-0.15, 1.15)
+    less = f"− {away:.12g} {pretty(trace.unit) if trace.unit != '1' else ''}".strip() if away else ""
+    _name(panel, trace, unit, less)
+
+
+def _draw_vector(panel: "Axes", trace: Trace) -> None:
+    """The last row as stems; mean and spread of the rows, those before the first that is not all zero left out."""
+    from matplotlib.ticker import MaxNLocator
+
+    last = np.asarray(trace.values[-1], dtype=np.float64).ravel()
+    first = _first_not_zero(trace.values)
+    found = statistics(trace.values[first:].reshape(len(trace.values) - first, -1))
+    factor, unit = prefix(trace.unit, float(max(np.abs(found.lowest).max(), np.abs(found.highest).max())))
+    entries = np.arange(len(last))
+    panel.axhline(0.0, color=INK, linewidth=0.8)
+    if len(last) <= 128:
+        panel.vlines(entries, 0.0, last * factor, color=BLUE, linewidth=1.5)
+        panel.plot(entries, last * factor, color=BLUE, marker="o", markersize=5, linestyle="", label="last row")
+    else:
+        panel.plot(entries, last * factor, color=BLUE, label="last row")
+    rows = len(trace.values) - first
+    if rows > 1:
+        panel.errorbar(
+            entries + (0.2 if len(last) <= 128 else 0.0),
+            found.mean * factor,
+            found.std * factor,
+            color=ORANGE,
+            linestyle="",
+            marker="_",
+            markersize=7,
+            capsize=2.5,
+            errorevery=max(1, len(last) // 64),
+            markevery=max(1, len(last) // 64),
+            label=f"mean ± std of {rows:,} rows",
+        )
+    panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+    panel.set_xlabel("entry, counted from 0" if "lag" not in trace.doc.lower() else "lag")
+    panel.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.16), borderpad=0.0)
+    _name(panel, trace, unit)
+
+
+def _first_not_zero(values: Array) -> int:
+    for first, last in pieces(len(values), values[0].size):
+        filled = np.asarray(values[first:last]).reshape(last - first, -1).any(axis=1)
+        if filled.any():
+            return first + int(filled.argmax())
+    return 0
+
+
+def _held(result: Result, trace: Trace) -> bool:
+    """Whether the signal keeps its value from tick to tick: numbers of a discrete block, codes and bits."""
+    if trace.values.dtype.kind in "iub":
+        return True
+    block = flatten(result.graph).blocks.get(split(inside(result.graph, trace.signal))[0])
+    return block is not None and "update" in block.functions
+
+
+def _name(panel: "Axes", trace: Trace, unit: str, less: str = "") -> None:
+    """Name and unit at the axis; a name too long for it above the panel."""
+    name = trace.signal if len(trace.signal) <= 22 or less else trace.signal.replace(".", ".\n", 1)
+    bracket = "" if unit == "1" else f" [{unit}]"
+    label = name + ("\n" + less if less else "") + bracket
+    if max(map(len, label.split("\n"))) > 26:
+        panel.set_title(trace.signal, fontsize=9, pad=3)
+        label = less + bracket
+    panel.set_ylabel(_literal(label.strip()), fontsize=9)
+    panel.yaxis.set_label_coords(-0.84 / (_WIDTH - _LEFT - _RIGHT), 0.5)
+
+
+def _gap(labelled: bool) -> float:
+    return 0.75 if labelled else 0.28
+
+
+def _title(result: Result, drawn: int) -> str:
+    interrupted = " (interrupted)" if result.interrupted else ""
+    left_out = f" (the first {drawn} of {len(result.traces)} probes)" if drawn < len(result.traces) else ""
+    return _literal((result.graph.name + interrupted + left_out) if result.traces else "no probes")
+
+
+def _literal(text: str) -> str:
+    """Text that is drawn as it stands, not read as a formula."""
+    return text.replace("$", r"\$")

@@ -1,0 +1,1 @@
+"""Monte Carlo studies: runs, measures, ledger and result."""

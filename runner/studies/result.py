@@ -1,0 +1,116 @@
+"""The outcome of a study: every measure of every sensor at every epoch, statistics and yield."""
+
+import hashlib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from proofmass.graphs.study import Study
+from proofmass.runner.engine.planned import PlannedMeasure
+from proofmass.runner.engine.result import Array
+from proofmass.runner.studies.sensor_runs import SensorRun
+
+if TYPE_CHECKING:
+    import xarray
+
+YEAR = 31557600.0  # seconds
+PERCENTILES = (1.0, 50.0, 99.0)
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch."""
+
+    study: Study
+    measures: tuple[PlannedMeasure, ...]
+    numbers: Array  # of the runs that are done
+    values: Mapping[str, Array]
+    faults: Mapping[tuple[int, int], str]  # by run and epoch
+    planned_runs: int
+    seconds: float
+    engine: str
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __getitem__(self, measure: str) -> Array:
+        return self.values[measure]
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether runs are missing."""
+        return len(self.numbers) < self.planned_runs
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over all values in the order of runs, epochs and names: equal when every bit is."""
+        digest = hashlib.sha256()
+        for name in sorted(self.values):
+            digest.update(np.ascontiguousarray(self.values[name], dtype="<f8").tobytes())
+        return digest.hexdigest()
+
+    def good(self) -> Array | None:
+        """Per run, whether it keeps all limits at all epochs; None without limits."""
+        limits = self.study.limits
+        if not limits:
+            return None
+        kept = [[limits[n].kept(row) for row in self.values[n].tolist()] for n in limits]
+        return np.array([all(of_run) for of_run in zip(*kept, strict=True)], dtype=bool)
+
+    def summary(self) -> list[dict[str, Any]]:
+        """Per measure and epoch: runs, mean, std (n - 1), extremes, percentiles; failed runs are left out."""
+        rows = []
+        for measure in self.measures:
+            for epoch, age in enumerate(self.study.epochs):
+                values = self.values[measure.name][:, epoch]
+                values = values[np.isfinite(values)]
+                row: dict[str, Any] = {"measure": measure.name, "unit": measure.unit, "age_s": age, "runs": len(values)}
+                if len(values):
+                    row |= {"mean": float(values.mean()), "min": float(values.min()), "max": float(values.max())}
+                    row["std"] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+                    found = np.percentile(values, PERCENTILES)
+                    row |= {f"p{p:g}": float(v) for p, v in zip(PERCENTILES, found, strict=True)}
+                rows.append(row)
+        return rows
+
+    def yields(self) -> dict[str, float]:
+        """Part of the sensors that keep each limit at all epochs, and all limits together."""
+        good = self.good()
+        if good is None or not len(good):
+            return {}
+        limits = self.study.limits
+        each = {n: float(np.mean([limits[n].kept(row) for row in self.values[n].tolist()])) for n in limits}
+        return {**each, "all limits": float(good.mean())}
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """A Dataset over run and epoch: a variable per measure in its unit, the points of the sweep as coordinates."""
+        import xarray
+
+        coordinates: dict[str, Any] = {
+            "run": self.numbers,
+            "age": ("epoch", np.array(self.study.epochs), {"units": "s", "long_name": "age"}),
+        }
+        points = [self.study.point(int(run)) for run in self.numbers]
+        for name in self.study.sweep:
+            coordinates[name] = ("run", np.array([point[name] for point in points], dtype=float))
+        facts = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
+        variables = {name: (("run", "epoch"), values, facts[name]) for name, values in self.values.items()}
+        attributes = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
+        return xarray.Dataset(variables, coordinates, attributes | dict(self.provenance))
+
+
+def collected(measures: tuple[PlannedMeasure, ...], epochs: int, runs: Iterable[SensorRun]) -> dict[str, Any]:
+    """Numbers, values and faults of the runs that are there at every epoch, in their order."""
+    numbers, rows, faults = list[int](), list[list[float]](), dict[tuple[int, int], str]()
+    nothing = [math.nan] * len(measures)
+    for run in runs:
+        if run.epoch == 0:
+            numbers.append(run.run)
+        rows.append(nothing if run.values is None else list(run.values))
+        if run.fault:
+            faults[run.run, run.epoch] = run.fault
+    table = np.array(rows, dtype=float).reshape(len(numbers), epochs, len(measures))
+    values = {measure.name: table[:, :, i] for i, measure in enumerate(measures)}
+    return {"numbers": np.array(numbers, dtype=np.int64), "values": values, "faults": faults}

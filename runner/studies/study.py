@@ -1,0 +1,107 @@
+"""A study from its first to its last run: ledger, batches, progress, interruption."""
+
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+from proofmass.blocks.problem import ModelError, Problem, shown
+from proofmass.graphs.study import Study
+from proofmass.runner.engine.engines import EngineName
+from proofmass.runner.engine.interrupts import interrupts
+from proofmass.runner.engine.plan import plan, varied
+from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.simulate import Progress, simulate_plan
+from proofmass.runner.output.provenance import graph_text, provenance
+from proofmass.runner.studies.ledger import FILE, Ledger
+from proofmass.runner.studies.result import StudyResult, collected
+from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns, noise_run
+
+BATCH_SECONDS = 0.2  # of runs that are kept together
+
+
+def run_study(
+    study: Study,
+    *,
+    runs: int | None = None,
+    seed: int | None = None,
+    engine: EngineName = "auto",
+    folder: str | Path | None = None,
+    progress: Progress | None = None,
+) -> StudyResult:
+    """Run a study, or what is left of it.
+
+    `runs` and `seed` take the place of those of the study. With a `folder` every run is kept in a ledger there as it
+    is done: the same call goes on from it after Ctrl-C, SIGTERM or a crash, to the same bits; more runs may be asked
+    for later. Ctrl-C ends the study after the run under way, and the result holds what is done.
+
+    Raises `ModelError` when the study is wrong, or the ledger in the folder belongs to another graph or study.
+    """
+    began = time.perf_counter()
+    study = with_numbers(study, runs, seed)
+    sensors = SensorRuns(study, engine)
+    total = study.runs * study.points
+    facts = {"graph": graph_text(study.graph), "study": study.text(), "code": sensors.code()}
+    path = None
+    if folder is not None:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        path = Path(folder) / FILE
+    ledger = Ledger(path, (measure.name for measure in sensors.plan.measures), facts)
+    try:
+        done = ledger.done(len(study.epochs))
+        left = (number for number in range(total) if number not in done)
+        _fill(ledger, sensors, left, sum(number < total for number in done), total, progress)
+        kept = collected(sensors.plan.measures, len(study.epochs), ledger.runs(total))
+    finally:
+        ledger.close()
+    return StudyResult(
+        study=study,
+        measures=sensors.plan.measures,
+        planned_runs=total,
+        seconds=time.perf_counter() - began,
+        engine=sensors.engine,
+        provenance=provenance(study.graph, sensors.engine),
+        **kept,
+    )
+
+
+def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") -> Result:
+    """One run of a study at one epoch again, bit for bit, with the traces of all probes of the graph."""
+    began = time.perf_counter()
+    for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
+        if not 0 <= value < count:
+            problem = Problem(
+                message=f"there is no such {what}", key=what, got=shown(value), expected=f"0 to {count - 1}"
+            )
+            raise ModelError([problem])
+    values = study.drawn(run)[epoch]
+    planned = varied(plan(study.graph), study.blocks(values))
+    graph = study.graph.with_parameters(values)
+    number = noise_run(study, run, epoch)
+    return simulate_plan(planned, graph, number, None, None, study.seed, engine, None, None, False, began)
+
+
+def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:
+    """The study with other runs and seed, where they are given."""
+    return study.changed(runs=study.runs if runs is None else runs, seed=study.seed if seed is None else seed)
+
+
+def _fill(
+    ledger: Ledger, sensors: SensorRuns, left: Iterable[int], done: int, total: int, progress: Progress | None
+) -> None:
+    """Do the runs that are left; they are written together, batch by batch, and at the latest when it ends."""
+    batch: list[SensorRun] = []
+    written = time.perf_counter()
+    with interrupts() as interrupted:
+        for number in left:
+            if interrupted.is_set():
+                break
+            batch += sensors.run(number)
+            done += 1
+            if time.perf_counter() - written > BATCH_SECONDS:
+                ledger.keep(batch)
+                batch, written = [], time.perf_counter()
+                if progress:
+                    progress(done, total)
+        ledger.keep(batch)
+        if progress:
+            progress(done, total)
