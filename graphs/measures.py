@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from proofmass.blocks.declare import Block
 from proofmass.blocks.linear_trend import LinearTrend
 from proofmass.blocks.problem import ModelError, Problem, shown
+from proofmass.blocks.running_range import RunningRange
 from proofmass.blocks.running_statistics import RunningStatistics
 from proofmass.blocks.units import UnitError
 from proofmass.graphs.hints import like
@@ -21,9 +22,9 @@ STATISTICS: dict[str, tuple[type[Block], str] | None] = {
     "mean": (RunningStatistics, "mean"),
     "std": (RunningStatistics, "standard_deviation"),
     "rms": (RunningStatistics, "root_mean_square"),
-    "min": (RunningStatistics, "minimum"),
-    "max": (RunningStatistics, "maximum"),
-    "peak_to_peak": (RunningStatistics, "peak_to_peak"),
+    "min": (RunningRange, "minimum"),
+    "max": (RunningRange, "maximum"),
+    "peak_to_peak": (RunningRange, "peak_to_peak"),
     LAST: None,
     "slope": (LinearTrend, "slope"),
 }

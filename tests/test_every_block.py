@@ -29,8 +29,8 @@ def test_the_first_blocks_are_all_there() -> None:
         "AnalogToDigital", "Chirp", "CombDrive", "Constant", "Correlator", "Decimator", "DigitalToAnalog",
         "DiscreteIntegrator", "DiscreteTransferFunction", "DisplacementReadout", "Gain", "LowPass",
         "MassSpringDamper", "OneBitActuator", "PID", "PiecewiseConstant", "Product", "Pulse", "Ramp", "RecordedSignal",
-        "RunningStatistics", "SampleAndHold", "Saturation", "ShiftRegister", "Sine", "Step", "Sum", "TransferFunction",
-        "UnitDelay", "WhiteNoise",
+        "RunningRange", "RunningStatistics", "SampleAndHold", "Saturation", "ShiftRegister", "Sine", "Step", "Sum",
+        "TransferFunction", "UnitDelay", "WhiteNoise",
     } <= set(KINDS)  # fmt: skip
 
 

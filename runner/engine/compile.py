@@ -14,6 +14,7 @@ import re
 import stat
 import sys
 import tempfile
+import threading
 import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -31,6 +32,7 @@ _DESTRUCTOR = "NRT_MemInfo_call_dtor"  # of arrays that own their memory: the lo
 _nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
+_loading = threading.Lock()  # Numba's settings are those of the process
 
 
 def cache_folder() -> Path:
@@ -67,14 +69,15 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
     `argument_kinds` are "int", "int*", "bool*" or "float*", one per argument.
     """
     key = key_of(generated, argument_kinds)
-    if key not in _loaded:
-        code = _read(key)
-        function = _linked(code, argument_kinds) if code else None
-        if function is None:
-            code = _compiled(generated, argument_kinds)
-            _keep(key, code, generated.listing)
-            function = _linked(code, argument_kinds)
-        _loaded[key] = function
+    with _loading:
+        if key not in _loaded:
+            code = _read(key)
+            function = _linked(code, argument_kinds) if code else None
+            if function is None:
+                code = _compiled(generated, argument_kinds)
+                _keep(key, code, generated.listing)
+                function = _linked(code, argument_kinds)
+            _loaded[key] = function
     return _loaded[key][1]
 
 
@@ -133,7 +136,7 @@ def _read_by(function: types.FunctionType) -> dict[str, Any]:
 
 
 def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
-    with _settings_of_numba(rows=bool(generated.vectors)):
+    with _settings_of_numba(bool(generated.vectors), bool(generated.lanes)):
         numba = _numba()
         kinds = {
             "int": numba.int64,
@@ -168,11 +171,12 @@ def _numba() -> Any:
 
 
 @contextmanager
-def _settings_of_numba(rows: bool) -> Iterator[None]:
+def _settings_of_numba(rows: bool, lanes: bool) -> Iterator[None]:
     """Numba as the loop wants it, whatever the user set for code of their own; as it was afterwards.
 
     Only with `rows` are numbers gathered into short vectors (SLP): it makes correlation cells fast, and the chain of
-    operations round a loop of scalars slow.
+    operations round a loop of scalars slow. Only with `lanes` are vectors as wide as the processor has them: rows are
+    too short for it.
     """
     kept = {name: value for name, value in os.environ.items() if name.startswith("NUMBA_")}
     for name in kept:
@@ -182,13 +186,15 @@ def _settings_of_numba(rows: bool) -> Iterator[None]:
     config = _numba().core.config
     config.reload_config()
     vector_library, config.USING_SVML = config.USING_SVML, False
+    codegen = _numba().core.registry.cpu_target.target_context.codegen()
+    machine, codegen._tm = codegen._tm, _machine(wide=lanes)
     try:
         yield
     finally:
         del os.environ["NUMBA_DISABLE_INTEL_SVML"], os.environ["NUMBA_SLP_VECTORIZE"]
         os.environ.update(kept)
         config.reload_config()
-        config.USING_SVML = vector_library
+        config.USING_SVML, codegen._tm = vector_library, machine
 
 
 def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
@@ -241,17 +247,22 @@ def _object_code(module: Any, entry: str) -> bytes:
     return (_WITH_NUMBA if helped else _ALONE) + bytes(machine.emit_object(module))
 
 
-def _machine() -> Any:
+def _machine(wide: bool = False) -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     return llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(),
-        features=llvm.get_host_cpu_features().flatten(),
+        features=llvm.get_host_cpu_features().flatten() + (",-prefer-256-bit" if wide and _has_wide_vectors() else ""),
         opt=3,
         reloc="pic",
         codemodel="jitdefault",
         jit=True,
     )
+
+
+def _has_wide_vectors() -> bool:
+    """Whether vectors of 512 bits exist, which LLVM uses on such processors only when it is told to."""
+    return bool(llvm.get_host_cpu_features().get("avx512f"))
 
 
 def _linked(code: bytes, argument_kinds: tuple[str, ...]) -> tuple[Any, Callable[..., Any]]:

@@ -15,6 +15,7 @@ from proofmass.runner.continuous.group_code import GroupCode
 from proofmass.runner.continuous.loop_code import LoopCode
 from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields, variable, word
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.engine.watched import watched
 from proofmass.runner.fixed.digital_code import DigitalCode
 from proofmass.runner.fixed.step_formats import held_as
 
@@ -34,6 +35,7 @@ class Generated:
     functions: tuple[str, ...]  # that the source defines before the loop
     inlined: frozenset[str]  # those of them that are worth it wherever they are called
     steps: tuple[str, ...]  # source of those among the names that are integer code
+    lanes: int  # runs that the loop moves side by side; 0 for a loop of one run
 
     @property
     def listing(self) -> str:
@@ -43,12 +45,14 @@ class Generated:
 
 def generate(plan: Plan) -> Generated:
     """Source and layout of the compiled loop of a plan."""
-    return _Generator(plan).generated()
+    return LoopGenerator(plan).generated()
 
 
-class _Generator(Pieces):
-    def __init__(self, plan: Plan) -> None:
-        super().__init__(plan)
+class LoopGenerator(Pieces):
+    """Writes the loop; what it is made of is written by `GroupCode`, `LoopCode` and `DigitalCode`."""
+
+    def __init__(self, plan: Plan, lanes: int = 0) -> None:
+        super().__init__(plan, lanes)
         self.groups = [GroupCode(self, solver) for solver in plan.solvers]
         self.digital = DigitalCode(self)
         self.loops = [LoopCode(self, loop, f"loop_{number}") for number, loop in enumerate(plan.schedule.loops)]
@@ -65,25 +69,21 @@ class _Generator(Pieces):
                     self.vectors[name, port] = (held_as(output.dtype), block.shape_of(output))
 
     def generated(self) -> Generated:
-        before = [*self._unpacked(), ""]
-        loop = [*self._outputs(), *self._probes(), *self._updates(), *self._groups()]
-        after = [*self._packed()]
-        rows = [f"row_{i} = 0" for i, probe in enumerate(self.plan.probes) if probe.stride > 1]
-        flags = ["not_finite = 0.0", *(["refused = 0"] if self.digital.refuses else [])]
-        body = [*self._views(), *before, *rows, *flags, "for tick in range(first, last):"]
-        body += ["    time = tick * period", *(f"    {line}" for line in loop), *after]
-        body += [f"state_{FLOATS}[{self.memory.counts[FLOATS]}] = not_finite"]
-        body += [f"state_{INTEGERS}[{self.memory.counts[INTEGERS]}] = refused"] if self.digital.refuses else []
+        """The whole of it."""
+        before = list(self._unpacked())
+        tick = [*self._outputs(), *self._probes(), *self._updates(), *self._groups()]
+        after, flags = [*self._packed()], ["not_finite = 0.0"]
+        after += [f"{self.memory.at(FLOATS, self.memory.counts[FLOATS])} = not_finite"]
+        if self.digital.refuses:
+            flags += ["refused = 0"]
+            after += [f"{self.memory.at(INTEGERS, self.memory.counts[INTEGERS])} = refused"]
+        body = self._arranged(before, flags, tick, after)
         functions = [line for part in self.parts for line in part.functions()]
         own = [line[4 : line.index("(")] for line in functions if line.startswith("def ")]
-        source = (
-            "\n".join(
-                [*self._head(), *functions, *self._signature(), *(f"    {line}" if line else "" for line in body)]
-            )
-            + "\n"
-        )
+        lines = [*self._head(), *functions, *self._signature()]
+        lines += [f"    {line}" if line else "" for line in [*self._views(), *body]]
         return Generated(
-            source,
+            "\n".join(lines) + "\n",
             self.names,
             self.constants,
             self.values,
@@ -94,10 +94,20 @@ class _Generator(Pieces):
             tuple(own),
             frozenset(name for group in self.groups for name in group.inlined()),
             tuple(self.digital.steps[name] for name in sorted(self.digital.steps)),
+            self.lanes,
         )
+
+    def _arranged(self, before: list[str], flags: list[str], tick: list[str], after: list[str]) -> list[str]:
+        """The body of the loop's function: what is read first, the ticks, what is written back."""
+        rows = [f"row_{i} = 0" for i, probe in enumerate(self.plan.probes) if probe.stride > 1]
+        ticks = ["time = tick * period", *tick]
+        return [*before, "", *rows, *flags, "for tick in range(first, last):", *(f"    {x}" for x in ticks), *after]
 
     def _scratch(self) -> int:
         return sum(sum(part.scratch.values()) for part in self.parts)
+
+    def _scratch_of(self, place: int, length: int) -> str:
+        return f"scratch[{place}:{place + length}]"
 
     # -- the parts of the source, in their order -------------------------------------------------------------------
 
@@ -115,7 +125,17 @@ class _Generator(Pieces):
 
     def _signature(self) -> Iterator[str]:
         plan = self.plan
-        arguments = ["first", "last", "seed", "run", FLOATS, INTEGERS, "state_numbers", "state_integers", "scratch"]
+        arguments = [
+            "first",
+            "last",
+            "seed",
+            "runs" if self.lanes else "run",
+            FLOATS,
+            INTEGERS,
+            "state_numbers",
+            "state_integers",
+            "scratch",
+        ]
         arguments += [variable(node) for node in self.vectors]
         arguments += [f"probe_{i}" for i in range(len(plan.probes))]
         yield "def loop("
@@ -137,24 +157,12 @@ class _Generator(Pieces):
     def _unpacked(self) -> Iterator[str]:
         plan = self.plan
         yield f"period = {self.constant('period', float, plan.period)}"
-        for name, block in plan.blocks.items():
-            values = plan.constants[name]
-            if values is not None:
-                made = type(values)
-                given = [self.constant((name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True)]
-                if given:
-                    yield f"{word(name)}__c = {self.named(block, 'Constants', made)}({', '.join(given)})"
-                else:
-                    yield f"{word(name)}__c = 0"
-            else:
-                for p, kind in fields(block.parameters_class()):
-                    if (name, p) not in plan.schedule.drivers:
-                        yield f"_{word(name)}__{p} = {self.constant((name, 'parameter', p), kind, getattr(block, p))}"
-                yield f"{word(name)}__period = {self.constant((name, 'period'), float, plan.block_period(name))}"
+        for name in plan.blocks:
+            yield from self._constants_of(name)
         place = 0
         for part in self.parts:
             for key, length in part.scratch.items():
-                yield f"{part.name}_{key} = scratch[{place}:{place + length}]"
+                yield f"{part.name}_{key} = {self._scratch_of(place, length)}"
                 place += length
         for group in self.groups:
             yield from group.before()
@@ -168,13 +176,29 @@ class _Generator(Pieces):
                     yield f"{word(name)}__{port} = {self.memory.add((name, port), held_as(output.dtype))}"
         yield from self.digital.before()
 
+    def _constants_of(self, name: str) -> Iterator[str]:
+        """Constants of a block as they are given, or the parameters from which each tick makes them."""
+        block, values = self.plan.blocks[name], self.plan.constants[name]
+        if values is None:
+            yield from self._parameters_of(name)
+            return
+        made = type(values)
+        given = [self.constant((name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True)]
+        yield f"{word(name)}__c = " + (f"{self.named(block, 'Constants', made)}({', '.join(given)})" if given else "0")
+
+    def _parameters_of(self, name: str) -> Iterator[str]:
+        plan, block = self.plan, self.plan.blocks[name]
+        for p, kind in fields(block.parameters_class()):
+            if (name, p) not in plan.schedule.drivers:
+                yield f"_{word(name)}__{p} = {self.constant((name, 'parameter', p), kind, getattr(block, p))}"
+        yield f"{word(name)}__period = {self.constant((name, 'period'), float, plan.block_period(name))}"
+
     def _outputs(self) -> Iterator[str]:
         plan = self.plan
         yield from self.digital.begin_tick()
         drawn: set[str] = set()
-        watched: list[str] = []  # of every tick
-        # What enters a group stays in its state:
-        persistent = {node for solver in plan.solvers for node in solver.group.inputs}
+        in_every_tick: list[str] = []
+        looked_at = watched(plan)
         tears = {tear for loop in plan.schedule.loops for tear in loop.tears}
         due = 1
         for name, port in plan.schedule.order:
@@ -198,20 +222,20 @@ class _Generator(Pieces):
             yield from (indent + line for line in lines)
             if output.dtype is FixedValue and not block.digital():
                 yield from (indent + line for line in self.digital.hold((name, port)))
-            if output.dtype is float and (name, port) not in persistent:
+            if (name, port) in looked_at:
                 held = entries((name, port), block.shape_of(output))
                 if stride == 1:
-                    watched += held
+                    in_every_tick += held
                 else:
                     yield from (f"{indent}not_finite += {entry} - {entry}" for entry in held)
         for name, block in plan.blocks.items():
             update = block.functions.get("update")
             if update is not None and "normal" in update.arguments and name not in drawn:
                 yield self.deviate(name)
-        if watched:
+        if in_every_tick:
             yield "# NaN from here on when one of these is not finite:"
-            yield f"watched = {watched[0]}"
-            yield from (f"watched += {entry}" for entry in watched[1:])
+            yield f"watched = {in_every_tick[0]}"
+            yield from (f"watched += {entry}" for entry in in_every_tick[1:])
             yield "not_finite += watched - watched"
 
     def _probes(self) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.compile import is_cached, key_of, load
 from proofmass.runner.engine.generate import Generated, generate
 from proofmass.runner.engine.memory import Memory, Rows, start
-from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Slots
+from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Slots, fields
 from proofmass.runner.engine.planned import Plan
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -24,16 +24,10 @@ class CompiledPlan:
 
     def constant_values(self, plan: Plan) -> Mapping[Any, Any]:
         """The numbers of the loop for a plan with some blocks changed."""
+        changed = (name for name, block in plan.blocks.items() if block is not self.plan.blocks[name])
         values = dict(self.generated.constant_values)
-        for name, block in plan.blocks.items():
-            if block is self.plan.blocks[name]:
-                continue
-            made = plan.constants[name]
-            if made is not None:
-                values |= {(name, field): value for field, value in zip(made._fields, made, strict=True)}
-            else:
-                free = (p for p in block.parameters_class()._fields if (name, p) not in plan.schedule.drivers)  # type: ignore[attr-defined]
-                values |= {(name, "parameter", p): getattr(block, p) for p in free}
+        for name in changed:
+            values |= block_values(plan, name)
         return values
 
 
@@ -57,9 +51,9 @@ class CompiledLoop:
         memory = memory or start(plan)
         self.tick = memory.tick
         self._constants = _arrays(made.constants, compiled.constant_values(plan))
-        self._state = _arrays(made.memory, {key: _moving(memory, key) for key in made.memory.kinds})
+        self._state = _arrays(made.memory, {key: moving(memory, key) for key in made.memory.kinds})
         self._vectors = {
-            node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=_dtype(kind))
+            node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=dtype_of(kind))
             for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
         }
         self._scratch = np.empty(made.scratch + 1)
@@ -111,6 +105,24 @@ def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
     return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
 
 
+def block_values(plan: Plan, name: str) -> dict[Any, Any]:
+    """The numbers of the loop that a block brings: its constants, or the parameters that they follow from."""
+    made, block = plan.constants[name], plan.blocks[name]
+    if made is not None:
+        return dict(_entries((name,), made))
+    free = (p for p, _ in fields(block.parameters_class()) if (name, p) not in plan.schedule.drivers)
+    return {(name, "parameter", p): getattr(block, p) for p in free}
+
+
+def _entries(key: tuple[Any, ...], values: Any) -> Iterator[tuple[Any, Any]]:
+    """The numbers of constants by their names, those of a list by their places too."""
+    for field, value in zip(getattr(values, "_fields", range(len(values))), values, strict=True):
+        if isinstance(value, tuple):
+            yield from _entries((*key, field), value)
+        else:
+            yield (*key, field), value
+
+
 def already_compiled(plan: Plan) -> bool:
     """Whether the loop of a plan is in the cache."""
     generated = generate(plan)
@@ -128,14 +140,14 @@ def _arrays(slots: Slots, values: Mapping[Any, Any]) -> dict[str, Array]:
     return arrays
 
 
-def _moving(memory: Memory, key: tuple[str, ...]) -> Any:
+def moving(memory: Memory, key: tuple[str, ...]) -> Any:
     """What the memory holds of a state's field (block, "x", field), a wire (block, port) or the overflows (block,)."""
     if len(key) == 1:
         return memory.overflows[key[0]]
     return getattr(memory.states[key[0]], key[2]) if len(key) == 3 else memory.wires[key[0], key[1]]
 
 
-def _dtype(kind: type) -> Any:
+def dtype_of(kind: type) -> Any:
     return np.float64 if kind is float else np.int64
 
 

@@ -13,9 +13,13 @@ FLOATS, INTEGERS = "numbers", "integers"
 
 @dataclass
 class Slots:
-    """Numbers that travel between a run and the loop in two arrays, one of floats and one of integers."""
+    """Numbers that travel between a run and the loop in two arrays, one of floats and one of integers.
+
+    With lanes each number has a place for every lane, one beside the other.
+    """
 
     prefix: str
+    lanes: int = 0
     kinds: dict[Any, tuple[type, int]] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=lambda: {FLOATS: 0, INTEGERS: 0})
 
@@ -33,16 +37,20 @@ class Slots:
     def write(self, key: Any) -> str:
         """The place to which a number is written back."""
         kind, index = self.kinds[key]
-        return f"{self.prefix}{array(kind)}[{index}]"
+        return self.at(array(kind), index)
+
+    def at(self, array: str, index: int) -> str:
+        """A place by its array and number."""
+        return f"{self.prefix}{array}[{f'{index * self.lanes} + lane' if self.lanes else index}]"
 
 
 class Pieces:
     """What every part of the generator writes with; it collects names and numbers as they are used."""
 
-    def __init__(self, plan: Plan) -> None:
-        self.plan = plan
+    def __init__(self, plan: Plan, lanes: int = 0) -> None:
+        self.plan, self.lanes = plan, lanes
         self.names: dict[str, Any] = {}
-        self.constants, self.memory = Slots(""), Slots("state_")
+        self.constants, self.memory = Slots("", lanes), Slots("state_", lanes)
         self.values: dict[Any, Any] = {}
 
     def call(self, name: str, function: str, port: str) -> str:

@@ -74,8 +74,10 @@ def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
         return math.nan
     if not measure.reduced:
         return float(memory.wires[name, port])
-    output = plan.blocks[name].output_functions[port].function
-    return float(output(plan.constants[name], memory.states[name]))
+    output = plan.blocks[name].output_functions[port]
+    ticks = -(-memory.tick // plan.schedule.divisors[name])
+    given = {"x": memory.states[name], "tick": ticks}
+    return float(output.function(plan.constants[name], *(given[argument] for argument in output.arguments)))
 
 
 def refuse_late(plan: Plan, ticks: int) -> None:
