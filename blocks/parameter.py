@@ -92,7 +92,7 @@ class Parameter:
             raise ParameterError("is beyond 62 bits")
         if not math.isfinite(number):
             raise ParameterError("must be finite")
-        if not self._inside(number):
+        if not self.inside(number):
             raise ParameterError(f"must be {self.bounds()}")
         return number
 
@@ -110,7 +110,8 @@ class Parameter:
         except OverflowError:
             raise ParameterError("is too large for a number") from None
 
-    def _inside(self, number: float) -> bool:
+    def inside(self, number: float) -> bool:
+        """Whether a number is within the bounds."""
         return (
             (self.above is None or number > self.above)
             and (self.at_least is None or number >= self.at_least)

@@ -8,6 +8,7 @@ from proofmass.runner.engine.planned import Plan
 
 EngineName = Literal["auto", "python", "compiled"]
 
+LANES = (64, 32, 16, 8)  # to choose from
 INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
@@ -29,6 +30,11 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
     from proofmass.runner.engine.native import already_compiled
 
     return "compiled" if already_compiled(planned) else "python"
+
+
+def lanes_for(runs: int) -> int:
+    """How many lanes suit so many compiled runs: the most that are filled several times over; 0 for a few runs."""
+    return next((lanes for lanes in LANES if runs >= 4 * lanes), LANES[-1] if runs >= LANES[-1] else 0)
 
 
 def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -> Engine:

@@ -11,6 +11,10 @@ from typing import Any
 STUCK_SECONDS = 1.0  # from a first Ctrl-C to one that is not patient
 
 
+class StoppedError(RuntimeError):
+    """Runs that were interrupted before their end."""
+
+
 @contextmanager
 def interrupts() -> Iterator[threading.Event]:
     """An event that Ctrl-C and SIGTERM set instead of breaking into a chunk; a chunk that is stuck is broken into."""

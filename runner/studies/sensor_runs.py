@@ -1,22 +1,28 @@
-"""The runs of a study, one at a time: run k is a pure function of (graph, study, seed, k).
+"""The runs of a study: run k is a pure function of (graph, study, seed, k).
 
-The graph is planned and compiled once, without probes. A run brings constants and starts of the blocks that differ in
-it and calls the loop; which engine, which other runs and in which order changes no bit of it.
+The graph is planned and compiled once, without probes. A run brings the numbers that differ in it and calls the loop;
+which engine, which other runs side by side with it and in which order changes no bit of it.
 """
 
 import dataclasses
-from collections.abc import Callable
-from typing import NamedTuple
+import threading
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.study import Study
-from proofmass.runner.engine.engines import EngineName, choose
+from proofmass.runner.engine.engines import EngineName, choose, lanes_for
 from proofmass.runner.engine.faults import failed, name_fault
 from proofmass.runner.engine.interpret import Interpreter, TickError
 from proofmass.runner.engine.memory import Engine, Memory, start
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.studies.measuring import refuse_late, value_of
+
+if TYPE_CHECKING:
+    from proofmass.runner.engine.native import CompiledPlan
+    from proofmass.runner.studies.side_by_side import SideBySide
 
 CHUNK = 1 << 18  # ticks between looks at Ctrl-C
 
@@ -33,19 +39,21 @@ class SensorRun(NamedTuple):
 class SensorRuns:
     """Runs a study's sensors."""
 
-    def __init__(self, study: Study, engine: EngineName = "auto") -> None:
+    def __init__(self, study: Study, engine: EngineName = "auto", lanes: int | None = None) -> None:
         self.study = study
         self.plan = plan(dataclasses.replace(study.graph, probes=()))
         self.ticks = self.plan.ticks()
         refuse_late(self.plan, self.ticks)
         total = self.ticks * study.runs * study.points * len(study.epochs)
         self.engine = choose(self.plan, total, engine)
-        self._make: Callable[[Plan, int, int, Memory], Engine] = Interpreter
-        if self.engine == "compiled":
-            from proofmass.runner.engine.native import CompiledLoop, CompiledPlan
+        wanted = lanes_for(study.runs * study.points) if lanes is None else lanes
+        self.lanes = wanted if self.engine == "compiled" else 0
+        self._together = self._side_by_side() if self.lanes else None
 
-            compiled = CompiledPlan(self.plan)
-            self._make = lambda plan, seed, run, memory: CompiledLoop(plan, seed, run, memory, compiled)
+    def _side_by_side(self) -> "SideBySide":
+        from proofmass.runner.studies.side_by_side import SideBySide
+
+        return SideBySide(self.study, self.plan, self.ticks, self.lanes, [*self.study.drawn(0)[0]])
 
     def code(self) -> str:
         """Hash of the functions that compute a run, of whichever version of the blocks."""
@@ -53,6 +61,18 @@ class SensorRuns:
         from proofmass.runner.engine.generate import generate
 
         return content_of(generate(self.plan))
+
+    def runs(self, numbers: Sequence[int], stop: threading.Event) -> list[SensorRun]:
+        """Some runs at each epoch, side by side where the engine has lanes.
+
+        Raises `StoppedError` soon after the event is set, where they are side by side.
+        """
+        if self._together is None:
+            return [done for number in numbers for done in self.run(number)]
+        drawn = [(number, epoch, v) for number in numbers for epoch, v in enumerate(self.study.drawn(number))]
+        sensors = [(v, noise_run(self.study, number, epoch)) for number, epoch, v in drawn]
+        found = zip(drawn, self._together.measured(sensors, stop), strict=True)
+        return [self._at(*sensor) if values is None else SensorRun(*sensor[:2], values) for sensor, values in found]
 
     def run(self, number: int) -> list[SensorRun]:
         """One run at each epoch."""
@@ -70,12 +90,26 @@ class SensorRuns:
         return SensorRun(number, epoch, tuple(value_of(changed, measure, memory) for measure in self.plan.measures))
 
     def _last(self, changed: Plan, run: int) -> Memory:
-        engine: Engine = self._make(changed, self.study.seed, run, start(changed))
+        engine = self._started(changed, run)
         for first in range(0, self.ticks, CHUNK):
             before, last = engine.snapshot(), min(first + CHUNK, self.ticks)
             if not engine.advance(last, ()):
                 name_fault(changed, self.study.seed, run, before(), last)
         return engine.memory()
+
+    def _started(self, changed: Plan, run: int) -> Engine:
+        if self.engine == "python":
+            return Interpreter(changed, self.study.seed, run, start(changed))
+        from proofmass.runner.engine.native import CompiledLoop
+
+        return CompiledLoop(changed, self.study.seed, run, start(changed), self._compiled)
+
+    @cached_property
+    def _compiled(self) -> "CompiledPlan":
+        """The loop of one run; where all go side by side, nothing needs it."""
+        from proofmass.runner.engine.native import CompiledPlan
+
+        return CompiledPlan(self.plan)
 
 
 def noise_run(study: Study, run: int, epoch: int) -> int:

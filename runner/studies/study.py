@@ -1,13 +1,19 @@
 """A study from its first to its last run: ledger, batches, progress, interruption."""
 
+import contextlib
+import itertools
+import os
+import threading
 import time
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from proofmass.blocks.problem import ModelError, Problem, shown
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.engines import EngineName
-from proofmass.runner.engine.interrupts import interrupts
+from proofmass.runner.engine.interrupts import StoppedError, interrupts
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.result import Result
 from proofmass.runner.engine.simulate import Progress, simulate_plan
@@ -25,20 +31,25 @@ def run_study(
     runs: int | None = None,
     seed: int | None = None,
     engine: EngineName = "auto",
+    lanes: int | None = None,
+    threads: int | None = None,
     folder: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StudyResult:
     """Run a study, or what is left of it.
 
-    `runs` and `seed` take the place of those of the study. With a `folder` every run is kept in a ledger there as it
-    is done: the same call goes on from it after Ctrl-C, SIGTERM or a crash, to the same bits; more runs may be asked
-    for later. Ctrl-C ends the study after the run under way, and the result holds what is done.
+    `runs` and `seed` take the place of those of the study. The compiled engine moves `lanes` runs side by side, 0 for
+    none, in each of `threads`; both follow from the study and the machine, and change no bit.
+
+    With a `folder` every run is kept in a ledger there as it is done: the same call goes on from it after Ctrl-C,
+    SIGTERM or a crash, to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under
+    way, and the result holds what is done.
 
     Raises `ModelError` when the study is wrong, or the ledger in the folder belongs to another graph or study.
     """
     began = time.perf_counter()
     study = with_numbers(study, runs, seed)
-    sensors = SensorRuns(study, engine)
+    sensors = SensorRuns(study, engine, lanes)
     total = study.runs * study.points
     facts = {"graph": graph_text(study.graph), "study": study.text(), "code": sensors.code()}
     path = None
@@ -49,7 +60,7 @@ def run_study(
     try:
         done = ledger.done(len(study.epochs))
         left = (number for number in range(total) if number not in done)
-        _fill(ledger, sensors, left, sum(number < total for number in done), total, progress)
+        _fill(ledger, sensors, left, sum(number < total for number in done), total, threads or _processors(), progress)
         kept = collected(sensors.plan.measures, len(study.epochs), ledger.runs(total))
     finally:
         ledger.close()
@@ -86,17 +97,21 @@ def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:
 
 
 def _fill(
-    ledger: Ledger, sensors: SensorRuns, left: Iterable[int], done: int, total: int, progress: Progress | None
+    ledger: Ledger,
+    sensors: SensorRuns,
+    left: Iterable[int],
+    done: int,
+    total: int,
+    threads: int,
+    progress: Progress | None,
 ) -> None:
     """Do the runs that are left; they are written together, batch by batch, and at the latest when it ends."""
     batch: list[SensorRun] = []
     written = time.perf_counter()
     with interrupts() as interrupted:
-        for number in left:
-            if interrupted.is_set():
-                break
-            batch += sensors.run(number)
-            done += 1
+        for runs in _in_order(sensors, left, threads, interrupted):
+            batch += runs
+            done += len(runs) // len(sensors.study.epochs)
             if time.perf_counter() - written > BATCH_SECONDS:
                 ledger.keep(batch)
                 batch, written = [], time.perf_counter()
@@ -105,3 +120,26 @@ def _fill(
         ledger.keep(batch)
         if progress:
             progress(done, total)
+
+
+def _in_order(
+    sensors: SensorRuns, left: Iterable[int], threads: int, interrupted: threading.Event
+) -> Iterator[list[SensorRun]]:
+    """Results in the order of the runs, computed in threads ahead of whom they are for."""
+    numbers, waiting = iter(left), deque[Future[list[SensorRun]]]()
+    threads = threads if sensors.engine == "compiled" else 1  # plain Python gains nothing
+    with ThreadPoolExecutor(threads) as pool, contextlib.suppress(StoppedError):
+        while True:
+            while len(waiting) <= threads and not interrupted.is_set():
+                some = list(itertools.islice(numbers, max(1, sensors.lanes)))
+                if not some:
+                    break
+                waiting.append(pool.submit(sensors.runs, some, interrupted))
+            if not waiting:
+                return
+            yield waiting.popleft().result()
+
+
+def _processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
