@@ -119,7 +119,7 @@ def _measure(
         return time.perf_counter() - began
 
     with tempfile.TemporaryDirectory() as folder:
-        libraries = [_build(source, folder, flags) for flags in ((), ("-ffp-contract=off",))]
+        libraries = [build(source, folder, flags) for flags in ((), ("-ffp-contract=off",))]
         times: list[tuple[float, float, float, float]] = []
         for _ in range(rounds):
             whole = simulate(graph, samples=samples, engine="compiled").seconds
@@ -150,7 +150,8 @@ def _held(a: list[list[float]], b: list[list[float]]) -> tuple[Any, Any]:
     return transition, entry
 
 
-def _build(source: str, folder: str, flags: tuple[str, ...]) -> ctypes.CDLL:
+def build(source: str, folder: str, flags: tuple[str, ...]) -> ctypes.CDLL:
+    """A C file of this folder as a library."""
     target = Path(folder) / f"{source}{''.join(flags)}.so"
     command = ["gcc", "-O3", "-march=native", *flags, "-shared", "-fPIC", "-o", str(target), str(HERE / source), "-lm"]
     subprocess.run(command, check=True)

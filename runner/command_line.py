@@ -223,6 +223,8 @@ def fit(**options: Any) -> int:
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for ledger, table and pictures; resumes."
 )
+@click.option("--threads", type=click.IntRange(1, 1024), help="Threads that run; as many as processors.")
+@click.option("--lanes", type=click.IntRange(0, 64), help="Runs side by side in a thread, 0 for none; as suits.")
 @click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
 @click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")

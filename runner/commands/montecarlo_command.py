@@ -23,6 +23,8 @@ def run_montecarlo(
     runs: int | None,
     seed: int | None,
     engine: Any,
+    threads: int | None,
+    lanes: int | None,
     out: Path | None,
     run: int | None,
     epoch: int,
@@ -38,7 +40,9 @@ def run_montecarlo(
         return _show_replay(replay(with_numbers(loaded, runs, seed), run, epoch, engine), out, as_json)
     bar = progress_bar(quiet or as_json, "run")
     with bar or contextlib.nullcontext():
-        result = run_study(loaded, runs=runs, seed=seed, engine=engine, folder=out, progress=bar)
+        result = run_study(
+            loaded, runs=runs, seed=seed, engine=engine, lanes=lanes, threads=threads, folder=out, progress=bar
+        )
     click.echo(json.dumps(_data(result), indent=2) if as_json else _text(result))
     if result.interrupted:
         kept = f"kept in {out}" if out is not None else "with --out FOLDER a study can be resumed"

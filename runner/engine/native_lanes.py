@@ -42,7 +42,8 @@ class CompiledLanes:
 class Lanes:
     """Some runs of a plan, at most as many as there are lanes; each to the bit what it would be alone.
 
-    `values` are the varied parameters of each run; `plans` have its blocks that are settled before it starts.
+    `values` has a number for each run of the varied parameters; of blocks that are settled before a run starts, it is
+    `plans` that have them.
     """
 
     def __init__(
@@ -50,7 +51,7 @@ class Lanes:
         compiled: CompiledLanes,
         seed: int,
         runs: Sequence[int],
-        values: Sequence[Mapping[Node, float]],
+        values: Mapping[Node, Array],
         plans: Sequence[Plan],
     ) -> None:
         self._compiled, self._seed, self.tick = compiled, seed, 0
@@ -66,15 +67,15 @@ class Lanes:
             if compiled.settled:
                 self._settle(lane, plan)
 
-    def _set(self, values: Sequence[Mapping[Node, float]]) -> None:
+    def _set(self, values: Mapping[Node, Array]) -> None:
         """The varied parameters; lanes without a run do as the first."""
         places = self._compiled.generated.constants.kinds
-        for node in values[0]:
+        for node, given in values.items():
             key = (node[0], "parameter", node[1])
             if node[0] not in self._compiled.settled:
-                rows = self._constants[FLOATS][places[key if key in places else node][1]]
-                rows[:] = values[0][node]
-                rows[: len(values)] = [given[node] for given in values]
+                row = self._constants[FLOATS][places[key if key in places else node][1]]
+                row[:] = given[0]
+                row[: len(given)] = given
 
     def _settle(self, lane: int, plan: Plan) -> None:
         """Constants, start and buffers of the blocks that are settled before a run."""
@@ -97,10 +98,11 @@ class Lanes:
         self._compiled.loop(self.tick, last, self._seed, *(array.ctypes.data for array in arrays))
         self.tick = last
 
-    def sound(self, lane: int) -> bool:
-        """Whether the numbers of a run were finite and fitted their formats, so far."""
-        refused = self._state[INTEGERS][self._compiled.generated.memory.counts[INTEGERS], lane]
-        return bool(np.isfinite(self._state[FLOATS][self._compiled.watched, lane]).all()) and not refused
+    def sound(self) -> list[bool]:
+        """Of each lane, whether its numbers were finite and fitted their formats, so far."""
+        refused = self._state[INTEGERS][self._compiled.generated.memory.counts[INTEGERS]]
+        finite = np.isfinite(self._state[FLOATS][self._compiled.watched]).all(axis=0)
+        return (finite & (refused == 0)).tolist()  # type: ignore[no-any-return]
 
     def memory(self, lane: int, names: Collection[str]) -> Memory:
         """States and wires of some blocks of a run, as they stand."""

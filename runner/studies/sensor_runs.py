@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.engines import EngineName, choose, lanes_for
@@ -48,7 +50,7 @@ class SensorRuns:
         self.engine = choose(self.plan, total, engine)
         wanted = lanes_for(study.runs * study.points) if lanes is None else lanes
         self.lanes = wanted if self.engine == "compiled" else 0
-        self._together = self._side_by_side() if self.lanes else None
+        self.together = self._side_by_side() if self.lanes else None
 
     def _side_by_side(self) -> "SideBySide":
         from proofmass.runner.studies.side_by_side import SideBySide
@@ -67,12 +69,13 @@ class SensorRuns:
 
         Raises `StoppedError` soon after the event is set, where they are side by side.
         """
-        if self._together is None:
+        if self.together is None:
             return [done for number in numbers for done in self.run(number)]
         drawn = [(number, epoch, v) for number in numbers for epoch, v in enumerate(self.study.drawn(number))]
-        sensors = [(v, noise_run(self.study, number, epoch)) for number, epoch, v in drawn]
-        found = zip(drawn, self._together.measured(sensors, stop), strict=True)
-        return [self._at(*sensor) if values is None else SensorRun(*sensor[:2], values) for sensor, values in found]
+        values = {name: np.array([v[name] for _, _, v in drawn]) for name in drawn[0][2]}
+        noise = [noise_run(self.study, number, epoch) for number, epoch, _ in drawn]
+        found = zip(drawn, self.together.measured(values, noise, stop), strict=True)
+        return [self._at(*run) if measures is None else SensorRun(*run[:2], measures) for run, measures in found]
 
     def run(self, number: int) -> list[SensorRun]:
         """One run at each epoch."""

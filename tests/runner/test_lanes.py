@@ -4,6 +4,7 @@ import dataclasses
 import random
 from typing import Any
 
+import numpy as np
 import pytest
 
 from proofmass.blocks.problem import ModelError
@@ -60,14 +61,15 @@ def test_of_the_library(name: str) -> None:
     path = next(path for path in LIBRARY if path.stem == name)
     planned = plan(dataclasses.replace(read_graph(path), probes=()))
     plans, values = sensors(planned, random.Random(name))
-    lanes = Lanes(CompiledLanes(planned, set(values[0]), LANES), 7, range(RUNS), values, plans)
+    given = {node: np.array([each[node] for each in values]) for node in values[0]}
+    lanes = Lanes(CompiledLanes(planned, set(given), LANES), 7, range(RUNS), given, plans)
     for until in (1, TICKS // 2, TICKS):  # in chunks of any length
         lanes.advance(until)
     one = CompiledPlan(planned)
     different = set()
     for number, alone in enumerate(plans):
         loop = CompiledLoop(alone, 7, number, start(alone), one)
-        assert lanes.sound(number) == loop.advance(TICKS, ())
+        assert lanes.sound()[number] == loop.advance(TICKS, ())
         found = lanes.memory(number, list(planned.blocks)).states
         assert repr(found) == repr(loop.memory().states)
         different.add(repr(found))
