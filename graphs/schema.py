@@ -10,7 +10,7 @@ from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT
 from proofmass.graphs.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
 from proofmass.graphs.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.limits import BLOCKS, NAME, TEXT_LENGTH, WIRES
-from proofmass.graphs.measures import STATISTICS
+from proofmass.graphs.measures import OPTIONS, STATISTICS
 
 Schema = dict[str, Any]
 
@@ -117,12 +117,27 @@ def _measures() -> Schema:
         "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
+        "percent": _quantity({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 100}),
+        "tau": _quantity({"type": "number", "minimum": 0}),
+        "target": _quantity({"type": "number"}),
+        "within": _quantity({"type": "number", "exclusiveMinimum": 0}),
     }
+    options = {key for keys in OPTIONS.values() for key in keys}
     measure = {
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_KEYS.items()},
         "required": ["signal", "statistic"],
         "additionalProperties": False,
+        "allOf": [
+            {
+                "if": {"properties": {"statistic": {"const": statistic}}, "required": ["statistic"]},
+                "then": {
+                    "required": list(OPTIONS.get(statistic, ())),
+                    "properties": dict.fromkeys(sorted(options - set(OPTIONS.get(statistic, ()))), False),
+                },
+            }
+            for statistic in STATISTICS
+        ],
     }
     return {
         "type": "object",

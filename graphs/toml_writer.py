@@ -8,7 +8,7 @@ from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.units import same_unit
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.loops import REQUIREMENTS
-from proofmass.graphs.measures import Measure
+from proofmass.graphs.measures import TAU, Measure
 from proofmass.graphs.rates import write_rate
 
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
@@ -92,7 +92,9 @@ def _probe(signal: str, every: int) -> str:
 
 def _measure(measure: Measure) -> str:
     begin = f", from = {_text(f'{measure.start} s')}" if measure.start else ""
-    return f"{{ signal = {_text(measure.signal)}, statistic = {_text(measure.statistic)}{begin} }}"
+    options = {key: f"{value} s" if key == TAU else value for key, value in measure.options}
+    more = "".join(f", {k} = {_text(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
+    return f"{{ signal = {_text(measure.signal)}, statistic = {_text(measure.statistic)}{begin}{more} }}"
 
 
 def _list(key: str, entries: list[str]) -> list[str]:

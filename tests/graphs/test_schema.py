@@ -117,6 +117,26 @@ def test_mistakes_are_not_valid(old: str, new: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("measure", "right"),
+    [
+        ('statistic = "mean"', True),
+        ('statistic = "mean", from = "1 ms"', True),
+        ('statistic = "mean", tau = 1', False),
+        ('statistic = "maen"', False),
+        ('statistic = "percentile", percent = 99', True),
+        ('statistic = "percentile", percent = 100', False),
+        ('statistic = "percentile"', False),
+        ('statistic = "percentile", percent = 9, within = 1', False),
+        ('statistic = "allan_deviation", tau = "1 s"', True),
+        ('statistic = "settling_time", target = 1, within = "1 mV"', True),
+        ('statistic = "settling_time", target = 1', False),
+    ],
+)
+def test_measures(measure: str, right: bool) -> None:
+    assert valid(f'{SMALL}\n[measures]\nbias = {{ signal = "adc.code", {measure} }}\n') == right
+
+
+@pytest.mark.parametrize(
     "text", ["5 V", "5V", " 5.0 mV ", "-1e-3", "+.5 µV", "1_000 V", "1/3 V", "5 kg*m^2/(s^3 A)", "3 1/s", "0.1 %"]
 )
 def test_quantities_are_valid(text: str) -> None:
