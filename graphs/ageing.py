@@ -15,7 +15,7 @@ from itertools import pairwise
 from proofmass.blocks import arrhenius_ageing, logarithmic_ageing
 from proofmass.blocks.counter_random import normal_deviate
 from proofmass.blocks.problem import shown
-from proofmass.graphs.distributions import TableError, checked_table, read_flag, read_quantity
+from proofmass.graphs.table_entries import TableError, checked_table, read_flag, read_quantity
 
 LAWS = ("ramp", "random_walk", "logarithmic", "arrhenius")
 _SPREAD = {
