@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import click
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
+from proofmass.runner.studies.intervals import concise
 
 if TYPE_CHECKING:
     from proofmass.runner.engine.result import Result
@@ -85,13 +87,20 @@ def _data(result: "StudyResult") -> dict[str, Any]:
         "interrupted": result.interrupted,
         "seed": result.study.seed,
         "epochs_s": list(result.study.epochs),
-        "measures": result.summary(),
+        "measures": [_finite(row) for row in result.summary()],
         "yield": result.yields(),
+        "yield_intervals": result.yield_intervals(),
         "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
         "digest": result.digest,
         "seconds": result.seconds,
         **result.provenance,
     }
+
+
+def _finite(row: dict[str, Any]) -> dict[str, Any]:
+    """A row for JSON, which has no infinity: null where an interval has no end."""
+    ends = {k: [end if math.isfinite(end) else None for end in ends] for k, ends in row.get("intervals", {}).items()}
+    return row | ({"intervals": ends} if ends else {})
 
 
 def _text(result: "StudyResult") -> str:
@@ -105,14 +114,19 @@ def _text(result: "StudyResult") -> str:
     head = ("measure", "unit", "age", *_COLUMNS)
     rows: list[tuple[str, ...]] = [head]
     for row in result.summary():
-        numbers = [f"{row[key]:.9g}" if key in row else "" for key in _COLUMNS]
+        numbers = [concise(row[key], row["intervals"][key]) if key in row else "" for key in _COLUMNS]
         rows.append((row["measure"], row["unit"], age_text(row["age_s"]), *numbers))
     widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
     for cells in rows:
         left = [cell.ljust(width) for cell, width in zip(cells[:2], widths[:2], strict=True)]
         right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
         lines.append("  ".join([*left, *right]).rstrip())
-    lines += [""] + [f"yield, {name}: {100 * part:.2f} %" for name, part in result.yields().items()]
+    lines += ["in brackets half of the 95 % confidence interval, in units of the last digits", ""]
+    for name, part in result.yields().items():
+        low, high = result.yield_intervals()[name]
+        lines.append(f"yield, {name}: {100 * part:.2f} %, with 95 % confidence {100 * low:.2f} to {100 * high:.2f} %")
+    if result.planned_runs < study.runs * study.points:
+        lines.append(f"stopped after {result.planned_runs:,} of {study.runs * study.points:,} runs: that was enough")
     if result.faults:
         (run, epoch), text = next(iter(result.faults.items()))
         lines += [f"{len(result.faults):,} of {made:,} failed; run {run} at epoch {epoch}: {text}"]
