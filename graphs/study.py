@@ -126,6 +126,11 @@ class Study:
         """Points of the sweep."""
         return math.prod(len(values) for values in self.sweep.values())
 
+    def unit_of(self, name: str) -> str:
+        """Unit of a parameter, by its name in the flat graph."""
+        block = self.flat.blocks[split(name)[0]]
+        return block.unit_of(block.parameters[split(name)[1]])
+
     @cached_property
     def flat(self) -> Graph:
         """The graph without subgraphs."""

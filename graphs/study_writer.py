@@ -7,13 +7,17 @@ from typing import Any
 
 from proofmass.graphs.ageing import Drift
 from proofmass.graphs.distributions import Spread
+from proofmass.graphs.graph import Graph
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_tables import Limit
 from proofmass.graphs.toml_writer import quoted, write_graph
 
 
-def write_study(study: Study) -> str:
-    """The text of a graph file with a table `[study]`; numbers are in the units of their parameters and measures."""
+def write_study(study: Study, graph: Graph | None = None) -> str:
+    """The text of a graph file with a table `[study]`; numbers are in the units of their parameters and measures.
+
+    `graph` is the study's, with its recordings named from the folder that the text is meant for.
+    """
     lines = [f"runs = {study.runs}", f"seed = {study.seed}", f"design = {quoted(study.design)}"]
     tables: dict[str, dict[str, Any]] = {
         "spread": {name: _spread(spread) for name, spread in study.spread.items()},
@@ -27,7 +31,7 @@ def write_study(study: Study) -> str:
     for name, table in tables.items():
         if table:
             lines += ["", f"[study.{name}]", *(f"{quoted(key)} = {_value(entry)}" for key, entry in table.items())]
-    return f"{write_graph(study.graph)}\n[study]\n" + "\n".join(lines) + "\n"
+    return f"{write_graph(graph or study.graph)}\n[study]\n" + "\n".join(lines) + "\n"
 
 
 def _spread(spread: Spread) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import click
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
+from proofmass.runner.studies.ages import age_text
 from proofmass.runner.studies.intervals import concise
 
 if TYPE_CHECKING:
@@ -65,17 +66,22 @@ def _show_replay(result: "Result", out: Path | None, as_json: bool) -> int:
 
 def _written(result: "StudyResult", out: Path) -> list[str]:
     from proofmass.runner.output.export import whole_file
+    from proofmass.runner.studies.folder import STUDY_FILE
     from proofmass.runner.studies.ledger import FILE
     from proofmass.runner.studies.plot import save_study_plot
+    from proofmass.runner.studies.report import FILE as REPORT
+    from proofmass.runner.studies.report import save_study_report
 
     with whole_file(out / "study.json") as file:
         file.write((json.dumps(_data(result), indent=2) + "\n").encode())
     result.to_xarray().to_netcdf(out / "study.nc", engine="h5netcdf")
     return [
         FILE,
+        STUDY_FILE,
         "study.json",
         "study.nc",
         *(save_study_plot(result, out / f"study.{form}").name for form in ("svg", "png")),
+        save_study_report(result, out / REPORT).name,
     ]
 
 
@@ -131,14 +137,3 @@ def _text(result: "StudyResult") -> str:
         (run, epoch), text = next(iter(result.faults.items()))
         lines += [f"{len(result.faults):,} of {made:,} failed; run {run} at epoch {epoch}: {text}"]
     return "\n".join(lines).rstrip()
-
-
-def age_text(seconds: float) -> str:
-    """An age in the unit that suits it.
-
-    >>> age_text(0.0), age_text(3.6e6), age_text(31557600.0)
-    ('0 h', '1000 h', '1 year')
-    """
-    if seconds < 31557600.0:
-        return f"{seconds / 3600.0:g} h"
-    return f"{seconds / 31557600.0:g} year"

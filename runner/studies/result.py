@@ -24,7 +24,6 @@ from proofmass.runner.studies.sensor_runs import SensorRun
 if TYPE_CHECKING:
     import xarray
 
-YEAR = 31557600.0  # seconds
 PERCENTILES = (1.0, 50.0, 99.0)
 
 

@@ -59,15 +59,15 @@ def drawn_parameters(study: Study, runs: Array, epoch: int) -> dict[str, Array]:
     """Parameters that differ between runs: what each run had at an epoch."""
     rows = [study.drawn(int(run))[epoch] for run in runs]
     table = {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
-    return {name: values for name, values in table.items() if np.ptp(values) > 0.0}
+    return {name: values for name, values in table.items() if _differ(values)}
 
 
 def regression(parameters: Mapping[str, Array], values: Array) -> Regression | None:
     """Influence of parameters on the values of a measure; None where runs are too few or nothing scatters."""
     known = np.isfinite(values)
     y = values[known]
-    columns = {name: column[known] for name, column in parameters.items() if np.ptp(column[known]) > 0.0}
-    if len(y) < len(columns) + 3 or not columns or not np.ptp(y) > 0.0:
+    columns = {name: column[known] for name, column in parameters.items() if _differ(column[known])}
+    if len(y) < len(columns) + 3 or not columns or not _differ(y):
         return None
     x = np.column_stack(list(columns.values()))
     standardised, explained = _standardised(x, y)
@@ -91,7 +91,7 @@ def sobol_indices(result: StudyResult, measure: str, epoch: int = 0, point: int 
     values = np.array([there.get(sensor * study.points + point, np.nan) for sensor in range(sensors)], dtype=float)
     groups = values.reshape(-1, group)
     groups = groups[np.isfinite(groups).all(axis=1)]
-    if len(groups) < 2 or not np.ptp(groups[:, :2]) > 0.0:
+    if len(groups) < 2 or not _differ(groups[:, :2]):
         return []
     dice = np.random.default_rng(study.seed)
     resampled = np.array([_indices(groups[dice.integers(len(groups), size=len(groups))]) for _ in range(_RESAMPLES)])
@@ -108,6 +108,10 @@ def sobol_indices(result: StudyResult, measure: str, epoch: int = 0, point: int 
         )
         for i, name in enumerate(study.designed.names)
     ]
+
+
+def _differ(values: Array) -> bool:
+    return values.size > 0 and bool(np.ptp(values) > 0.0)
 
 
 def _indices(groups: Array) -> Array:

@@ -18,6 +18,7 @@ from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.result import Result
 from proofmass.runner.engine.simulate import simulate_plan
 from proofmass.runner.output.provenance import graph_text, provenance
+from proofmass.runner.studies.folder import keep_study
 from proofmass.runner.studies.ledger import FILE, Ledger
 from proofmass.runner.studies.result import StudyResult, collected
 from proofmass.runner.studies.running_means import RunningMeans
@@ -61,6 +62,8 @@ def run_study(
         path = Path(folder) / FILE
     ledger = Ledger(path, (measure.name for measure in sensors.plan.measures), facts)
     try:
+        if folder is not None:
+            keep_study(study, Path(folder))
         done, means = ledger.done(len(study.epochs)), RunningMeans(study, sensors.plan.measures)
         means.add(ledger.runs(total))
         left = (number for number in range(total) if number not in done)
