@@ -223,6 +223,7 @@ def fit(**options: Any) -> int:
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for ledger, table and pictures; resumes."
 )
+@click.option("--format", "formats", multiple=True, type=click.Choice(["csv", "parquet"]), help="Tables beside netCDF.")
 @click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
 @click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")

@@ -27,6 +27,7 @@ def run_montecarlo(
     seed: int | None,
     engine: Any,
     out: Path | None,
+    formats: tuple[str, ...],
     run: int | None,
     epoch: int,
     quiet: bool,
@@ -38,7 +39,7 @@ def run_montecarlo(
 
     loaded = read_study(study, own_blocks(own))
     if run is not None:
-        return _show_replay(replay(with_numbers(loaded, runs, seed), run, epoch, engine), out, as_json)
+        return _show_replay(replay(with_numbers(loaded, runs, seed), run, epoch, engine), out, formats, as_json)
     bar = progress_bar(quiet or as_json, "run")
     with bar or contextlib.nullcontext():
         result = run_study(loaded, runs=runs, seed=seed, engine=engine, folder=out, progress=bar)
@@ -49,23 +50,24 @@ def run_montecarlo(
         click.echo(f"interrupted after {len(result.numbers):,} of {result.planned_runs:,} runs; {kept}{hint}", err=True)
         return 130
     if out is not None:
-        click.echo(f"written to {out}: {', '.join(_written(result, out))}", err=as_json)
+        click.echo(f"written to {out}: {', '.join(_written(result, out, formats))}", err=as_json)
     return 0
 
 
-def _show_replay(result: "Result", out: Path | None, as_json: bool) -> int:
+def _show_replay(result: "Result", out: Path | None, formats: tuple[str, ...], as_json: bool) -> int:
     if as_json:
         click.echo(json.dumps(as_data(result), indent=2))
     else:
         show(result)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        click.echo(f"written to {out}: {', '.join(write(result, out, ('netcdf',)))}", err=as_json)
+        click.echo(f"written to {out}: {', '.join(write(result, out, ('netcdf', *formats)))}", err=as_json)
     return 0
 
 
-def _written(result: "StudyResult", out: Path) -> list[str]:
+def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list[str]:
     from proofmass.runner.output.export import whole_file
+    from proofmass.runner.studies.export import save_study_csv, save_study_parquet
     from proofmass.runner.studies.folder import STUDY_FILE
     from proofmass.runner.studies.ledger import FILE
     from proofmass.runner.studies.plot import save_study_plot
@@ -74,12 +76,14 @@ def _written(result: "StudyResult", out: Path) -> list[str]:
 
     with whole_file(out / "study.json") as file:
         file.write((json.dumps(_data(result), indent=2) + "\n").encode())
+    tables = {"csv": save_study_csv, "parquet": save_study_parquet}
     result.to_xarray().to_netcdf(out / "study.nc", engine="h5netcdf")
     return [
         FILE,
         STUDY_FILE,
         "study.json",
         "study.nc",
+        *(tables[form](result, out / f"study.{form}").name for form in formats),
         *(save_study_plot(result, out / f"study.{form}").name for form in ("svg", "png")),
         save_study_report(result, out / REPORT).name,
     ]

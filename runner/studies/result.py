@@ -114,8 +114,12 @@ class StudyResult:
             coordinates[name] = ("run", np.array([point[name] for point in points], dtype=float))
         facts = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
         variables = {name: (("run", "epoch"), values, facts[name]) for name, values in self.values.items()}
-        attributes = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
-        return xarray.Dataset(variables, coordinates, attributes | dict(self.provenance))
+        return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def attributes(self) -> dict[str, str]:
+        """What the numbers were made with."""
+        own = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
+        return own | dict(self.provenance)
 
 
 def collected(measures: tuple[PlannedMeasure, ...], epochs: int, runs: Iterable[SensorRun]) -> dict[str, Any]:
