@@ -67,7 +67,7 @@ def _show_replay(result: "Result", out: Path | None, formats: tuple[str, ...], a
 
 def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list[str]:
     from proofmass.runner.output.export import whole_file
-    from proofmass.runner.studies.export import save_study_csv, save_study_parquet
+    from proofmass.runner.studies.export import save_study_csv, save_study_netcdf, save_study_parquet
     from proofmass.runner.studies.folder import STUDY_FILE
     from proofmass.runner.studies.ledger import FILE
     from proofmass.runner.studies.plot import save_study_plot
@@ -77,7 +77,7 @@ def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list
     with whole_file(out / "study.json") as file:
         file.write((json.dumps(_data(result), indent=2) + "\n").encode())
     tables = {"csv": save_study_csv, "parquet": save_study_parquet}
-    result.to_xarray().to_netcdf(out / "study.nc", engine="h5netcdf")
+    save_study_netcdf(result, out / "study.nc")
     return [
         FILE,
         STUDY_FILE,

@@ -1,7 +1,7 @@
-"""The table of a study for other tools, CSV and Parquet: a row per run and epoch.
+"""A study for other tools: netCDF, labelled by run and epoch; CSV and Parquet, with a row per run and epoch.
 
-Columns are run, epoch and age, the parameters that are spread, swept or drift, the measures, and what went wrong. A run
-that failed has no numbers in it. Every file appears whole or not at all.
+The columns of a table are run, epoch and age, the parameters that are spread, swept or drift, the measures, and what
+went wrong. A run that failed has no numbers in it. Every file appears whole or not at all.
 """
 
 import csv
@@ -37,6 +37,19 @@ def columns(result: StudyResult) -> list[Column]:
         *(Column(m.name, m.unit, f"{m.statistic} of {m.signal}") for m in result.measures),
         Column("fault", "", "Why the run failed; empty when it did not."),
     ]
+
+
+def save_study_netcdf(result: StudyResult, path: str | Path) -> Path:
+    """One netCDF-4 file, as `to_xarray` labels it; put together in memory, since HDF5 does not survive a full disk."""
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as data:
+        result.to_xarray().dump_to_store(H5NetCDFStore(data))
+    with whole_file(path) as file:
+        file.write(memory.getvalue())
+    return Path(path)
 
 
 def save_study_csv(result: StudyResult, path: str | Path) -> Path:
