@@ -69,12 +69,16 @@ def concise(value: float, interval: Sequence[float]) -> str:
     """A value with the larger half of its interval in brackets, in units of its last digits (GUM, 7.2.2).
 
     >>> concise(9.806657, (9.8055, 9.8079)), concise(523461.0, (523000.0, 523900.0)), concise(2.0, (2.0, math.inf))
-    ('9.8067(12)', '523461(461)', '2')
+    ('9.8067(12)', '523461(460)', '2')
+    >>> concise(-7.61e-6, (-15.7e-6, 0.0))
+    '-7.6(81)e-06'
     """
     half = max(value - interval[0], interval[1] - value)
     if not 0.0 < half < math.inf:
         return f"{value:.9g}"
+    power = math.floor(math.log10(max(abs(value), half)))
+    if -4 <= power < 9:
+        power = 0
+    value, half = value / 10.0**power, float(f"{half / 10.0**power:.1e}")
     digits = max(0, 1 - math.floor(math.log10(half)))
-    if digits > 12:
-        return f"{value:.9g}({half:.2g})"
-    return f"{value:.{digits}f}({round(half * 10**digits)})"
+    return f"{value:.{digits}f}({round(half * 10**digits)})" + (f"e{power:+03d}" if power else "")
