@@ -9,8 +9,8 @@ from proofmass.blocks.allan_deviation import AllanDeviation
 from proofmass.blocks.declare import Block
 from proofmass.blocks.linear_trend import LinearTrend
 from proofmass.blocks.problem import ModelError, Problem, shown
-from proofmass.blocks.running_range import RunningRange
 from proofmass.blocks.running_percentile import RunningPercentile
+from proofmass.blocks.running_range import RunningRange
 from proofmass.blocks.running_statistics import RunningStatistics
 from proofmass.blocks.settling_time import SettlingTime
 from proofmass.blocks.units import UnitError
