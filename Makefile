@@ -26,6 +26,7 @@ benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/compare_with_c.py
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/memory.py
+	$(BIN)/python benchmarks/normal_deviates.py
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -15,7 +15,7 @@ from itertools import pairwise
 from proofmass.blocks import arrhenius_ageing, logarithmic_ageing
 from proofmass.blocks.counter_random import normal_deviate
 from proofmass.blocks.problem import shown
-from proofmass.graphs.distributions import TableError, checked_table, read_flag, read_quantity
+from proofmass.graphs.table_entries import TableError, checked_table, read_flag, read_quantity
 
 LAWS = ("ramp", "random_walk", "logarithmic", "arrhenius")
 _SPREAD = {
@@ -33,7 +33,7 @@ DRIFT_KEYS = {
     "activation_energy": "0.7 eV when nothing is said.",
     "relative": "true: changes are relative to the value of the graph.",
 }
-_NEEDED_BY = {
+NEEDED_BY = {
     "onset": "logarithmic",
     "temperature": "arrhenius",
     "reference_temperature": "arrhenius",
@@ -92,7 +92,7 @@ def read_drift(table: object, unit: str) -> Drift:
     table = checked_table(table, DRIFT_KEYS, 'write { ramp = "20 ppm/year", relative = true }')
     if not any(law in table for law in LAWS):
         raise TableError("needs a law of ageing", got=shown(dict(table)), expected=f"one or more of {', '.join(LAWS)}")
-    for key, law in _NEEDED_BY.items():
+    for key, law in NEEDED_BY.items():
         if key in table and law not in table:
             raise TableError(f"there is no {law} to go with it", key, hint=f"add {law}, or leave {key} out")
     relative = read_flag(table, "relative")

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
+from fractions import Fraction
 from functools import cached_property
 from itertools import chain, islice
 from typing import NamedTuple
@@ -305,6 +306,11 @@ def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
             got, expected, hint = counted(shape), counted(()), "measure an output of single values"
             message = "a vector cannot be measured"
             yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
+        try:
+            measure.reducer(found[0].unit_of(found[1]), Fraction(1))
+        except ModelError as error:
+            for problem in error.problems:
+                yield replace(problem, key=f"measures.{name}.{problem.path[0]}", path=(*path, *problem.path))
 
 
 def _probes(graph: Graph, root: Graph) -> Iterator[Problem]:

@@ -22,8 +22,12 @@ BLOCK_KEYS = {  # of every block, beside its parameters
 }
 MEASURE_KEYS = {
     "signal": 'Output that is reduced to one number, "block.output".',
-    "statistic": "How: mean, std, rms, min, max, peak_to_peak, last or slope.",
+    "statistic": "mean, std, rms, min, max, peak_to_peak, last, slope, percentile, allan_deviation or settling_time.",
     "from": "From which time on; from the start when nothing is said.",
+    "percent": "Of a percentile: the part of the values that lies below it, in per cent.",
+    "tau": 'Of an Allan deviation: the averaging time, "1 s".',
+    "target": "Of a settling time: where the signal settles.",
+    "within": "Of a settling time: how far from the target it may be.",
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',
@@ -41,11 +45,14 @@ STUDY_KEYS = {
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml".',
     "runs": "How many sensors are drawn, at each point of the sweep.",
     "seed": "Seed of everything that is drawn, and of the noise.",
+    "design": "How sensors are drawn: random when nothing is said, latin_hypercube, sobol or saltelli.",
     "spread": 'What differs from sensor to sensor: "adc.reference" = { normal = "200 ppm", relative = true }.',
+    "correlation": 'Of normal parameters: "adc.reference" = { "source.value" = 0.5 }.',
     "sweep": 'Parameters that take each of some values, "adc.reference" = ["2.5 V", "5 V"]; several make a grid.',
     "epochs": 'Ages at which every sensor is looked at: ages = ["0 h", "1 year"].',
     "drift": 'Parameters that age from epoch to epoch: "adc.reference" = { ramp = "20 ppm/year", relative = true }.',
     "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
+    "stop": 'When it has run enough: bias = "1 uV", half of the 95 % confidence interval of the mean.',
 }
 LIMIT_KEYS = {
     "at_least": "Smallest value of the measure in a good sensor.",

@@ -1,14 +1,18 @@
 """Measures of a graph: signals reduced to one number each while it runs; no trace is kept for them."""
 
+import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from proofmass.blocks.allan_deviation import AllanDeviation
 from proofmass.blocks.declare import Block
 from proofmass.blocks.linear_trend import LinearTrend
 from proofmass.blocks.problem import ModelError, Problem, shown
+from proofmass.blocks.running_percentile import RunningPercentile
 from proofmass.blocks.running_range import RunningRange
 from proofmass.blocks.running_statistics import RunningStatistics
+from proofmass.blocks.settling_time import SettlingTime
 from proofmass.blocks.units import UnitError
 from proofmass.graphs.hints import like
 from proofmass.graphs.keys import MEASURE_KEYS
@@ -27,7 +31,12 @@ STATISTICS: dict[str, tuple[type[Block], str] | None] = {
     "peak_to_peak": (RunningRange, "peak_to_peak"),
     LAST: None,
     "slope": (LinearTrend, "slope"),
+    "percentile": (RunningPercentile, "percentile"),
+    "allan_deviation": (AllanDeviation, "deviation"),
+    "settling_time": (SettlingTime, "time_to_settle"),
 }
+TAU = "tau"
+OPTIONS = {"percentile": ("percent",), "allan_deviation": (TAU,), "settling_time": ("target", "within")}  # all needed
 
 
 class Measure(NamedTuple):
@@ -36,10 +45,26 @@ class Measure(NamedTuple):
     signal: str
     statistic: str
     start: Fraction = Fraction(0)
+    options: tuple[tuple[str, Any], ...] = ()  # parameters of the statistic as they are written; `tau` in seconds
+
+    def averaging(self, rate: Fraction) -> int:
+        """Samples in the averaging time of an Allan deviation, the nearest number; 1 for other statistics."""
+        tau: Fraction = dict(self.options).get(TAU, Fraction(0))
+        return max(1, round(tau * rate))
+
+    def reducer(self, unit: str, rate: Fraction) -> Block:
+        """The block that reduces a signal of that unit and rate; raises `ModelError` for options that do not suit."""
+        kind, _ = STATISTICS[self.statistic] or (RunningStatistics, LAST)
+        values = {key: value for key, value in self.options if key != TAU}
+        if kind is AllanDeviation:
+            values["averaging"] = self.averaging(rate)
+        return kind(skip=math.ceil(self.start * rate), unit=unit, **values)
 
 
 def measure_unit(statistic: str, unit: str) -> str:
     """Unit of a measure of a signal in that unit."""
+    if statistic == "settling_time":
+        return "s"
     if statistic != "slope":
         return unit
     return f"({unit})/s" if unit != "1" else "1/s"
@@ -57,7 +82,10 @@ def read_measures(table: object) -> dict[str, Measure]:
         found = list(_problems(name, given))
         problems += found
         if not found:
-            read[name] = Measure(given["signal"], given["statistic"], read_duration(given.get("from", 0)))
+            options = {key: given[key] for key in OPTIONS.get(given["statistic"], ())}
+            options |= {key: read_duration(value) for key, value in options.items() if key == TAU}
+            start = read_duration(given.get("from", 0))
+            read[name] = Measure(given["signal"], given["statistic"], start, tuple(options.items()))
     if problems:
         raise ModelError(problems)
     return dict(sorted(read.items()))
@@ -65,7 +93,8 @@ def read_measures(table: object) -> dict[str, Measure]:
 
 def _as_table(measure: object) -> Any:
     if isinstance(measure, Measure):
-        return {"signal": measure.signal, "statistic": measure.statistic, "from": measure.start}
+        own = {"signal": measure.signal, "statistic": measure.statistic, "from": measure.start}
+        return own | dict(measure.options)
     return measure
 
 
@@ -90,10 +119,18 @@ def _problems(name: object, given: Any) -> Iterator[Problem]:
     if not isinstance(statistic, str) or statistic not in STATISTICS:
         near = like(str(statistic), STATISTICS, "the statistics")
         yield _problem("there is no such statistic", name, "statistic", got=shown(statistic), hint=near)
-    try:
-        read_duration(given.get("from", 0))
-    except UnitError as error:
-        yield _problem(str(error), name, "from", got=shown(given["from"]), hint=error.hint)
+        return
+    wanted = OPTIONS.get(statistic, ())
+    for key in wanted:
+        if key not in given:
+            yield _problem(f"{statistic} needs {key}", name, expected=MEASURE_KEYS[key])
+    for key in set(given) & {key for keys in OPTIONS.values() for key in keys} - set(wanted):
+        yield _problem(f"{statistic} has no {key}", name, key, got=shown(given[key]), hint="leave it out")
+    for key in ("from", TAU):
+        try:
+            read_duration(given.get(key, 0))
+        except UnitError as error:
+            yield _problem(str(error), name, key, got=shown(given[key]), hint=error.hint)
 
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:

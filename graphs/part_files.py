@@ -35,7 +35,7 @@ class PartFiles:
 
     def graph(self, name: object, folder: str, depth: int) -> Graph:
         """The graph of a file named in another; raises `PartError`, or `ModelError` for what is wrong inside it."""
-        path = _allowed(name, folder)
+        path = file_inside(name, folder)
         place = path.resolve()
         if place in self._chain:
             chain = [*self._chain.values(), path.name]
@@ -58,10 +58,10 @@ class PartFiles:
         return known
 
 
-def _allowed(name: object, folder: str) -> Path:
+def file_inside(name: object, folder: str) -> Path:
     """The path of a file that may be read: inside the folder or below it, or of the library."""
     if not isinstance(name, str) or not name or len(name) > TEXT_LENGTH or not name.isprintable():
-        raise PartError("must be the name of a file", 'write graph = "accelerometer.toml"')
+        raise PartError("must be the name of a file", "files are named in quotes, relative to the folder of this one")
     base = _LIBRARY_FOLDER if name.startswith(LIBRARY) else Path(folder)
     path = base / name.removeprefix(LIBRARY)
     hint = "put it into the folder of this file, or into one below"
@@ -80,7 +80,7 @@ def _allowed(name: object, folder: str) -> Path:
 
 def _near(path: Path) -> str:
     try:
-        names = [other.name for other in path.parent.iterdir() if other.suffix == ".toml"]
+        names = [other.name for other in path.parent.iterdir() if other.suffix == (path.suffix or ".toml")]
     except OSError:
         return "there is no such folder"
-    return like(path.name, names, "the graph files there")
+    return like(path.name, names, "the files there")

@@ -8,11 +8,11 @@ from proofmass.blocks.catalog import Own, all_blocks, facts
 from proofmass.blocks.declare import Block
 from proofmass.graphs.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT
 from proofmass.graphs.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
-from proofmass.graphs.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, STUDY_KEYS, TOP_KEYS
+from proofmass.graphs.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.limits import BLOCKS, NAME, TEXT_LENGTH, WIRES
-from proofmass.graphs.measures import STATISTICS
-
-Schema = dict[str, Any]
+from proofmass.graphs.measures import OPTIONS, STATISTICS
+from proofmass.graphs.study import LARGEST_STUDY
+from proofmass.graphs.study_schema import Schema, study_schema
 
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
 _QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$"
@@ -48,7 +48,7 @@ def schema(own: Own | None = None) -> Schema:
         },
         "probes": {"type": "array", "items": _probe()},
         "measures": _measures(),
-        "study": {"type": "object", "propertyNames": {"enum": [key for key in STUDY_KEYS if key != "graph"]}},
+        "study": {"$ref": "#/$defs/study", "not": {"required": ["graph"]}},
         "exports": {
             "type": "object",
             "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
@@ -80,6 +80,7 @@ def schema(own: Own | None = None) -> Schema:
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
+            "study": study_schema(LARGEST_STUDY),
         },
     }
 
@@ -117,12 +118,27 @@ def _measures() -> Schema:
         "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
+        "percent": _quantity({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 100}),
+        "tau": _quantity({"type": "number", "minimum": 0}),
+        "target": _quantity({"type": "number"}),
+        "within": _quantity({"type": "number", "exclusiveMinimum": 0}),
     }
+    options = {key for keys in OPTIONS.values() for key in keys}
     measure = {
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_KEYS.items()},
         "required": ["signal", "statistic"],
         "additionalProperties": False,
+        "allOf": [
+            {
+                "if": {"properties": {"statistic": {"const": statistic}}, "required": ["statistic"]},
+                "then": {
+                    "required": list(OPTIONS.get(statistic, ())),
+                    "properties": dict.fromkeys(sorted(options - set(OPTIONS.get(statistic, ()))), False),
+                },
+            }
+            for statistic in STATISTICS
+        ],
     }
     return {
         "type": "object",

@@ -2,53 +2,27 @@
 
 import dataclasses
 import math
-import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
+from proofmass.blocks.counter_random import normal_quantile
 from proofmass.blocks.declare import Block
-from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError, Problem, shown
-from proofmass.blocks.units import UnitError
 from proofmass.graphs.ageing import Drift, read_drift
 from proofmass.graphs.check import checked
-from proofmass.graphs.distributions import (
-    Spread,
-    TableError,
-    checked_table,
-    read_quantity,
-    read_spread,
-    read_values,
-)
-from proofmass.graphs.flatten import flatten, inside
+from proofmass.graphs.correlation import Correlation
+from proofmass.graphs.designs import Design, stream_of
+from proofmass.graphs.distributions import Spread, read_spread
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import LARGEST_SEED, NOWHERE, Graph, Place, split
-from proofmass.graphs.hints import like
-from proofmass.graphs.keys import LIMIT_KEYS, STUDY_KEYS
-from proofmass.graphs.measures import measure_unit
-from proofmass.graphs.names import Missing, find_any
-from proofmass.graphs.rates import read_duration
+from proofmass.graphs.study_tables import Limit, StudyTables
+from proofmass.graphs.table_entries import read_values
 
 LARGEST_STUDY = 2**32  # runs times epochs: a word of the counter of the noise
-Entry = TypeVar("Entry")
 Tables = Mapping[str, Any]
 NOTHING: Tables = MappingProxyType({})
-
-
-@dataclasses.dataclass(frozen=True)
-class Limit:
-    """What a measure of a good sensor keeps, in its unit; `change` is relative to the value at the first epoch."""
-
-    at_least: float = -math.inf
-    at_most: float = math.inf
-    change: float = math.inf
-
-    def kept(self, values: Sequence[float]) -> bool:
-        """Whether the values of one sensor, epoch by epoch, stay within; a run that failed does not."""
-        inside = all(self.at_least <= value <= self.at_most for value in values)
-        largest = self.change * abs(values[0]) if math.isfinite(self.change) else math.inf
-        return inside and all(abs(value - values[0]) <= largest for value in values)
 
 
 @dataclasses.dataclass(frozen=True, init=False)
@@ -57,7 +31,7 @@ class Study:
 
     The tables are those of a study file: `spread={"adc.reference": {"normal": "200 ppm", "relative": True}}`. Run k is
     sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is repeated at
-    each epoch, an age at which its drifting parameters have moved on.
+    each epoch, an age at which its drifting parameters have moved on. `design` is one of `DESIGNS`.
 
     Raises `ModelError` with every problem.
     """
@@ -65,11 +39,14 @@ class Study:
     graph: Graph
     runs: int  # sensors
     seed: int
+    design: str
     spread: Mapping[str, Spread]
+    correlation: Correlation
     sweep: Mapping[str, tuple[float, ...]]
     epochs: tuple[float, ...]  # ages in seconds
     drift: Mapping[str, Drift]
     limits: Mapping[str, Limit]
+    stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __init__(
@@ -78,23 +55,31 @@ class Study:
         *,
         runs: int = 100,
         seed: int = 0,
+        design: str = "random",
         spread: Tables = NOTHING,
+        correlation: Tables = NOTHING,
         sweep: Tables = NOTHING,
         epochs: Tables = NOTHING,
         drift: Tables = NOTHING,
         limits: Tables = NOTHING,
+        stop: Tables = NOTHING,
         place: Place = NOWHERE,
     ) -> None:
-        read = _Reader(checked(graph))
+        read = StudyTables(checked(graph))
+        folder = (place if place is not NOWHERE else graph.place).folder
+        spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
         values = {
             "graph": graph,
             "runs": runs,
             "seed": seed,
-            "spread": read.parameters("spread", spread, read_spread),
+            "design": read.design(design, spreads),
+            "spread": spreads,
+            "correlation": read.correlation(correlation, spreads, design),
             "sweep": read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
             "epochs": read.ages(epochs),
             "drift": read.parameters("drift", drift, read_drift),
             "limits": read.limits(limits),
+            "stop": read.stop(stop),
             "place": place,
         }
         for name, value in values.items():
@@ -141,6 +126,11 @@ class Study:
         """Points of the sweep."""
         return math.prod(len(values) for values in self.sweep.values())
 
+    def unit_of(self, name: str) -> str:
+        """Unit of a parameter, by its name in the flat graph."""
+        block = self.flat.blocks[split(name)[0]]
+        return block.unit_of(block.parameters[split(name)[1]])
+
     @cached_property
     def flat(self) -> Graph:
         """The graph without subgraphs."""
@@ -154,18 +144,32 @@ class Study:
             chosen[name] = values[place]
         return dict(reversed(chosen.items()))
 
+    @cached_property
+    def designed(self) -> Design:
+        """The deviates of the sensors."""
+        return Design(self.design, tuple(sorted(self.spread)), self.runs, self.seed)
+
+    def peer(self, run: int) -> int:
+        """The run whose noise and drift a run shares: its own number, but for the groups of Saltelli's design."""
+        return run // self.points // self.designed.group * self.points + run % self.points
+
     def drawn(self, run: int) -> list[dict[str, float]]:
         """Parameters of a run by `block.parameter` of the flat graph, at each epoch."""
         sensor, swept = run // self.points, self.point(run)
         at = [dict(swept) for _ in self.epochs]
+        deviates = {name: self.designed.deviate(sensor, name) for name in self.spread}
+        normals = self.correlation.applied({n: normal_quantile(deviates[n]) for n in self.correlation.names})
         for name in dict.fromkeys([*self.spread, *self.drift]):
             block, parameter = split(name)
             value: float = swept[name] if name in swept else getattr(self.flat.blocks[block], parameter)
-            if name in self.spread:
-                value = self.spread[name].drawn(value, self.seed, sensor, _stream("spread", name))
+            if name in normals:
+                value = self.spread[name].of_normal(value, normals[name])
+            elif name in self.spread:
+                value = self.spread[name].at(value, deviates[name])
             aged = [value] * len(self.epochs)
             if name in self.drift:
-                aged = self.drift[name].aged(value, self.epochs, self.seed, sensor, _stream("drift", name))
+                drifting = self.peer(run) // self.points
+                aged = self.drift[name].aged(value, self.epochs, self.seed, drifting, stream_of("drift", name))
             for epoch, now in zip(at, aged, strict=True):
                 epoch[name] = now
         return at
@@ -184,110 +188,10 @@ class Study:
 
     def text(self) -> str:
         """Everything that decides over the bits of a run, a line each: what a ledger compares."""
-        lines = [f"seed = {self.seed}", f"epochs = {list(self.epochs)}"]
+        lines = [f"seed = {self.seed}", f"epochs = {list(self.epochs)}", f"design = {self.design}"]
+        if self.design == "latin_hypercube":
+            lines.append(f"runs = {self.runs}")  # the strata depend on it
+        lines += [f"correlation.{first}.{second} = {value}" for first, second, value in self.correlation.pairs]
         for table in ("spread", "sweep", "drift"):
             lines += [f"{table}.{name} = {entry}" for name, entry in sorted(getattr(self, table).items())]
         return "\n".join(lines) + "\n"
-
-
-def _stream(what: str, name: str) -> int:
-    """Number of a parameter's random stream: from its name alone; no block has a name with a space."""
-    return zlib.crc32(f"{what} {name}".encode())
-
-
-class _Reader:
-    """Reads the tables of a study and collects what is wrong with them."""
-
-    def __init__(self, graph: Graph) -> None:
-        self.graph, self.flat = graph, flatten(graph)
-        self.problems: list[Problem] = []
-
-    def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
-        """A table whose keys are parameters, by their names in the flat graph."""
-        made: dict[str, Entry] = {}
-        for key, entry in self._entries(table, given):
-            name = inside(self.graph, self.graph.exports.get(key, key))
-            found = self._parameter(table, key, name)
-            if found is None:
-                continue
-            block, parameter = found
-            with_unit = block.unit_of(parameter)
-            try:
-                if name in made:
-                    raise TableError("the parameter is named twice")
-                made[name] = read(entry, with_unit)
-            except TableError as error:
-                self._refuse(error, table, key)
-        return MappingProxyType(made)
-
-    def ages(self, given: object) -> tuple[float, ...]:
-        """Ages in seconds; a study without epochs looks at new sensors."""
-        if given == {}:
-            return (0.0,)
-        ages = given.get("ages") if isinstance(given, Mapping) and set(given) == {"ages"} else None
-        example = 'write ages = ["0 h", "1 year", "10 year"]'
-        if not isinstance(ages, list | tuple) or not ages:
-            self._refuse(TableError("must hold a list of ages", got=shown(given), hint=example), "epochs")
-            return (0.0,)
-        read = []
-        for number, age in enumerate(ages):
-            try:
-                read.append(float(read_duration(age)))
-            except UnitError as error:
-                self._refuse(TableError(str(error), got=shown(age), hint=error.hint), "epochs", "ages", str(number))
-        if sorted(set(read)) != read:
-            self._refuse(TableError("must ascend", got=shown(ages), hint=example), "epochs", "ages")
-        return tuple(read) or (0.0,)
-
-    def limits(self, given: object) -> Mapping[str, Limit]:
-        """Limits of measures."""
-        made: dict[str, Limit] = {}
-        for name, entry in self._entries("limits", given):
-            measure = self.flat.measures.get(name)
-            try:
-                if measure is None:
-                    raise TableError("there is no such measure", hint=like(name, self.flat.measures, "the measures"))
-                block, port = split(measure.signal)
-                unit = self.flat.blocks[block].unit_of(self.flat.blocks[block].outputs[port])
-                unit = measure_unit(measure.statistic, unit)
-                table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
-                units = {key: "1" if key == "change" else unit for key in table}
-                made[name] = Limit(**{key: read_quantity(table, key, units[key]) for key in table})
-            except TableError as error:
-                self._refuse(error, "limits", name)
-        return MappingProxyType(made)
-
-    def _entries(self, table: str, given: object) -> Iterator[tuple[str, Any]]:
-        if not isinstance(given, Mapping):
-            self._refuse(TableError("must be a table", got=shown(given), hint=STUDY_KEYS[table]), table)
-            return
-        yield from ((str(key), entry) for key, entry in given.items())
-
-    def _parameter(self, table: str, key: str, name: str) -> tuple[Block, Parameter] | None:
-        """Block and parameter of a name, where it is a number that no wire drives."""
-        found = find_any(self.flat, name, self.graph)
-        driver = next((wire.source for wire in self.flat.wires if wire.target == name), "")
-        if isinstance(found, Missing):
-            self._refuse(TableError(found.message, got=shown(key), hint=found.hint), table, key)
-        elif not isinstance(found[1], Parameter):
-            numbers = [n for n, p in found[0].parameters.items() if p.kind is float]
-            hint = like(split(name)[1], numbers, f"parameters of {split(name)[0]}")
-            self._refuse(TableError("is a port, not a parameter", got=shown(key), hint=hint), table, key)
-        elif found[1].kind is not float:
-            self._refuse(TableError("is not a number that may vary", got=shown(key)), table, key)
-        elif found[0].digital():
-            hint = "its numbers are part of its circuit: make a study of each"
-            self._refuse(TableError("the block works in fixed point", got=shown(key), hint=hint), table, key)
-        elif driver:
-            message, hint = f"is driven by {driver}: a value would change nothing", f"vary {split(driver)[0]} instead"
-            self._refuse(TableError(message, got=shown(key), hint=hint), table, key)
-        else:
-            return found[0], found[1]
-        return None
-
-    def _refuse(self, error: TableError, *path: str) -> None:
-        path += (error.key,) if error.key else ()
-        key = ".".join(f'"{part}"' if "." in part else part for part in path)
-        self.problems.append(
-            Problem(message=str(error), key=key, got=error.got, expected=error.expected, hint=error.hint, path=path)
-        )

@@ -225,6 +225,7 @@ def fit(**options: Any) -> int:
 )
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads that run; as many as processors.")
 @click.option("--lanes", type=click.IntRange(0, 64), help="Runs side by side in a thread, 0 for none; as suits.")
+@click.option("--format", "formats", multiple=True, type=click.Choice(["csv", "parquet"]), help="Tables beside netCDF.")
 @click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
 @click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
@@ -245,38 +246,38 @@ def montecarlo(**options: Any) -> int:
 
 
 @cli.command()
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else report.html in there."
+)
+@blocks_option
+def report(**options: Any) -> int:
+    """Show a study, ended or under way, as one HTML file: tables, histograms, fans, tornado, runs to look at.
+
+    The folder is the one that `proofmass montecarlo --out` wrote.
+
+    \b
+    proofmass report drift
+    """
+    from proofmass.runner.commands.report_command import report_folder
+
+    return report_folder(**options)
+
+
+@cli.command()
 @click.argument("kind", required=False)
 @blocks_option
 @json_option
-def blocks(kind: str | None, own: Path | None, as_json: bool) -> None:
+def blocks(kind: str | None, own: Path | None, as_json: bool) -> int:
     """List all blocks, or show one with its equation, parameters and ports.
 
     \b
     proofmass blocks
     proofmass blocks MassSpringDamper
     """
-    from proofmass.blocks.catalog import all_blocks, facts, find
-    from proofmass.blocks.problem import ModelError, Problem, did_you_mean
-    from proofmass.runner.output.describe import block_text
+    from proofmass.runner.commands.blocks_command import show_blocks
 
-    mine = _own(own)
-    if kind is None:
-        found = all_blocks(mine)
-        if as_json:
-            _print_json([facts(block) for block in found.values()])
-        else:
-            width = max(map(len, found))
-            for name, block in found.items():
-                click.echo(f"{name:<{width}}  {(block.__doc__ or '').strip().splitlines()[0]}")
-        return
-    shown = find(kind, mine)
-    if shown is None:
-        hint = did_you_mean(kind, all_blocks(mine), "kind")
-        raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
-    if as_json:
-        _print_json(facts(shown))
-    else:
-        click.echo(block_text(shown))
+    return show_blocks(kind, _own(own), as_json)
 
 
 @cli.command()

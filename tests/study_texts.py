@@ -44,3 +44,35 @@ ages = ["0 h", "1000 h", "1 year"]
 bias = { change = "100 ppm" }
 noise = { at_most = 100 }
 """
+
+# The same sensor with everything that a study may say.
+RICH = (
+    STUDY.partition("[study]")[0]
+    + """\
+[study]
+runs = 8
+seed = 5
+design = "latin_hypercube"
+
+[study.spread]
+"adc.reference" = { normal = "200 ppm", relative = true }
+"source.value" = { file = "lot.csv", column = "offset" }
+"noise.density" = { lognormal = 0.1 }
+"filter.corner_frequency" = { values = ["100 Hz", "200 Hz"], weights = [3, 1] }
+
+[study.correlation]
+"noise.density" = { "adc.reference" = -0.5 }
+
+[study.epochs]
+ages = ["0 h", "1 year"]
+
+[study.drift]
+"adc.reference" = { arrhenius = "4 ppm/year", temperature = "328 K", relative = true }
+
+[study.limits]
+bias = { at_least = 0, change = "100 ppm" }
+
+[study.stop]
+bias = 0.5
+"""
+)

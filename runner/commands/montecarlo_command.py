@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,8 @@ import click
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
+from proofmass.runner.studies.ages import age_text
+from proofmass.runner.studies.intervals import concise
 
 if TYPE_CHECKING:
     from proofmass.runner.engine.result import Result
@@ -26,6 +29,7 @@ def run_montecarlo(
     threads: int | None,
     lanes: int | None,
     out: Path | None,
+    formats: tuple[str, ...],
     run: int | None,
     epoch: int,
     quiet: bool,
@@ -37,7 +41,7 @@ def run_montecarlo(
 
     loaded = read_study(study, own_blocks(own))
     if run is not None:
-        return _show_replay(replay(with_numbers(loaded, runs, seed), run, epoch, engine), out, as_json)
+        return _show_replay(replay(with_numbers(loaded, runs, seed), run, epoch, engine), out, formats, as_json)
     bar = progress_bar(quiet or as_json, "run")
     with bar or contextlib.nullcontext():
         result = run_study(
@@ -50,34 +54,42 @@ def run_montecarlo(
         click.echo(f"interrupted after {len(result.numbers):,} of {result.planned_runs:,} runs; {kept}{hint}", err=True)
         return 130
     if out is not None:
-        click.echo(f"written to {out}: {', '.join(_written(result, out))}", err=as_json)
+        click.echo(f"written to {out}: {', '.join(_written(result, out, formats))}", err=as_json)
     return 0
 
 
-def _show_replay(result: "Result", out: Path | None, as_json: bool) -> int:
+def _show_replay(result: "Result", out: Path | None, formats: tuple[str, ...], as_json: bool) -> int:
     if as_json:
         click.echo(json.dumps(as_data(result), indent=2))
     else:
         show(result)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        click.echo(f"written to {out}: {', '.join(write(result, out, ('netcdf',)))}", err=as_json)
+        click.echo(f"written to {out}: {', '.join(write(result, out, ('netcdf', *formats)))}", err=as_json)
     return 0
 
 
-def _written(result: "StudyResult", out: Path) -> list[str]:
+def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list[str]:
     from proofmass.runner.output.export import whole_file
+    from proofmass.runner.studies.export import save_study_csv, save_study_netcdf, save_study_parquet
+    from proofmass.runner.studies.folder import STUDY_FILE
     from proofmass.runner.studies.ledger import FILE
     from proofmass.runner.studies.plot import save_study_plot
+    from proofmass.runner.studies.report import FILE as REPORT
+    from proofmass.runner.studies.report import save_study_report
 
     with whole_file(out / "study.json") as file:
         file.write((json.dumps(_data(result), indent=2) + "\n").encode())
-    result.to_xarray().to_netcdf(out / "study.nc", engine="h5netcdf")
+    tables = {"csv": save_study_csv, "parquet": save_study_parquet}
+    save_study_netcdf(result, out / "study.nc")
     return [
         FILE,
+        STUDY_FILE,
         "study.json",
         "study.nc",
+        *(tables[form](result, out / f"study.{form}").name for form in formats),
         *(save_study_plot(result, out / f"study.{form}").name for form in ("svg", "png")),
+        save_study_report(result, out / REPORT).name,
     ]
 
 
@@ -89,13 +101,20 @@ def _data(result: "StudyResult") -> dict[str, Any]:
         "interrupted": result.interrupted,
         "seed": result.study.seed,
         "epochs_s": list(result.study.epochs),
-        "measures": result.summary(),
+        "measures": [_finite(row) for row in result.summary()],
         "yield": result.yields(),
+        "yield_intervals": result.yield_intervals(),
         "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
         "digest": result.digest,
         "seconds": result.seconds,
         **result.provenance,
     }
+
+
+def _finite(row: dict[str, Any]) -> dict[str, Any]:
+    """A row for JSON, which has no infinity: null where an interval has no end."""
+    ends = {k: [end if math.isfinite(end) else None for end in ends] for k, ends in row.get("intervals", {}).items()}
+    return row | ({"intervals": ends} if ends else {})
 
 
 def _text(result: "StudyResult") -> str:
@@ -109,26 +128,20 @@ def _text(result: "StudyResult") -> str:
     head = ("measure", "unit", "age", *_COLUMNS)
     rows: list[tuple[str, ...]] = [head]
     for row in result.summary():
-        numbers = [f"{row[key]:.9g}" if key in row else "" for key in _COLUMNS]
+        numbers = [concise(row[key], row["intervals"][key]) if key in row else "" for key in _COLUMNS]
         rows.append((row["measure"], row["unit"], age_text(row["age_s"]), *numbers))
     widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
     for cells in rows:
         left = [cell.ljust(width) for cell, width in zip(cells[:2], widths[:2], strict=True)]
         right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
         lines.append("  ".join([*left, *right]).rstrip())
-    lines += [""] + [f"yield, {name}: {100 * part:.2f} %" for name, part in result.yields().items()]
+    lines += ["in brackets half of the 95 % confidence interval, in units of the last digits", ""]
+    for name, part in result.yields().items():
+        low, high = result.yield_intervals()[name]
+        lines.append(f"yield, {name}: {100 * part:.2f} %, with 95 % confidence {100 * low:.2f} to {100 * high:.2f} %")
+    if result.planned_runs < study.runs * study.points:
+        lines.append(f"stopped after {result.planned_runs:,} of {study.runs * study.points:,} runs: that was enough")
     if result.faults:
         (run, epoch), text = next(iter(result.faults.items()))
         lines += [f"{len(result.faults):,} of {made:,} failed; run {run} at epoch {epoch}: {text}"]
     return "\n".join(lines).rstrip()
-
-
-def age_text(seconds: float) -> str:
-    """An age in the unit that suits it.
-
-    >>> age_text(0.0), age_text(3.6e6), age_text(31557600.0)
-    ('0 h', '1000 h', '1 year')
-    """
-    if seconds < 31557600.0:
-        return f"{seconds / 3600.0:g} h"
-    return f"{seconds / 31557600.0:g} year"

@@ -14,14 +14,14 @@ class ProgressBar:
         self._began = time.monotonic()
         self._drawn = 0.0
 
-    def __call__(self, done: int, total: int) -> None:
+    def __call__(self, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
         if self._first is None:
             self._first = done
         if done < total and now - self._began > 0.5 and now - self._drawn > 0.1:
             self._drawn = now
             width = shutil.get_terminal_size().columns - 1
-            sys.stderr.write(f"\r\x1b[K{line(done, total, now - self._began, self._noun, self._first)[:width]}")
+            sys.stderr.write(f"\r\x1b[K{line(done, total, now - self._began, self._noun, self._first, note)[:width]}")
             sys.stderr.flush()
         elif done == total:
             self._clear()
@@ -44,8 +44,8 @@ def progress_bar(quiet: bool, noun: str = "tick") -> ProgressBar | None:
     return None if quiet or not sys.stderr.isatty() else ProgressBar(noun)
 
 
-def line(done: int, total: int, seconds: float, noun: str = "tick", first: int = 0) -> str:
-    """The bar as text; `first` were done before the seconds began.
+def line(done: int, total: int, seconds: float, noun: str = "tick", first: int = 0, note: str = "") -> str:
+    """The bar as text; `first` were done before the seconds began, a note stands at the end.
 
     >>> line(250_000, 1_000_000, 5.0)
     ' 25 % [######..................] 250,000 of 1,000,000 ticks, 20 us a tick, 15 s left'
@@ -56,7 +56,7 @@ def line(done: int, total: int, seconds: float, noun: str = "tick", first: int =
     rate = (
         f"{time_text(seconds / new)} a {noun}, {time_text(seconds / new * (total - done))} left" if new else "starting"
     )
-    return f"{100 * part:3.0f} % [{bar:.<24}] {done:,} of {total:,} {noun}s, {rate}"
+    return f"{100 * part:3.0f} % [{bar:.<24}] {done:,} of {total:,} {noun}s, {rate}" + (f", {note}" if note else "")
 
 
 def time_text(seconds: float) -> str:

@@ -48,7 +48,7 @@ class PlannedMeasure:
     unit: str
     node: Node
     reduced: bool
-    first: int  # base tick of the first value that counts
+    first: int  # base tick of the value from which on there is a measure
 
 
 @dataclass(frozen=True)

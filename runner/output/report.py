@@ -1,10 +1,8 @@
 """A run as one HTML file: what the sensor is, what came out, and everything to repeat it."""
 
-import io
 import math
-import re
 import shlex
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from html import escape
 from pathlib import Path
@@ -16,11 +14,8 @@ from proofmass.graphs.graph import Graph, read_wire
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.toml_writer import write_graph
 from proofmass.runner.engine.result import Result
-from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, plot_traces, prefix, pretty, write_figure
-from proofmass.runner.output.report_template import PAGE
-
-_COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--blue)", ORANGE: "var(--orange)"}
+from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
+from proofmass.runner.output.plot import plot_traces, prefix, pretty
 
 _ONE_PAGE = 9  # panels that still read well on one printed page
 
@@ -41,48 +36,30 @@ def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str
         ("Run", _facts(result)),
         ("To repeat it", _repeat(result)),
     ]
-    page = PAGE.substitute(
-        title=escape(graph.name),
-        opening=_opening(result),
-        sections="\n".join(f"<section>\n<h2>{escape(head)}</h2>\n{body}\n</section>" for head, body in sections),
-        footer=escape(f"proofmass {result.provenance.get('proofmass', '')}, {result.provenance.get('date', '')}"),
-    )
-    with whole_file(path) as file:
-        file.write(page.encode())
-    return Path(path)
+    footer = f"proofmass {result.provenance.get('proofmass', '')}, {result.provenance.get('date', '')}"
+    return save_page(path, graph.name, _opening(result), sections, footer)
 
 
 def _opening(result: Result) -> str:
-    paragraphs = [escape(text) for text in re.split(r"\n\s*\n", result.graph.description.strip()) if text]
+    texts = paragraphs(result.graph.description)
     seconds = float((result.ticks - 1) / result.base_rate) if result.ticks else 0.0
-    paragraphs.append(
+    texts.append(
         f'<span class="soft">{result.ticks:,} ticks at {escape(write_rate(result.base_rate))}, {seconds:.9g} s</span>'
     )
     if result.interrupted:
         missing = f"Interrupted: {result.ticks:,} of {result.planned_ticks:,} ticks were run."
-        return "".join(f"<p>{text}</p>\n" for text in paragraphs) + f'<p class="warning">{missing}</p>'
-    return "".join(f"<p>{text}</p>\n" for text in paragraphs)
+        return "".join(f"<p>{text}</p>\n" for text in texts) + f'<p class="warning">{missing}</p>'
+    return "".join(f"<p>{text}</p>\n" for text in texts)
 
 
 def _diagram(graph: Graph) -> str:
     from proofmass.graphs.diagram import svg
 
-    return f'<div class="wide diagram">{_inline(svg(graph))}</div>'
+    return f'<div class="wide diagram">{inline(svg(graph))}</div>'
 
 
 def _plots(result: Result) -> str:
-    file = io.BytesIO()
-    write_figure(plot_traces(result), file, "svg", **{"svg.fonttype": "none"})
-    text = _inline(file.getvalue().decode())
-    for colour, name in _COLOURS.items():
-        text = text.replace(colour, name)
-    text = re.sub(r'(<text[^>]*style=")(?![^"]*fill:)', r"\1fill: var(--ink); ", text)
-    return f'<div class="wide{" page" if len(result.traces) <= _ONE_PAGE else ""}">{text}</div>'
-
-
-def _inline(svg: str) -> str:
-    """An SVG file as it stands inside a page: without the XML head."""
-    return svg[svg.index("<svg") :]
+    return f'<div class="wide{" page" if len(result.traces) <= _ONE_PAGE else ""}">{picture(plot_traces(result))}</div>'
 
 
 def _summary(result: Result) -> str:
@@ -93,19 +70,19 @@ def _summary(result: Result) -> str:
         cells = [f"{row.get(key, math.nan) * factor:.7g}" for key in ("mean", "std", "min", "max", "last")]
         entries = f" of {row['entries']}" if "entries" in row else ""
         rows.append(
-            f"<th>{_broken(row['signal'])}<br>{_small(result[row['signal']].doc)}</th><td>{escape(unit)}</td>"
+            f"<th>{broken(row['signal'])}<br>{small(result[row['signal']].doc)}</th><td>{escape(unit)}</td>"
             + "".join(
                 f'<td class="number">{cell.replace("nan", "")}</td>' for cell in (f"{row['rows']:,}{entries}", *cells)
             )
         )
     heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
-    return _table(heads, rows, numbers=range(2, 8)) if rows else "<p>No probes.</p>"
+    return table(heads, rows, numbers=range(2, 8)) if rows else "<p>No probes.</p>"
 
 
 def _overflows(result: Result) -> str:
-    rows = (f'<th>{_broken(k)}</th><td class="number">{v:,}</td>' for k, v in result.overflows.items() if v)
+    rows = (f'<th>{broken(k)}</th><td class="number">{v:,}</td>' for k, v in result.overflows.items() if v)
     about = "<p>Ticks in which a value did not fit its format, and saturated or wrapped.</p>"
-    return about + _table(("block", "ticks"), rows, numbers=(1,))
+    return about + table(("block", "ticks"), rows, numbers=(1,))
 
 
 def _blocks(graph: Graph) -> str:
@@ -116,10 +93,10 @@ def _blocks(graph: Graph) -> str:
         own = list(_parameters(name, block, drivers)) or ["<td></td>" * 4]
         about = (type(block).__doc__ or "").strip().split("\n")[0]
         rate = f" at {write_rate(Fraction(graph.rates[name]))}" if name in graph.rates else ""
-        kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{_small(about)}"
-        head = f'<th rowspan="{len(own)}">{_broken(name)}<br><span class="kind">{kind}</span></th>'
+        kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{small(about)}"
+        head = f'<th rowspan="{len(own)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
         rows += [(head if i == 0 else "") + cells for i, cells in enumerate(own)]
-    return _table(("block", "parameter", "value", "unit", ""), rows, numbers=(2,))
+    return table(("block", "parameter", "value", "unit", ""), rows, numbers=(2,))
 
 
 def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[str]:
@@ -129,18 +106,8 @@ def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[st
         unit = pretty(block.unit_of(parameter)) if parameter.kind not in (str, bool) else ""
         yield (
             f'<td>{escape(parameter.name)}</td><td class="number">{escape(value)}</td>'
-            f"<td>{escape(unit if unit != '1' else '')}</td><td>{_small(parameter.doc)}</td>"
+            f"<td>{escape(unit if unit != '1' else '')}</td><td>{small(parameter.doc)}</td>"
         )
-
-
-def _small(doc: str) -> str:
-    """A doc in small letters, names in backquotes as code."""
-    return "<small>" + re.sub("`([^`]+)`", r"<code>\1</code>", escape(doc)) + "</small>"
-
-
-def _broken(name: str) -> str:
-    """A name that may be broken at its dots and underscores."""
-    return re.sub("([._])", r"\1<wbr>", escape(name))
 
 
 def _value(value: Any) -> str:
@@ -153,7 +120,7 @@ def _value(value: Any) -> str:
 
 def _facts(result: Result) -> str:
     known = dict(result.provenance)
-    facts = {
+    about = {
         "engine": known.pop("engine", ""),
         "time of the loop": f"{result.seconds:.4g} s, {result.seconds / max(result.ticks, 1) * 1e9:,.1f} ns a tick",
         "time before it": f"{result.preparation:.4g} s",
@@ -162,7 +129,7 @@ def _facts(result: Result) -> str:
         "SHA-256 of the graph": known.pop("graph_hash", ""),
         **known,
     }
-    return _table((), (f'<th>{escape(k)}</th><td class="long">{escape(v)}</td>' for k, v in facts.items() if v))
+    return facts(about.items())
 
 
 def _repeat(result: Result) -> str:
@@ -175,12 +142,3 @@ def _repeat(result: Result) -> str:
         f"<p>Save the graph below as <code>{escape(file)}</code>; it holds every parameter as it was in this run.</p>"
         f"<pre>{escape(shlex.join(words))}</pre>\n<pre>{escape(write_graph(result.graph))}</pre>"
     )
-
-
-def _table(heads: Sequence[str], rows: Iterable[str], numbers: Iterable[int] = ()) -> str:
-    """A table of rows whose cells are HTML already."""
-    right = set(numbers)
-    top = "".join(f'<th class="number">{h}</th>' if i in right else f"<th>{h}</th>" for i, h in enumerate(heads))
-    head = f"<thead><tr>{top}</tr></thead>" if heads else ""
-    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
-    return f'<div class="wide"><table>{head}<tbody>\n{body}\n</tbody></table></div>'

@@ -5,14 +5,24 @@ to the bit: the columns have no type, by which SQLite leaves them as they are.
 """
 
 import difflib
+import errno
 import sqlite3
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.studies.sensor_runs import SensorRun
 
 FILE = "ledger.sqlite"
+_REFUSALS = {  # of the operating system, by the names of SQLite
+    "SQLITE_FULL": errno.ENOSPC,
+    "SQLITE_IOERR": errno.EIO,
+    "SQLITE_READONLY": errno.EROFS,
+    "SQLITE_CANTOPEN": errno.ENOENT,
+    "SQLITE_PERM": errno.EACCES,
+    "SQLITE_BUSY": errno.EBUSY,
+}
 
 
 class Ledger:
@@ -21,11 +31,14 @@ class Ledger:
     def __init__(self, path: Path | None, measures: Iterable[str], facts: dict[str, str]) -> None:
         self.measures = tuple(measures)
         self.path = path
-        self._data = sqlite3.connect(path or ":memory:", isolation_level=None)
+        with self._explained():
+            self._data = sqlite3.connect(path or ":memory:", isolation_level=None)
         try:
-            self._begin(facts)
-        except sqlite3.DatabaseError as error:
-            raise self._refused("is no ledger of a study", str(error), "name another folder") from None
+            with self._explained():
+                self._begin(facts)
+        except BaseException:
+            self.close()
+            raise
 
     def _begin(self, facts: dict[str, str]) -> None:
         self._data.execute("PRAGMA journal_mode = WAL")
@@ -53,9 +66,10 @@ class Ledger:
         marks = ", ".join("?" * (3 + len(self.measures)))
         nothing = (None,) * len(self.measures)
         rows = [(r.run, r.epoch, r.fault, *(nothing if r.values is None else r.values)) for r in runs]
-        self._data.execute("BEGIN IMMEDIATE")
-        self._data.executemany(f"INSERT OR IGNORE INTO runs VALUES ({marks})", rows)
-        self._data.execute("COMMIT")
+        with self._explained():
+            self._data.execute("BEGIN IMMEDIATE")
+            self._data.executemany(f"INSERT OR IGNORE INTO runs VALUES ({marks})", rows)
+            self._data.execute("COMMIT")
 
     def done(self, epochs: int) -> set[int]:
         """Runs that are there at every epoch."""
@@ -75,8 +89,23 @@ class Ledger:
         """Let go of the file."""
         self._data.close()
 
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        """Errors of SQLite as what they are: a disk that refuses, or a file that is something else.
+
+        Raises `OSError`, `ModelError`.
+        """
+        try:
+            yield
+        except sqlite3.DatabaseError as error:
+            name = getattr(error, "sqlite_errorname", "")
+            number = next((number for start, number in _REFUSALS.items() if name.startswith(start)), 0)
+            if number:
+                kept = "; runs that it holds are safe: the same command goes on when this is cured"
+                raise OSError(number, f"{error}{kept}", str(self.path)) from None
+            raise self._refused("is no ledger of a study", str(error), "name another folder") from None
+
     def _refused(self, message: str, got: str, hint: str) -> ModelError:
-        self.close()
         return ModelError([Problem(message=message, file=str(self.path), got=got, hint=hint)])
 
 

@@ -4,9 +4,10 @@ import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import Graph, Wire, split
-from proofmass.graphs.measures import MEASURES, STATISTICS, Measure, measure_unit
+from proofmass.graphs.measures import MEASURES, STATISTICS, TAU, Measure, measure_unit
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node, Schedule
 from proofmass.runner.engine.memory import Memory
@@ -34,14 +35,24 @@ def with_measures(graph: Graph, scheduled: Schedule) -> Graph:
         return graph
     blocks, rates, wires = dict(graph.blocks), dict(graph.rates), list(graph.wires)
     for measure in graph.measures.values():
-        reducer, name = STATISTICS[measure.statistic], _reducer(graph, measure)
-        if reducer is not None and name not in blocks:
+        name = _reducer(graph, measure)
+        if STATISTICS[measure.statistic] is not None and name not in blocks:
             source, port = split(measure.signal)
             rates[name] = _rate(graph, scheduled, (source, port))
             unit = graph.blocks[source].unit_of(graph.blocks[source].outputs[port])
-            blocks[name] = reducer[0](skip=math.ceil(measure.start * rates[name]), unit=unit)
+            blocks[name] = _made(graph, name, measure, unit, rates[name])
             wires.append(Wire(measure.signal, f"{name}.input"))
     return replace(graph, blocks=blocks, rates=rates, wires=tuple(wires))
+
+
+def _made(graph: Graph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block:
+    """The hidden block; raises `ModelError` where the rate asks too much of it."""
+    try:
+        return measure.reducer(unit, rate)
+    except ModelError as error:
+        key = TAU if measure.statistic == "allan_deviation" else "from"
+        problem = replace(error.problems[0], key=f"{name}.{key}", path=(*name.split("."), key))
+        raise ModelError([graph.placed(problem)]) from None
 
 
 def unread(scheduled: Schedule) -> Schedule:
@@ -54,7 +65,8 @@ def planned_measures(graph: Graph, scheduled: Schedule) -> tuple[PlannedMeasure,
     made = []
     for name, measure in graph.measures.items():
         reducer, node = STATISTICS[measure.statistic], split(measure.signal)
-        first = math.ceil(measure.start * _rate(graph, scheduled, node)) * _stride(graph, scheduled, node)
+        rate = _rate(graph, scheduled, node)
+        first = (math.ceil(measure.start * rate) + _least(measure, rate) - 1) * _stride(graph, scheduled, node)
         read = (_reducer(graph, measure), reducer[1]) if reducer else node
         block = graph.blocks[node[0]]
         unit = measure_unit(measure.statistic, block.unit_of(block.outputs[node[1]]))
@@ -106,7 +118,12 @@ def _reducer(graph: Graph, measure: Measure) -> str:
 
 def _kind(measure: Measure) -> tuple[object, ...]:
     reducer = STATISTICS[measure.statistic]
-    return reducer and reducer[0], measure.signal, measure.start
+    return reducer and reducer[0], measure.signal, measure.start, measure.options
+
+
+def _least(measure: Measure, rate: Fraction) -> int:
+    """Values without which there is no such measure."""
+    return 2 * measure.averaging(rate) if measure.statistic == "allan_deviation" else 1
 
 
 def _rate(graph: Graph, scheduled: Schedule, node: Node) -> Fraction:

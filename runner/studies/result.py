@@ -12,12 +12,18 @@ import numpy as np
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.planned import PlannedMeasure
 from proofmass.runner.engine.result import Array
+from proofmass.runner.studies.intervals import (
+    Interval,
+    deviation_interval,
+    mean_interval,
+    part_interval,
+    percentile_interval,
+)
 from proofmass.runner.studies.sensor_runs import SensorRun
 
 if TYPE_CHECKING:
     import xarray
 
-YEAR = 31557600.0  # seconds
 PERCENTILES = (1.0, 50.0, 99.0)
 
 
@@ -60,7 +66,10 @@ class StudyResult:
         return np.array([all(of_run) for of_run in zip(*kept, strict=True)], dtype=bool)
 
     def summary(self) -> list[dict[str, Any]]:
-        """Per measure and epoch: runs, mean, std (n - 1), extremes, percentiles; failed runs are left out."""
+        """Per measure and epoch: runs, mean, std (n - 1), extremes, percentiles; failed runs are left out.
+
+        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few.
+        """
         rows = []
         for measure in self.measures:
             for epoch, age in enumerate(self.study.epochs):
@@ -72,8 +81,16 @@ class StudyResult:
                     row["std"] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
                     found = np.percentile(values, PERCENTILES)
                     row |= {f"p{p:g}": float(v) for p, v in zip(PERCENTILES, found, strict=True)}
+                    intervals = {"mean": mean_interval(values), "std": deviation_interval(values)}
+                    intervals |= {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
+                    row["intervals"] = intervals
                 rows.append(row)
         return rows
+
+    def yield_intervals(self) -> dict[str, Interval]:
+        """Confidence intervals of the yields."""
+        runs = len(self.numbers)
+        return {name: part_interval(round(part * runs), runs) for name, part in self.yields().items()}
 
     def yields(self) -> dict[str, float]:
         """Part of the sensors that keep each limit at all epochs, and all limits together."""
@@ -97,8 +114,12 @@ class StudyResult:
             coordinates[name] = ("run", np.array([point[name] for point in points], dtype=float))
         facts = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
         variables = {name: (("run", "epoch"), values, facts[name]) for name, values in self.values.items()}
-        attributes = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
-        return xarray.Dataset(variables, coordinates, attributes | dict(self.provenance))
+        return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def attributes(self) -> dict[str, str]:
+        """What the numbers were made with."""
+        own = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
+        return own | dict(self.provenance)
 
 
 def collected(measures: tuple[PlannedMeasure, ...], epochs: int, runs: Iterable[SensorRun]) -> dict[str, Any]:

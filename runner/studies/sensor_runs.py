@@ -116,5 +116,5 @@ class SensorRuns:
 
 
 def noise_run(study: Study, run: int, epoch: int) -> int:
-    """The number by which the noise of a run and epoch differs from that of all others."""
-    return run * len(study.epochs) + epoch
+    """The number by which the noise of a run and epoch differs from that of all others that are not its peers."""
+    return study.peer(run) * len(study.epochs) + epoch

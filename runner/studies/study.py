@@ -6,7 +6,7 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -16,13 +16,16 @@ from proofmass.runner.engine.engines import EngineName
 from proofmass.runner.engine.interrupts import StoppedError, interrupts
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.result import Result
-from proofmass.runner.engine.simulate import Progress, simulate_plan
+from proofmass.runner.engine.simulate import simulate_plan
 from proofmass.runner.output.provenance import graph_text, provenance
+from proofmass.runner.studies.folder import keep_study
 from proofmass.runner.studies.ledger import FILE, Ledger
 from proofmass.runner.studies.result import StudyResult, collected
+from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns, noise_run
 
 BATCH_SECONDS = 0.2  # of runs that are kept together
+StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, a mean as it is now
 
 
 def run_study(
@@ -34,7 +37,7 @@ def run_study(
     lanes: int | None = None,
     threads: int | None = None,
     folder: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: StudyProgress | None = None,
 ) -> StudyResult:
     """Run a study, or what is left of it.
 
@@ -44,6 +47,7 @@ def run_study(
     With a `folder` every run is kept in a ledger there as it is done: the same call goes on from it after Ctrl-C,
     SIGTERM or a crash, to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under
     way, and the result holds what is done.
+    A study with `stop` ends when its means are known well enough; `planned_runs` of the result says after how many.
 
     Raises `ModelError` when the study is wrong, or the ledger in the folder belongs to another graph or study.
     """
@@ -58,16 +62,21 @@ def run_study(
         path = Path(folder) / FILE
     ledger = Ledger(path, (measure.name for measure in sensors.plan.measures), facts)
     try:
-        done = ledger.done(len(study.epochs))
+        if folder is not None:
+            keep_study(study, Path(folder))
+        done, means = ledger.done(len(study.epochs)), RunningMeans(study, sensors.plan.measures)
+        means.add(ledger.runs(total))
         left = (number for number in range(total) if number not in done)
-        _fill(ledger, sensors, left, sum(number < total for number in done), total, threads or _processors(), progress)
-        kept = collected(sensors.plan.measures, len(study.epochs), ledger.runs(total))
+        needed = itertools.takewhile(lambda _: not means.enough, left)
+        before = sum(number < total for number in done)
+        _fill(ledger, sensors, needed, before, means, threads or _processors(), progress)
+        kept = collected(sensors.plan.measures, len(study.epochs), ledger.runs(means.end))
     finally:
         ledger.close()
     return StudyResult(
         study=study,
         measures=sensors.plan.measures,
-        planned_runs=total,
+        planned_runs=means.end,
         seconds=time.perf_counter() - began,
         engine=sensors.engine,
         provenance=provenance(study.graph, sensors.engine),
@@ -101,25 +110,26 @@ def _fill(
     sensors: SensorRuns,
     left: Iterable[int],
     done: int,
-    total: int,
+    means: RunningMeans,
     threads: int,
-    progress: Progress | None,
+    progress: StudyProgress | None,
 ) -> None:
     """Do the runs that are left; they are written together, batch by batch, and at the latest when it ends."""
     batch: list[SensorRun] = []
     written = time.perf_counter()
     with interrupts() as interrupted:
         for runs in _in_order(sensors, left, threads, interrupted):
+            means.add(runs)
             batch += runs
             done += len(runs) // len(sensors.study.epochs)
             if time.perf_counter() - written > BATCH_SECONDS:
                 ledger.keep(batch)
                 batch, written = [], time.perf_counter()
                 if progress:
-                    progress(done, total)
+                    progress(min(done, means.end), means.end, means.text())
         ledger.keep(batch)
         if progress:
-            progress(done, total)
+            progress(min(done, means.end), means.end, means.text())
 
 
 def _in_order(

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.special import ndtri
 
+from benchmarks.normal_deviates import MOST, WAYS, errors
 from proofmass.blocks.counter_random import normal_deviate, normal_quantile, philox, uniform_deviate
 from tests.by_hand import compiled
 
@@ -115,3 +116,22 @@ def test_compiled_to_the_same_bits(function: Callable[[int, int, int, int], floa
     fast = compiled(function)
     cases = [(seed, run, stream, n * n) for n in range(500) for seed, run, stream in ((3, 0, ONES), (2**62 - 1, n, 5))]
     assert [function(*case) for case in cases] == [fast(*case) for case in cases]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_moments_lags_and_distance_along_samples_runs_and_streams(way: str) -> None:
+    found = dict(errors(way, 400_000))
+    assert set(found) == {"mean", "variance", "skewness", "kurtosis", "distance", *(f"lag {n}" for n in range(1, 17))}
+    assert max(map(abs, found.values())) < MOST
+
+
+def test_the_statistics_are_those_of_scipy(fast_normal: Any) -> None:
+    count = 20_000
+    values = np.array([fast_normal(1, 3, 5, sample) for sample in range(count)])
+    found = dict(errors("samples", count))
+    root = math.sqrt(count)
+    assert found["skewness"] == pytest.approx(stats.skew(values) * root / math.sqrt(6), rel=1e-6)
+    assert found["kurtosis"] == pytest.approx(stats.kurtosis(values) * root / math.sqrt(24), rel=1e-6)
+    assert found["lag 3"] == pytest.approx((values[3:] * values[:-3]).sum() / root, rel=1e-9)
+    pvalue = stats.kstest(values, "norm").pvalue
+    assert found["distance"] == pytest.approx(stats.norm.isf(pvalue / 2), abs=0.1)

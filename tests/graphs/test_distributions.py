@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from proofmass.graphs.distributions import TableError, read_spread
+from proofmass.blocks.counter_random import uniform_deviate
+from proofmass.graphs.distributions import read_spread
+from proofmass.graphs.table_entries import TableError
 
 SIZE = 4000
 
 
 def drawn(table: dict[str, Any], nominal: float, stream: int = 5) -> list[float]:
     spread = read_spread(table, "V")
-    return [spread.drawn(nominal, 77, run, stream) for run in range(SIZE)]
+    return [spread.at(nominal, uniform_deviate(77, run, stream, 0)) for run in range(SIZE)]
 
 
 @pytest.mark.parametrize(
@@ -32,6 +34,32 @@ def test_against_scipy(table: dict[str, Any], expected: Any) -> None:
     assert stats.kstest(values, expected.cdf).pvalue > 0.01
     wider = stats.norm(2.0, 1.1 * np.std(values))
     assert stats.kstest(values, wider.cdf).pvalue < 0.01 or table.get("normal") is None
+
+
+PARTS = [1e-12, 1e-4, 0.2, 0.499, 0.5, 0.7, 0.9999, 1.0 - 1e-12]
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ({"normal": 0.1}, stats.norm(2.0, 0.1)),
+        ({"normal": 0.1, "truncated": 1.5}, stats.truncnorm(-1.5, 1.5, 2.0, 0.1)),
+        ({"normal": 0.1, "truncated": 9.0}, stats.norm(2.0, 0.1)),
+        ({"uniform": "0.5 V"}, stats.uniform(1.5, 1.0)),
+        ({"triangular": 0.5}, stats.triang(0.5, 1.5, 1.0)),
+        ({"lognormal": 0.3}, stats.lognorm(0.3, scale=2.0)),
+    ],
+)
+def test_quantiles_against_scipy(table: dict[str, Any], expected: Any) -> None:
+    spread = read_spread(table, "V")
+    assert [spread.at(2.0, part) for part in PARTS] == pytest.approx(expected.ppf(PARTS), rel=1e-10)
+
+
+def test_weights() -> None:
+    table = {"values": ["1 V", "2 V", "3500 mV", "4 V"], "weights": [1, 3, 0, 4]}
+    counts = np.unique(drawn(table, 2.0), return_counts=True)
+    assert counts[0].tolist() == [1.0, 2.0, 4.0]
+    assert stats.chisquare(counts[1], np.array([1, 3, 4]) * SIZE / 8).pvalue > 0.01
 
 
 def test_values_are_equally_probable() -> None:
@@ -58,6 +86,11 @@ def test_streams_and_runs_are_independent() -> None:
         ({"normal": float("inf")}, "normal"),
         ({"normal": 10**400}, "normal"),
         ({"values": []}, "values"),
+        ({"values": [1.0, 2.0], "weights": [1.0]}, "weights"),
+        ({"values": [1.0, 2.0], "weights": [1.0, -1.0]}, "weights"),
+        ({"values": [1.0, 2.0], "weights": [0.0, 0.0]}, "weights"),
+        ({"normal": 1.0, "weights": [1.0]}, "weights"),
+        ({"normal": 1.0, "column": "offset"}, "column"),
         (3, ""),
         ({}, ""),
     ],

@@ -20,6 +20,9 @@ from tests.graph_texts import SMALL, line_of, problems_of
 MEASURED = (
     SMALL + '\n[measures]\nbias = { signal = "adc.code", statistic = "mean", from = "0.5 s" }\n'
     'noise = { signal = "readout.output", statistic = "std" }\n'
+    'high = { signal = "readout.output", statistic = "percentile", percent = 99 }\n'
+    'drift = { signal = "readout.output", statistic = "allan_deviation", tau = "100 ms" }\n'
+    'ready = { signal = "readout.output", statistic = "settling_time", target = "1 V", within = "1 mV" }\n'
 )
 
 
@@ -48,13 +51,19 @@ def test_they_are_read_written_copied_and_made_flat() -> None:
         ('from = "0.5 s"', 'from = "0.5 V"', "measures.bias.from", "s"),
         (', statistic = "mean"', "", "measures.bias", "has no statistic"),
         ("bias =", "Bias =", "measures.Bias", "lower-case"),
+        (", percent = 99", "", "measures.high", "percentile needs percent"),
+        ("percent = 99", "percent = 100", "measures.high.percent", "< 100"),
+        ("percent = 99", 'percent = "99 V"', "measures.high.percent", "99 V"),
+        ("percent = 99", "percent = 99, tau = 1", "measures.high.tau", "percentile has no tau"),
+        ('tau = "100 ms"', 'tau = "100 mV"', "measures.drift.tau", "s"),
+        ('within = "1 mV"', 'within = "1 mA"', "measures.ready.within", "1 mA"),
     ],
 )
 def test_mistakes_are_said_with_line_key_and_nearest_name(old: str, new: str, key: str, said: str) -> None:
     text = MEASURED.replace(old, new)
     (problem,) = problems_of(text)
     assert (problem.file, problem.key) == ("model.toml", key)
-    assert problem.line == line_of(text, "[measures]") + 1
+    assert problem.line == line_of(MEASURED, old)
     assert said in str(problem)
 
 

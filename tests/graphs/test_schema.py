@@ -15,6 +15,7 @@ from proofmass.graphs.keys import TOP_KEYS
 from proofmass.graphs.schema import schema
 from proofmass.graphs.toml_writer import write_graph
 from tests.graph_texts import LIBRARY, SMALL, changed
+from tests.study_texts import RICH, STUDY
 
 SCHEMA = schema()
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
@@ -114,6 +115,68 @@ def test_every_key_of_the_top_is_described() -> None:
 def test_mistakes_are_not_valid(old: str, new: str) -> None:
     assert valid(SMALL)
     assert not valid(changed(SMALL, old, new))
+
+
+@pytest.mark.parametrize(
+    ("measure", "right"),
+    [
+        ('statistic = "mean"', True),
+        ('statistic = "mean", from = "1 ms"', True),
+        ('statistic = "mean", tau = 1', False),
+        ('statistic = "maen"', False),
+        ('statistic = "percentile", percent = 99', True),
+        ('statistic = "percentile", percent = 100', False),
+        ('statistic = "percentile"', False),
+        ('statistic = "percentile", percent = 9, within = 1', False),
+        ('statistic = "allan_deviation", tau = "1 s"', True),
+        ('statistic = "settling_time", target = 1, within = "1 mV"', True),
+        ('statistic = "settling_time", target = 1', False),
+    ],
+)
+def test_measures(measure: str, right: bool) -> None:
+    assert valid(f'{SMALL}\n[measures]\nbias = {{ signal = "adc.code", {measure} }}\n') == right
+
+
+@pytest.mark.parametrize("text", [STUDY, RICH], ids=["plain", "rich"])
+def test_studies_are_valid(text: str) -> None:
+    assert valid(text)
+    alone = jsonschema.Draft202012Validator(SCHEMA["$defs"]["study"] | {"$defs": SCHEMA["$defs"]})
+    table = tomllib.loads(text)["study"]
+    assert alone.is_valid(table | {"graph": "sensor.toml"})
+    assert not alone.is_valid(table | {"grahp": "sensor.toml"})
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("runs = 8", "rnus = 8"),
+        ("runs = 8", "runs = 0"),
+        ("runs = 8", 'graph = "sensor.toml"'),
+        ("seed = 5", "seed = -1"),
+        ('"latin_hypercube"', '"latin"'),
+        ("{ normal = ", "{ nromal = "),
+        ("{ normal = ", "{ uniform = 1, normal = "),
+        ('normal = "200 ppm"', "normal = -1"),
+        ('relative = true }\n"source', 'relative = 1 }\n"source'),
+        (', column = "offset"', ""),
+        ("lognormal = 0.1", "lognormal = 0.1, weights = [1]"),
+        ("lognormal = 0.1", "lognormal = 0.1, truncated = 0"),
+        ("lognormal = 0.1", "uniform = 0.1, truncated = 3"),
+        ("weights = [3, 1]", "weights = []"),
+        ("weights = [3, 1]", "weights = [3, -1]"),
+        ("= -0.5", "= -1.5"),
+        ('ages = ["0 h", "1 year"]', "ages = []"),
+        ("ages =", "age ="),
+        ("arrhenius =", "arhenius ="),
+        ('arrhenius = "4 ppm/year"', 'ramp = "4 ppm/year"'),
+        ("at_least = 0", "at_lest = 0"),
+        ("at_least = 0", 'at_least = "five"'),
+        ("bias = 0.5", "bias = -0.5"),
+        ("bias = 0.5", "Bias = 0.5"),
+    ],
+)
+def test_mistakes_in_studies_are_not_valid(old: str, new: str) -> None:
+    assert not valid(changed(RICH, old, new))
 
 
 @pytest.mark.parametrize(

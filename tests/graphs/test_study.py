@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.problem import ModelError
-from proofmass.graphs.study import Limit, Study
+from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
+from proofmass.graphs.study_tables import Limit
 from proofmass.graphs.toml_reader import read_graph_text
 from tests.graph_texts import changed, line_of
-from tests.study_texts import STUDY
+from tests.study_texts import RICH, STUDY
 
 YEAR = 31557600.0
 
@@ -119,6 +120,57 @@ def test_mistakes_are_said_with_line_key_and_nearest_name(
     assert (problem.file, problem.key) == (str(tmp_path / "study.toml"), key)
     assert problem.line == line_of(text, new)
     assert said in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "said"),
+    [
+        ('"latin_hypercube"', '"latn_hypercube"', "design", "did you mean latin_hypercube?"),
+        ('"latin_hypercube"', '"saltelli"', "design", "independent parameters"),
+        (
+            '{ "adc.reference" = -0.5 }',
+            '{ "adc.reference" = -1 }',
+            'correlation."noise.density"."adc.reference"',
+            "below 1",
+        ),
+        ('{ "adc.reference" = -0.5 }', '{ "adc.refrence" = -0.5 }', "correlation", "did you mean adc.reference?"),
+        ('"noise.density" = { "adc', '"source.value" = { "adc', "correlation", "cannot be correlated"),
+        ('{ "adc.reference" = -0.5 }', "-0.5", 'correlation."noise.density"', "must be a table"),
+        ('file = "lot.csv"', 'file = "lto.csv"', 'spread."source.value".file', "did you mean lot.csv?"),
+        ('column = "offset"', 'column = "ofset"', 'spread."source.value".column', "did you mean offset?"),
+        ("weights = [3, 1]", "weights = [3]", 'spread."filter.corner_frequency".weights', "2 numbers"),
+        ("bias = 0.5", "bais = 0.5", "stop.bais", "did you mean bias?"),
+        ("bias = 0.5", "bias = -1", "stop.bias", "at least 0"),
+    ],
+)
+def test_mistakes_in_designs_and_distributions(old: str, new: str, key: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "lot.csv").write_text("offset\n1\n")
+    text = changed(RICH, old, new)
+    with pytest.raises(ModelError) as caught:
+        study(tmp_path, text)
+    (problem,) = caught.value.problems
+    assert problem.key == key
+    assert said in str(problem)
+    assert problem.line == (line_of(text, "[study.correlation]") if key == "correlation" else line_of(text, new))
+
+
+def test_correlated_parameters_follow_each_other(tmp_path: Path) -> None:
+    (tmp_path / "lot.csv").write_text("offset\n1\n2\n")
+    made = study(tmp_path, RICH).changed(runs=2000, seed=3)
+    drawn = [made.drawn(k)[0] for k in range(2000)]
+    gains, noises = (np.array([at[name] for at in drawn]) for name in ("adc.reference", "noise.density"))
+    assert np.corrcoef(gains, np.log(noises))[0, 1] == pytest.approx(-0.5, abs=4 * 0.75 / np.sqrt(2000))
+    assert np.std(np.log(noises)) == pytest.approx(0.1, rel=4 / np.sqrt(4000))
+    assert sum(at["filter.corner_frequency"] == 100.0 for at in drawn) == 1500  # strata: exactly three in four
+
+
+def test_noise_and_drift_are_shared_within_a_group_of_saltelli(tmp_path: Path) -> None:
+    text = changed(STUDY, "seed = 11", 'seed = 11\ndesign = "saltelli"')
+    made = study(tmp_path, text)  # two spread parameters, two points of a sweep
+    assert [made.peer(run) for run in range(10)] == [0, 1, 0, 1, 0, 1, 0, 1, 2, 3]
+    aged = [[at["adc.reference"] for at in made.drawn(run)] for run in range(0, 8, 2)]
+    assert len({round(at[2] / at[0], 12) for at in aged}) == 1
+    assert [study(tmp_path).peer(run) for run in (0, 7, 11)] == [0, 7, 11]
 
 
 def test_a_driven_parameter_no_measures_no_study_and_no_graph_are_refused(tmp_path: Path) -> None:

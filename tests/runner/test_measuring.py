@@ -6,9 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from proofmass.blocks.problem import ModelError
 from proofmass.graphs.measures import STATISTICS
 from proofmass.graphs.toml_reader import read_graph_text
+from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.simulate import EngineName, simulate
+from proofmass.runner.studies.measuring import refuse_late
 
 GRAPH = read_graph_text("""
 name = "numbers, codes and bits"
@@ -26,11 +29,16 @@ blocks.bits = { kind = "ShiftRegister", rate = "250 Hz" }
 BEGIN = 0.1234
 
 
+OPTIONS = {
+    "percentile": {"percent": "75 %"},
+    "allan_deviation": {"tau": "20 ms"},
+    "settling_time": {"target": 1.0, "within": 0.12},
+}
 SIGNALS = {"number": "sum.output", "code": "adc.code", "bit": "bits.bit"}
 MEASURED = dataclasses.replace(
     GRAPH,
     measures={
-        f"{kind}_{statistic}": {"signal": signal, "statistic": statistic, "from": BEGIN}
+        f"{kind}_{statistic}": {"signal": signal, "statistic": statistic, "from": BEGIN, **OPTIONS.get(statistic, {})}
         for kind, signal in SIGNALS.items()
         for statistic in STATISTICS
     },
@@ -53,9 +61,41 @@ def test_against_numpy(engine: EngineName) -> None:
             "peak_to_peak": np.ptp(y),
             "last": y[-1],
             "slope": np.polyfit(t - t.mean(), y, 1)[0],
+            "allan_deviation": allan(y, round(0.02 / (t[1] - t[0]))),
+            "settling_time": (1 + max(np.flatnonzero(abs(y - 1.0) > 0.12), default=-1)) * (t[1] - t[0]),
         }
         found = {statistic: result.measures[f"{kind}_{statistic}"].value for statistic in STATISTICS}
+        sorted_in = found.pop("percentile")  # an estimate; of codes and bits a rough one
+        assert np.percentile(y, 75) == pytest.approx(sorted_in, abs=0.05 * np.ptp(y))
         assert found == pytest.approx(expected, rel=1e-11)
+
+
+def allan(y: "np.ndarray[tuple[int], np.dtype[np.float64]]", m: int) -> float:
+    means = np.convolve(y, np.ones(m) / m, "valid")
+    return math.sqrt(0.5 * ((means[m:] - means[:-m]) ** 2).mean())
+
+
+def test_measures_with_other_options_are_other_measures() -> None:
+    measures = {
+        f"p{percent}": {"signal": "sum.output", "statistic": "percentile", "percent": percent}
+        for percent in (10, 50, 90)
+    }
+    found = simulate(dataclasses.replace(GRAPH, measures=measures), engine="compiled").measures
+    assert found["p10"].value < found["p50"].value - 0.05 < found["p90"].value - 0.1
+
+
+def test_an_averaging_time_beyond_the_run_or_the_memory_is_refused() -> None:
+    long = dataclasses.replace(
+        GRAPH, measures={"allan": {"signal": "sum.output", "statistic": "allan_deviation", "tau": 1}}
+    )
+    assert math.isnan(simulate(long, engine="python").measures["allan"].value)
+    with pytest.raises(ModelError, match=r"(?s)measures\.allan\.from.*a run of 801 ticks"):
+        refuse_late(plan(long), 801)
+    longer = dataclasses.replace(
+        GRAPH, measures={"allan": {"signal": "sum.output", "statistic": "allan_deviation", "tau": "1 d"}}
+    )
+    with pytest.raises(ModelError, match=r"measures\.allan\.tau"):
+        plan(longer)
 
 
 def test_units_and_attributes() -> None:
@@ -63,6 +103,7 @@ def test_units_and_attributes() -> None:
     units = {name: measure.unit for name, measure in result.measures.items()}
     assert (units["number_mean"], units["number_slope"]) == ("V", "(V)/s")
     assert (units["code_mean"], units["code_slope"]) == ("1", "1/s")
+    assert (units["number_allan_deviation"], units["number_settling_time"]) == ("V", "s")
     value = result.measures["number_max"].value
     assert result.to_xarray().attrs["measure_number_max"] == f"{value!r} V"
 

@@ -8,7 +8,7 @@ import pytest
 import xarray
 
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.montecarlo_command import age_text
+from proofmass.runner.studies.ages import age_text
 from tests.study_texts import STUDY
 
 

@@ -1,4 +1,4 @@
-"""The page of a report: one file, no network, light and dark, printable. `$name` is filled in by `report.py`."""
+"""The page of a report: one file, no network, light and dark, printable. `$name` is filled in by `page.py`."""
 
 from string import Template
 

@@ -1,0 +1,91 @@
+"""Statistics of the normal deviates: `python benchmarks/normal_deviates.py [COUNT]`, 1e8 when nothing is said.
+
+Along samples, along runs and along streams: mean, variance, skewness, kurtosis, correlation at lags 1 to 16, and the
+largest distance of Kolmogorov and Smirnov, each in its standard errors; the distance in those that are as improbable.
+Exit code 1 when one lies beyond 4.
+"""
+
+import functools
+import math
+import sys
+import time
+import types
+from collections.abc import Iterator
+from typing import Any
+
+import numba
+import numpy as np
+from scipy import stats
+
+from proofmass.blocks.counter_random import normal_deviate
+
+LAGS = 16
+BINS = 1 << 16  # of equal probability
+MOST = 4.0  # standard errors
+WAYS = ("samples", "runs", "streams")
+
+
+@functools.cache
+def compiled(function: Any) -> Any:
+    """A function of the blocks and all that it calls, compiled."""
+    names = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
+    known = {name: compiled(value) if isinstance(value, types.FunctionType) else value for name, value in names.items()}
+    return numba.njit(types.FunctionType(function.__code__, known, function.__name__), error_model="numpy")
+
+
+@functools.cache
+def _summing() -> Any:
+    deviate = compiled(normal_deviate)
+
+    @numba.njit(error_model="numpy")
+    def sums(seed: int, way: int, count: int) -> Any:
+        powers, products, bins = np.zeros(4), np.zeros(LAGS), np.zeros(BINS, np.int64)
+        last = np.zeros(LAGS)
+        for k in range(count):
+            x = deviate(seed, k if way == 1 else 3, k if way == 2 else 5, k if way == 0 else 7)
+            power = 1.0
+            for n in range(4):
+                power *= x
+                powers[n] += power
+            for lag in range(LAGS):
+                products[lag] += x * last[(k - 1 - lag) % LAGS]
+            last[k % LAGS] = x
+            bins[min(int(0.5 * math.erfc(-x / math.sqrt(2.0)) * BINS), BINS - 1)] += 1
+        return powers / count, products / count, bins
+
+    return sums
+
+
+def errors(way: str, count: int, seed: int = 1) -> Iterator[tuple[str, float]]:
+    """Each statistic of so many deviates along samples, runs or streams, in its standard errors."""
+    moments, products, bins = _summing()(seed, WAYS.index(way), count)
+    mean, second, third, fourth = moments
+    variance = second - mean**2
+    skewness = (third - 3.0 * mean * second + 2.0 * mean**3) / variance**1.5
+    kurtosis = (fourth - 4.0 * mean * third + 6.0 * mean**2 * second - 3.0 * mean**4) / variance**2 - 3.0
+    root = math.sqrt(count)
+    yield "mean", mean * root
+    yield "variance", (variance - 1.0) * root / math.sqrt(2.0)
+    yield "skewness", skewness * root / math.sqrt(6.0)
+    yield "kurtosis", kurtosis * root / math.sqrt(24.0)
+    for lag, product in enumerate(products, 1):
+        yield f"lag {lag}", product * root
+    distance = np.abs(np.cumsum(bins) / count - np.arange(1, BINS + 1) / BINS).max()
+    yield "distance", float(stats.norm.isf(0.5 * stats.kstwobign.sf(distance * root)))
+
+
+def main(count: int) -> int:
+    """Print every statistic; returns the exit code."""
+    worst = 0.0
+    for way in WAYS:
+        began = time.perf_counter()
+        found = dict(errors(way, count))
+        print(f"{count:,} deviates along {way}, {time.perf_counter() - began:.0f} s; in standard errors:")
+        print("  " + ", ".join(f"{name} {value:+.2f}" for name, value in found.items()))
+        worst = max(worst, *map(abs, found.values()))
+    print(f"furthest: {worst:.2f} (limit {MOST:g})")
+    return int(worst > MOST)
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(float(sys.argv[1])) if len(sys.argv) > 1 else 10**8))

@@ -1,0 +1,86 @@
+"""JSON Schema of a study: the table `[study]` of a graph file, or a file of its own."""
+
+from typing import Any
+
+from proofmass.graphs.ageing import DRIFT_KEYS, LAWS, NEEDED_BY
+from proofmass.graphs.designs import DESIGNS
+from proofmass.graphs.distributions import LEAST_TRUNCATION, NORMAL, SHAPES, SPREAD_KEYS
+from proofmass.graphs.graph import LARGEST_SEED
+from proofmass.graphs.keys import LIMIT_KEYS, STUDY_KEYS
+from proofmass.graphs.limits import NAME, TEXT_LENGTH
+
+Schema = dict[str, Any]
+
+_QUANTITY = {"$ref": "#/$defs/quantity"}
+_NUMBER: Schema = {"anyOf": [{"type": "number"}, _QUANTITY]}
+_WIDTH: Schema = {"anyOf": [{"type": "number", "minimum": 0}, _QUANTITY]}
+_LIST: Schema = {"type": "array", "minItems": 1, "items": _NUMBER}
+_FILE: Schema = {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH}
+
+
+def study_schema(most_runs: int) -> Schema:
+    """The keys of a study; `graph` is the key of a file of its own."""
+    values: dict[str, Schema] = {
+        "graph": _FILE,
+        "runs": {"type": "integer", "minimum": 1, "maximum": most_runs, "default": 100},
+        "seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0},
+        "design": {"enum": list(DESIGNS), "default": "random"},
+        "spread": _by_parameter(_spread()),
+        "correlation": _by_parameter(_by_parameter({"anyOf": [_between(-1, 1), _QUANTITY]})),
+        "sweep": _by_parameter(_LIST),
+        "epochs": _table({"ages": {"type": "array", "minItems": 1, "items": _WIDTH}}, {"ages": "Ages, ascending."}),
+        "drift": _by_parameter(_drift()),
+        "limits": _by_measure(_table({"at_least": _NUMBER, "at_most": _NUMBER, "change": _NUMBER}, LIMIT_KEYS)),
+        "stop": _by_measure(_WIDTH),
+    }
+    values["epochs"]["required"] = ["ages"]
+    return _table(values, STUDY_KEYS)
+
+
+def _spread() -> Schema:
+    widths = dict.fromkeys((*NORMAL, "uniform", "triangular"), _WIDTH)
+    values: dict[str, Schema] = {
+        **widths,
+        "values": _LIST,
+        "weights": {"type": "array", "minItems": 1, "items": _WIDTH},
+        "file": _FILE,
+        "column": {"type": "string"},
+        "relative": {"type": "boolean", "default": False},
+        "truncated": {"anyOf": [{"type": "number", "minimum": LEAST_TRUNCATION}, _QUANTITY]},
+    }
+    suits = {"weights": ["values"], "column": ["file"], "file": ["column"]}
+    truncated = {"if": {"required": ["truncated"]}, "then": {"anyOf": [{"required": [shape]} for shape in NORMAL]}}
+    return _table(values, SPREAD_KEYS) | {
+        "oneOf": [{"required": [shape]} for shape in SHAPES],
+        "dependentRequired": suits,
+        "allOf": [truncated],
+    }
+
+
+def _drift() -> Schema:
+    values = {key: {"type": "boolean"} if key == "relative" else _NUMBER for key in DRIFT_KEYS}
+    return _table(values, DRIFT_KEYS) | {
+        "anyOf": [{"required": [law]} for law in LAWS],
+        "dependentRequired": {key: [law] for key, law in NEEDED_BY.items()},
+    }
+
+
+def _table(values: dict[str, Schema], docs: dict[str, str]) -> Schema:
+    return {
+        "type": "object",
+        "properties": {key: {"description": docs[key], **value} for key, value in values.items()},
+        "additionalProperties": False,
+    }
+
+
+def _by_parameter(entry: Schema) -> Schema:
+    """A table by parameters, as they are exported or by their path, which is one key in quotes."""
+    return {"type": "object", "propertyNames": {"pattern": r"^[a-z][a-z0-9_.]*$"}, "additionalProperties": entry}
+
+
+def _by_measure(entry: Schema) -> Schema:
+    return {"type": "object", "propertyNames": {"pattern": f"^{NAME.pattern}$"}, "additionalProperties": entry}
+
+
+def _between(low: float, high: float) -> Schema:
+    return {"type": "number", "exclusiveMinimum": low, "exclusiveMaximum": high}

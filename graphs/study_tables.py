@@ -1,0 +1,183 @@
+"""The tables of a study, read into values; everything that is wrong with them is collected."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from proofmass.blocks.declare import Block
+from proofmass.blocks.parameter import Parameter
+from proofmass.blocks.problem import Problem, shown
+from proofmass.blocks.units import UnitError
+from proofmass.graphs.correlation import Correlation, correlation_of, read_coefficient
+from proofmass.graphs.designs import DESIGNS
+from proofmass.graphs.distributions import Spread
+from proofmass.graphs.flatten import flatten, inside
+from proofmass.graphs.graph import Graph, split
+from proofmass.graphs.hints import like
+from proofmass.graphs.keys import LIMIT_KEYS, STUDY_KEYS
+from proofmass.graphs.measures import measure_unit
+from proofmass.graphs.names import Missing, find_any
+from proofmass.graphs.rates import read_duration
+from proofmass.graphs.table_entries import TableError, checked_table, read_quantity
+
+Entry = TypeVar("Entry")
+
+
+@dataclasses.dataclass(frozen=True)
+class Limit:
+    """What a measure of a good sensor keeps, in its unit; `change` is relative to the value at the first epoch."""
+
+    at_least: float = -math.inf
+    at_most: float = math.inf
+    change: float = math.inf
+
+    def kept(self, values: Sequence[float]) -> bool:
+        """Whether the values of one sensor, epoch by epoch, stay within; a run that failed does not."""
+        inside = all(self.at_least <= value <= self.at_most for value in values)
+        largest = self.change * abs(values[0]) if math.isfinite(self.change) else math.inf
+        return inside and all(abs(value - values[0]) <= largest for value in values)
+
+
+class StudyTables:
+    """Reads the tables of a study and collects what is wrong with them."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph, self.flat = graph, flatten(graph)
+        self.problems: list[Problem] = []
+
+    def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
+        """A table whose keys are parameters, by their names in the flat graph."""
+        made: dict[str, Entry] = {}
+        for key, entry in self._entries(table, given):
+            name = self._flat_name(key)
+            found = self._parameter(table, key, name)
+            if found is None:
+                continue
+            block, parameter = found
+            with_unit = block.unit_of(parameter)
+            try:
+                if name in made:
+                    raise TableError("the parameter is named twice")
+                made[name] = read(entry, with_unit)
+            except TableError as error:
+                self._refuse(error, table, key)
+        return MappingProxyType(made)
+
+    def ages(self, given: object) -> tuple[float, ...]:
+        """Ages in seconds; a study without epochs looks at new sensors."""
+        if given == {}:
+            return (0.0,)
+        ages = given.get("ages") if isinstance(given, Mapping) and set(given) == {"ages"} else None
+        example = 'write ages = ["0 h", "1 year", "10 year"]'
+        if not isinstance(ages, list | tuple) or not ages:
+            self._refuse(TableError("must hold a list of ages", got=shown(given), hint=example), "epochs")
+            return (0.0,)
+        read = []
+        for number, age in enumerate(ages):
+            try:
+                read.append(float(read_duration(age)))
+            except UnitError as error:
+                self._refuse(TableError(str(error), got=shown(age), hint=error.hint), "epochs", "ages", str(number))
+        if sorted(set(read)) != read:
+            self._refuse(TableError("must ascend", got=shown(ages), hint=example), "epochs", "ages")
+        return tuple(read) or (0.0,)
+
+    def limits(self, given: object) -> Mapping[str, Limit]:
+        """Limits of measures."""
+        made: dict[str, Limit] = {}
+        for name, entry in self._entries("limits", given):
+            try:
+                unit = self._unit(name)
+                table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
+                units = {key: "1" if key == "change" else unit for key in table}
+                made[name] = Limit(**{key: read_quantity(table, key, units[key]) for key in table})
+            except TableError as error:
+                self._refuse(error, "limits", name)
+        return MappingProxyType(made)
+
+    def stop(self, given: object) -> Mapping[str, float]:
+        """Half widths of confidence intervals, each in the unit of its measure."""
+        made: dict[str, float] = {}
+        for name, entry in self._entries("stop", given):
+            try:
+                made[name] = read_quantity({name: entry}, name, self._unit(name), at_least=0.0)
+            except TableError as error:
+                self._refuse(error, "stop", *(() if error.key else (name,)))
+        return MappingProxyType(made)
+
+    def design(self, given: object, spread: Mapping[str, Spread]) -> str:
+        """How sensors are drawn."""
+        if given not in DESIGNS:
+            hint = like(str(given), DESIGNS, "the designs")
+            self._refuse(TableError("there is no such design", got=shown(given), hint=hint), "design")
+        elif given != "random" and not spread:
+            self._refuse(TableError("there is nothing to draw", got=shown(given), hint=STUDY_KEYS["spread"]), "design")
+        return str(given)
+
+    def correlation(self, given: object, spread: Mapping[str, Spread], design: object) -> Correlation:
+        """Coefficients between parameters that are spread normally."""
+        pairs = []
+        for key, others in self._entries("correlation", given):
+            try:
+                if not isinstance(others, Mapping):
+                    raise TableError("must be a table", got=shown(others), hint='write { "adc.reference" = 0.5 }')
+                for other in others:
+                    coefficient = read_coefficient(others, other)
+                    pairs.append((self._flat_name(key), self._flat_name(other), coefficient))
+            except TableError as error:
+                self._refuse(error, "correlation", key)
+        if pairs and design == "saltelli":
+            self._refuse(TableError("its indices are those of independent parameters", got=shown(design)), "design")
+        try:
+            return correlation_of(pairs, spread)
+        except TableError as error:
+            self._refuse(error, "correlation")
+        return Correlation()
+
+    def _flat_name(self, key: str) -> str:
+        return inside(self.graph, self.graph.exports.get(key, key))
+
+    def _unit(self, name: str) -> str:
+        """Unit of a measure; raises `TableError`."""
+        measure = self.flat.measures.get(name)
+        if measure is None:
+            raise TableError("there is no such measure", hint=like(name, self.flat.measures, "the measures"))
+        block, port = split(measure.signal)
+        return measure_unit(measure.statistic, self.flat.blocks[block].unit_of(self.flat.blocks[block].outputs[port]))
+
+    def _entries(self, table: str, given: object) -> Iterator[tuple[str, Any]]:
+        if not isinstance(given, Mapping):
+            self._refuse(TableError("must be a table", got=shown(given), hint=STUDY_KEYS[table]), table)
+            return
+        yield from ((str(key), entry) for key, entry in given.items())
+
+    def _parameter(self, table: str, key: str, name: str) -> tuple[Block, Parameter] | None:
+        """Block and parameter of a name, where it is a number that no wire drives."""
+        found = find_any(self.flat, name, self.graph)
+        driver = next((wire.source for wire in self.flat.wires if wire.target == name), "")
+        if isinstance(found, Missing):
+            self._refuse(TableError(found.message, got=shown(key), hint=found.hint), table, key)
+        elif not isinstance(found[1], Parameter):
+            numbers = [n for n, p in found[0].parameters.items() if p.kind is float]
+            hint = like(split(name)[1], numbers, f"parameters of {split(name)[0]}")
+            self._refuse(TableError("is a port, not a parameter", got=shown(key), hint=hint), table, key)
+        elif found[1].kind is not float:
+            self._refuse(TableError("is not a number that may vary", got=shown(key)), table, key)
+        elif found[0].digital():
+            hint = "its numbers are part of its circuit: make a study of each"
+            self._refuse(TableError("the block works in fixed point", got=shown(key), hint=hint), table, key)
+        elif driver:
+            message, hint = f"is driven by {driver}: a value would change nothing", f"vary {split(driver)[0]} instead"
+            self._refuse(TableError(message, got=shown(key), hint=hint), table, key)
+        else:
+            return found[0], found[1]
+        return None
+
+    def _refuse(self, error: TableError, *path: str) -> None:
+        path += (error.key,) if error.key else ()
+        key = ".".join(f'"{part}"' if "." in part else part for part in path)
+        self.problems.append(
+            Problem(message=str(error), key=key, got=error.got, expected=error.expected, hint=error.hint, path=path)
+        )

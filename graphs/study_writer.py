@@ -1,0 +1,66 @@
+"""A study as TOML text that reads back to the same study, alone: its graph is in it, lists instead of files."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from proofmass.graphs.ageing import Drift
+from proofmass.graphs.distributions import Spread
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.study import Study
+from proofmass.graphs.study_tables import Limit
+from proofmass.graphs.toml_writer import quoted, write_graph
+
+
+def write_study(study: Study, graph: Graph | None = None) -> str:
+    """The text of a graph file with a table `[study]`; numbers are in the units of their parameters and measures.
+
+    `graph` is the study's, with its recordings named from the folder that the text is meant for.
+    """
+    lines = [f"runs = {study.runs}", f"seed = {study.seed}", f"design = {quoted(study.design)}"]
+    tables: dict[str, dict[str, Any]] = {
+        "spread": {name: _spread(spread) for name, spread in study.spread.items()},
+        "correlation": _correlation(study.correlation.pairs),
+        "sweep": {name: list(values) for name, values in study.sweep.items()},
+        "epochs": {"ages": list(study.epochs)},
+        "drift": {name: _changed(drift, Drift()) for name, drift in study.drift.items()},
+        "limits": {name: _changed(limit, Limit()) for name, limit in study.limits.items()},
+        "stop": dict(study.stop),
+    }
+    for name, table in tables.items():
+        if table:
+            lines += ["", f"[study.{name}]", *(f"{quoted(key)} = {_value(entry)}" for key, entry in table.items())]
+    return f"{write_graph(graph or study.graph)}\n[study]\n" + "\n".join(lines) + "\n"
+
+
+def _spread(spread: Spread) -> dict[str, Any]:
+    if spread.shape == "values":
+        return {"values": spread.values} | ({"weights": spread.weights} if spread.weights else {})
+    more = {"relative": True} if spread.relative else {}
+    return {spread.shape: spread.width} | more | _finite({"truncated": spread.truncated})
+
+
+def _correlation(pairs: tuple[tuple[str, str, float], ...]) -> dict[str, dict[str, float]]:
+    table: dict[str, dict[str, float]] = {}
+    for first, second, coefficient in pairs:
+        table.setdefault(first, {})[second] = coefficient
+    return table
+
+
+def _changed(entry: Drift | Limit, default: Drift | Limit) -> dict[str, Any]:
+    """The fields that are not as they are by default."""
+    fields = {field.name: getattr(entry, field.name) for field in dataclasses.fields(entry)}
+    return {name: value for name, value in fields.items() if value != getattr(default, name)}
+
+
+def _finite(numbers: Mapping[str, float]) -> dict[str, float]:
+    return {name: number for name, number in numbers.items() if math.isfinite(number)}
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{quoted(k)} = {_value(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    return ("true" if value else "false") if isinstance(value, bool) else repr(value)

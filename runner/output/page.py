@@ -1,0 +1,74 @@
+"""Pages of reports: sections, tables and pictures in one HTML file that asks nothing of the network."""
+
+import io
+import re
+from collections.abc import Iterable, Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.page_template import PAGE
+from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, write_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--blue)", ORANGE: "var(--orange)"}
+
+
+def save_page(path: str | Path, title: str, opening: str, sections: Iterable[tuple[str, str]], footer: str) -> Path:
+    """Write a page; opening and the bodies of the sections are HTML already."""
+    page = PAGE.substitute(
+        title=escape(title),
+        opening=opening,
+        sections="\n".join(f"<section>\n<h2>{escape(head)}</h2>\n{body}\n</section>" for head, body in sections),
+        footer=escape(footer),
+    )
+    with whole_file(path) as file:
+        file.write(page.encode())
+    return Path(path)
+
+
+def paragraphs(text: str) -> list[str]:
+    """The paragraphs of a description, escaped."""
+    return [escape(part) for part in re.split(r"\n\s*\n", text.strip()) if part]
+
+
+def picture(figure: "Figure") -> str:
+    """A figure as SVG that takes its colours and letters from the page."""
+    file = io.BytesIO()
+    write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
+    text = inline(file.getvalue().decode())
+    for colour, name in _COLOURS.items():
+        text = text.replace(colour, name)
+    return re.sub(r'(<text[^>]*style=")(?![^"]*fill:)', r"\1fill: var(--ink); ", text)
+
+
+def inline(svg: str) -> str:
+    """An SVG file as it stands inside a page: without the XML head."""
+    return svg[svg.index("<svg") :]
+
+
+def table(heads: Sequence[str], rows: Iterable[str], numbers: Iterable[int] = ()) -> str:
+    """A table of rows whose cells are HTML already."""
+    right = set(numbers)
+    top = "".join(f'<th class="number">{h}</th>' if i in right else f"<th>{h}</th>" for i, h in enumerate(heads))
+    head = f"<thead><tr>{top}</tr></thead>" if heads else ""
+    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
+    return f'<div class="wide"><table>{head}<tbody>\n{body}\n</tbody></table></div>'
+
+
+def facts(values: Iterable[tuple[str, str]]) -> str:
+    """A table of names and what they are; empty values are left out."""
+    return table((), (f'<th>{escape(k)}</th><td class="long">{escape(v)}</td>' for k, v in values if v))
+
+
+def broken(name: str) -> str:
+    """A name that may be broken at its dots and underscores."""
+    return re.sub("([._])", r"\1<wbr>", escape(name))
+
+
+def small(doc: str) -> str:
+    """A doc in small letters, names in backquotes as code."""
+    return "<small>" + re.sub("`([^`]+)`", r"<code>\1</code>", escape(doc)) + "</small>"

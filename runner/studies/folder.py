@@ -1,0 +1,53 @@
+"""The folder of a study: its ledger, and beside it the study as it ran, from which runs can be shown and replayed."""
+
+from pathlib import Path
+
+from proofmass.blocks.catalog import Own
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.changes import moved
+from proofmass.graphs.study import Study
+from proofmass.graphs.study_reader import read_study
+from proofmass.graphs.study_writer import write_study
+from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.provenance import provenance
+from proofmass.runner.studies.ledger import FILE, Ledger
+from proofmass.runner.studies.result import StudyResult, collected
+from proofmass.runner.studies.running_means import RunningMeans
+from proofmass.runner.studies.sensor_runs import SensorRuns
+
+STUDY_FILE = "study.toml"
+
+
+def keep_study(study: Study, folder: Path) -> None:
+    """Write the study into its folder, where it may be read without the files that it came from."""
+    with whole_file(folder / STUDY_FILE) as file:
+        file.write(write_study(study, moved(study.graph, str(folder))).encode())
+
+
+def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
+    """What the ledger in a folder holds, of a study that has ended or is still running; nothing is run.
+
+    Raises `ModelError` where there is no study, or its ledger is that of another.
+    """
+    for name in (FILE, STUDY_FILE):
+        if not (folder / name).is_file():
+            hint = f"proofmass montecarlo STUDY.toml --out {folder} makes one"
+            raise ModelError([Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint)])
+    study = read_study(folder / STUDY_FILE, own)
+    measures = SensorRuns(study, "python").plan.measures
+    ledger = Ledger(folder / FILE, (measure.name for measure in measures), {"study": study.text()})
+    try:
+        means = RunningMeans(study, measures)
+        means.add(ledger.runs(means.end))
+        kept = collected(measures, len(study.epochs), ledger.runs(means.end))
+    finally:
+        ledger.close()
+    return StudyResult(
+        study=study,
+        measures=measures,
+        planned_runs=means.end,
+        seconds=0.0,
+        engine="",
+        provenance=provenance(study.graph, ""),
+        **kept,
+    )

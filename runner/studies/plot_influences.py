@@ -1,0 +1,53 @@
+"""Picture of what scatters a measure: a tornado of the parameters, and the measure against the strongest of them."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from proofmass.graphs.study import Study
+from proofmass.runner.engine.result import Array
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.studies.sensitivities import Regression
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_BARS = 12
+_SCATTERS = 2
+_POINTS = 2000
+
+
+def plot_influences(
+    study: Study, found: Regression, parameters: Mapping[str, Array], values: Array, label: str
+) -> "Figure":
+    """Bars of the effects of a standard deviation, strongest on top; scatter of the first runs."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    shown = found.influences[:_BARS]
+    with matplotlib.rc_context(STYLE):
+        height = max(3.2, 1.0 + 0.28 * len(shown))
+        figure = Figure(figsize=(9.0, height), facecolor=PAPER, layout="constrained")
+        drawn = shown[:_SCATTERS]
+        tornado, *scatters = figure.subplots(1, 1 + len(drawn), width_ratios=[1.4] + [1.0] * len(drawn))
+        _draw_tornado(tornado, found, label)
+        for panel, influence in zip(scatters, drawn, strict=True):
+            panel.plot(
+                parameters[influence.parameter][:_POINTS], values[:_POINTS], ".", color=BLUE, markersize=3, alpha=0.6
+            )
+            unit = study.unit_of(influence.parameter)
+            panel.set_xlabel(influence.parameter + (f" [{unit}]" if unit != "1" else ""))
+            panel.ticklabel_format(useOffset=False)
+            panel.tick_params(axis="x", labelrotation=30)
+        if scatters:
+            scatters[0].set_ylabel(label)
+    return figure
+
+
+def _draw_tornado(panel: "Axes", found: Regression, label: str) -> None:
+    shown = found.influences[:_BARS][::-1]
+    effects = [influence.effect for influence in shown]
+    colours = [BLUE if effect >= 0.0 else ORANGE for effect in effects]
+    panel.barh([influence.parameter for influence in shown], effects, color=colours, height=0.6)
+    panel.axvline(0.0, color=INK, linewidth=0.8)
+    panel.set_xlabel(f"{label} for one standard deviation")

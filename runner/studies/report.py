@@ -1,0 +1,179 @@
+"""A study as one HTML file: yield, tables, distributions, what scatters them, and the runs to look at again."""
+
+import math
+import shlex
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from proofmass.graphs.study_writer import write_study
+from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
+from proofmass.runner.studies.ages import age_text
+from proofmass.runner.studies.folder import STUDY_FILE
+from proofmass.runner.studies.intervals import LEVEL, concise
+from proofmass.runner.studies.plot import plot_measure
+from proofmass.runner.studies.plot_influences import plot_influences
+from proofmass.runner.studies.result import PERCENTILES, StudyResult
+from proofmass.runner.studies.sensitivities import MOST_RUNS, drawn_parameters, regression, sobol_indices
+from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
+
+FILE = "report.html"
+_WORST = 5
+_FAILED = 10
+
+
+def save_study_report(result: StudyResult, path: str | Path) -> Path:
+    """Write the report; its commands replay runs of the study that lies in the same folder."""
+    sections = [
+        *([("Yield", _yield(result))] if result.yields() else []),
+        ("Measures", _measures(result)),
+        ("Distributions", _distributions(result)),
+        *([("What scatters them", influences)] if (influences := _influences(result)) else []),
+        *([("Sobol indices", indices)] if (indices := _indices(result)) else []),
+        ("Runs to look at", _worst(result)),
+        ("Study", _facts(result)),
+        ("To repeat it", _repeat(result)),
+    ]
+    footer = f"proofmass {result.provenance.get('proofmass', '')}, {result.provenance.get('date', '')}"
+    return save_page(path, result.study.graph.name, _opening(result), sections, footer)
+
+
+def _opening(result: StudyResult) -> str:
+    study = result.study
+    texts = paragraphs(study.graph.description)
+    ages = f" at {len(study.epochs)} ages up to {age_text(study.epochs[-1])}" if len(study.epochs) > 1 else ""
+    points = f", {study.points} points of the sweep" if study.points > 1 else ""
+    texts.append(f'<span class="soft">{len(result.numbers):,} runs{ages}{points}, seed {study.seed}</span>')
+    page = "".join(f"<p>{text}</p>\n" for text in texts)
+    if result.interrupted:
+        page += f'<p class="warning">{len(result.numbers):,} of {result.planned_runs:,} runs are done.</p>'
+    return page
+
+
+def _yield(result: StudyResult) -> str:
+    intervals, rows = result.yield_intervals(), []
+    for name, part in result.yields().items():
+        limit = result.study.limits.get(name)
+        edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), ("change ≤", limit.change)]
+        said = ", ".join(f"{sign} {edge:g}" for sign, edge in edges if math.isfinite(edge))
+        low, high = intervals[name]
+        rows.append(
+            f'<th>{broken(name)}</th><td>{escape(said)}</td><td class="number">{100 * part:.2f} %</td>'
+            f'<td class="number">{100 * low:.2f} to {100 * high:.2f} %</td>'
+        )
+    return table(("measure", "limit", "good", f"{100 * LEVEL:g} % confidence"), rows, numbers=(2, 3))
+
+
+def _measures(result: StudyResult) -> str:
+    keys = ("mean", "std", *(f"p{p:g}" for p in PERCENTILES))
+    rows = []
+    for row in result.summary():
+        cells = "".join(f'<td class="number">{_with_interval(row, key)}</td>' for key in keys)
+        age = escape(age_text(row["age_s"]))
+        rows.append(
+            f"<th>{broken(row['measure'])}</th><td>{escape(row['unit'])}</td>"
+            f'<td class="number">{age}</td><td class="number">{row["runs"]:,}</td>{cells}'
+        )
+    about = (
+        f"<p>In brackets half of the {100 * LEVEL:g} % confidence interval, in units of the last digits; below it the"
+        " interval. Runs that failed are left out.</p>"
+    )
+    return about + table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
+
+
+def _with_interval(row: dict[str, object], key: str) -> str:
+    value, intervals = row.get(key), row.get("intervals")
+    if not isinstance(value, float) or not isinstance(intervals, dict):
+        return ""
+    low, high = intervals[key]
+    return f"{concise(value, (low, high))}<br>{small(f'{low:.5g} to {high:.5g}')}"
+
+
+def _distributions(result: StudyResult) -> str:
+    return "\n".join(f'<div class="wide">{picture(plot_measure(result, m.name))}</div>' for m in result.measures)
+
+
+def _influences(result: StudyResult) -> str:
+    runs, last = result.numbers[:MOST_RUNS], len(result.study.epochs) - 1
+    parameters = drawn_parameters(result.study, runs, last) if len(runs) else {}
+    parts = []
+    for measure in result.measures:
+        values = result[measure.name][:MOST_RUNS, last]
+        found = regression(parameters, values)
+        if found is None:
+            continue
+        label = measure.name + (f" [{measure.unit}]" if measure.unit != "1" else "")
+        about = (
+            f"Straight lines explain {100 * found.explained:.1f} % of the variance of {measure.name} at the age of "
+            f"{age_text(result.study.epochs[last])}, of its ranks {100 * found.explained_of_ranks:.1f} %."
+        )
+        rows = (
+            f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{i.effect:.5g}</td>'
+            f'<td class="number">{i.standardised:.4f}</td><td class="number">{i.rank:.4f}</td>'
+            for i in found.influences
+        )
+        heads = ("parameter", "slope", "effect of 1 σ", "standardised", "of ranks")
+        drawing = picture(plot_influences(result.study, found, parameters, values, label))
+        parts.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
+    return "\n".join(parts)
+
+
+def _indices(result: StudyResult) -> str:
+    last, rows = len(result.study.epochs) - 1, []
+    for measure in result.measures:
+        for index in sobol_indices(result, measure.name, last):
+            cells = (
+                f"{value:.3f}<br>{small(f'{low:.3f} to {high:.3f}')}"
+                for value, (low, high) in ((index.first, index.first_interval), (index.total, index.total_interval))
+            )
+            numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
+            rows.append(f"<th>{broken(measure.name)}</th><td>{broken(index.parameter)}</td>{numbers}")
+    return table(("measure", "parameter", "first order", "total"), rows, numbers=(2, 3)) if rows else ""
+
+
+def _worst(result: StudyResult) -> str:
+    rows = list(_rows(result, "failed", failed_runs(result, _FAILED)))
+    for measure in result.measures:
+        rows += _rows(result, measure.name, worst_runs(result, measure.name, _WORST))
+    heads = ("measure", "run", "age", "value", "", "to replay it")
+    return table(heads, rows, numbers=(1, 2, 3)) if rows else "<p>No runs.</p>"
+
+
+def _rows(result: StudyResult, name: str, runs: Sequence[WorstRun]) -> Iterator[str]:
+    for worst in runs:
+        command = _command("--run", str(worst.run), *(("--epoch", str(worst.epoch)) if worst.epoch else ()))
+        value = "" if np.isnan(worst.value) else f"{worst.value:.9g}"
+        age = escape(age_text(result.study.epochs[worst.epoch]))
+        yield (
+            f'<th>{broken(name)}</th><td class="number">{worst.run}</td>'
+            f'<td class="number">{age}</td><td class="number">{value}</td>'
+            f"<td>{small(worst.why)}</td><td><code>{escape(command)}</code></td>"
+        )
+
+
+def _command(*words: str) -> str:
+    return shlex.join(["proofmass", "montecarlo", STUDY_FILE, *words])
+
+
+def _facts(result: StudyResult) -> str:
+    known = dict(result.provenance)
+    about = {
+        "design": result.study.design,
+        "runs": f"{len(result.numbers):,} of {result.planned_runs:,}",
+        "failed": f"{len(result.faults):,}",
+        "SHA-256 of the values": result.digest,
+        "SHA-256 of the graph": known.pop("graph_hash", ""),
+        "time": f"{result.seconds:.4g} s" if result.seconds else "",
+        **known,
+    }
+    return facts(about.items())
+
+
+def _repeat(result: StudyResult) -> str:
+    text = write_study(result.study)
+    return (
+        f"<p>In the folder of this report; <code>{STUDY_FILE}</code> is the study below.</p>"
+        f"<pre>{escape(_command('--out', '.'))}</pre>\n<pre>{escape(text)}</pre>"
+    )

@@ -1,0 +1,128 @@
+"""A study that is killed at random instants loses, doubles and changes no run; disks that refuse are said clearly.
+
+`PROOFMASS_KILLS=200 pytest tests/crash/test_killed_studies.py` kills as often.
+"""
+
+import os
+import random
+import resource
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from proofmass.graphs.study_reader import read_study
+from proofmass.runner.studies.ledger import FILE, Ledger
+from proofmass.runner.studies.sensor_runs import SensorRun
+from proofmass.runner.studies.study import run_study
+from tests.study_texts import STUDY
+
+KILLS = int(os.environ.get("PROOFMASS_KILLS", "4"))
+START = 0.4  # seconds in which a study has hardly begun
+LONGEST = 2.5  # seconds that a study lives before it is killed
+
+
+def command(path: Path, folder: Path, runs: int) -> list[str]:
+    words = [sys.executable, "-m", "proofmass", "montecarlo", str(path), "--runs", str(runs), "--engine", "python"]
+    return [*words, "--quiet", "--out", str(folder)]
+
+
+def kept(path: Path) -> list[tuple[object, ...]]:
+    """Rows of the ledger as they are on disk; none before there is one."""
+    if not path.exists():
+        return []
+    data = sqlite3.connect(path)
+    try:
+        return data.execute("SELECT * FROM runs ORDER BY run, epoch").fetchall()
+    except sqlite3.OperationalError:
+        return []
+    finally:
+        data.close()
+
+
+def test_killed_at_random_instants(tmp_path: Path) -> None:
+    path, folder, dice = tmp_path / "study.toml", tmp_path / "out", random.Random(7)
+    path.write_text(STUDY)
+    runs = 60 * KILLS
+    expected = run_study(read_study(path), runs=runs, engine="python", folder=tmp_path / "whole")
+    killed, before = 0, list[tuple[object, ...]]()
+    while killed < KILLS:
+        process = subprocess.Popen(command(path, folder, runs), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        time.sleep(dice.uniform(START, LONGEST))
+        if process.poll() is not None:
+            process.communicate()
+            break  # it has ended before
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        killed += 1
+        now = kept(folder / FILE)
+        assert len({row[:2] for row in now}) == len(now), "a run twice"
+        assert set(before) <= set(now), "a run lost or changed"
+        before = now
+    assert killed > 1
+    assert run_study(read_study(path), runs=runs, engine="python", folder=folder).digest == expected.digest
+    assert kept(folder / FILE) == kept(tmp_path / "whole" / FILE)
+
+
+def test_a_full_disk_is_said_and_the_study_goes_on_when_there_is_room(tmp_path: Path) -> None:
+    path, folder = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(STUDY)
+
+    def little_room() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+
+    arguments = command(path, folder, 100)
+    full = subprocess.run(arguments, preexec_fn=little_room, capture_output=True, text=True, check=False)
+    assert full.returncode == 3, full.stderr
+    assert f"cannot write or read {folder / FILE}: " in full.stderr
+    assert "the same command goes on" in full.stderr
+    assert "Traceback" not in full.stderr
+    done = kept(folder / FILE)
+    whole = run_study(read_study(path), runs=100, engine="python", folder=folder)
+    assert whole.digest == run_study(read_study(path), runs=100, engine="python").digest
+    assert 0 < len(done) < 600
+    assert set(done) < set(kept(folder / FILE))
+
+
+@pytest.mark.parametrize(
+    ("pragma", "said"),
+    [("PRAGMA max_page_count = 1", "full"), ("PRAGMA query_only = 1", "readonly")],
+)
+def test_a_ledger_that_cannot_be_written_to(pragma: str, said: str, tmp_path: Path) -> None:
+    first = Ledger(tmp_path / FILE, ("bias",), {"graph": "a"})
+    first.keep([SensorRun(0, 0, (1.5,))])
+    first._data.execute(pragma)
+    many = [SensorRun(run, 0, (float(run),)) for run in range(1, 5000)]
+    with pytest.raises(OSError, match=said) as caught:
+        first.keep(many)
+    assert caught.value.filename == str(tmp_path / FILE)
+    first.close()
+    again = Ledger(tmp_path / FILE, ("bias",), {"graph": "a"})
+    assert list(again.runs(10)) == [SensorRun(0, 0, (1.5,))]
+    again.keep(many)
+    assert len(again.done(1)) == 5000
+    again.close()
+
+
+def test_a_folder_that_is_none(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY)
+    (tmp_path / "out").write_text("")
+    words = command(tmp_path / "study.toml", tmp_path / "out" / "deeper", 2)
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 3
+    assert "cannot write or read" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_ledger_in_use_is_waited_for_and_then_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = Ledger(tmp_path / FILE, ("bias",), {"graph": "a"})
+    first._data.execute("BEGIN IMMEDIATE")
+    connect = sqlite3.connect
+    monkeypatch.setattr(sqlite3, "connect", lambda *words, **more: connect(*words, **more, timeout=0.05))
+    with pytest.raises(OSError, match="locked"):
+        Ledger(tmp_path / FILE, ("bias",), {"graph": "a"})
+    first.close()

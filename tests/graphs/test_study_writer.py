@@ -1,0 +1,31 @@
+"""A study as text: it reads back to the same study, wherever that came from."""
+
+from pathlib import Path
+
+import pytest
+
+from proofmass.graphs.study import Study
+from proofmass.graphs.study_reader import read_study
+from proofmass.graphs.study_writer import write_study
+from tests.study_texts import RICH, STUDY
+
+
+@pytest.mark.parametrize("text", [STUDY, RICH], ids=["plain", "rich"])
+def test_it_reads_back_to_the_same_study(text: str, tmp_path: Path) -> None:
+    path, again = tmp_path / "study.toml", tmp_path / "elsewhere" / "again.toml"
+    path.write_text(text)
+    (tmp_path / "lot.csv").write_text("offset [mV]\n1001\n999.5\n1000\n")
+    again.parent.mkdir()
+    study = read_study(path)
+    again.write_text(write_study(study))
+    assert read_study(again) == study
+    assert read_study(again).text() == study.text()
+    assert read_study(again).drawn(3) == study.drawn(3)
+
+
+def test_a_study_made_in_python(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY)
+    graph = read_study(tmp_path / "study.toml").graph
+    made = Study(graph, runs=3, spread={"noise.density": {"lognormal": 0.1}}, epochs={"ages": ["1 h"]})
+    (tmp_path / "made.toml").write_text(write_study(made))
+    assert read_study(tmp_path / "made.toml") == made

@@ -1,0 +1,110 @@
+"""The report of a study: whole, without network, with what came out; its commands replay what it shows."""
+
+import dataclasses
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass.graphs.study_reader import read_study
+from proofmass.runner.command_line import main
+from proofmass.runner.studies.folder import kept_result
+from proofmass.runner.studies.report import save_study_report
+from proofmass.runner.studies.study import run_study
+from tests.runner.test_report import Outline, texts
+from tests.study_texts import STUDY
+
+TEXT = STUDY.replace("seed = 11", 'seed = 11\ndesign = "saltelli"').replace("runs = 6", "runs = 40")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("report")
+    (place / "sensor.toml").write_text(TEXT)
+    run_study(read_study(place / "sensor.toml"), engine="compiled", folder=place / "out")
+    assert main(["report", str(place / "out")]) == 0
+    return place / "out"
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> str:
+    return (folder / "report.html").read_text()
+
+
+def test_the_page_is_whole_and_asks_nothing_of_the_network(page: str) -> None:
+    outline = Outline(page)
+    expected = ["Yield", "Measures", "Distributions", "What scatters them", "Sobol indices", "Runs to look at"]
+    assert outline.headings == [*expected, "Study", "To repeat it"]
+    assert not outline.tags & {"script", "link", "iframe", "object", "embed", "base", "img"}
+    links = [value for name, value in outline.attributes if name in ("src", "href", "xlink:href", "action")]
+    assert all(value.startswith("#") for value in links)
+    assert not re.search(r"@import|url\((?!#)", page)
+    assert "default-src 'none'" in page
+
+
+def test_the_page_holds_what_came_out(page: str, folder: Path) -> None:
+    result, text = kept_result(folder), texts(page)
+    for row in result.summary():
+        low, high = row["intervals"]["mean"]
+        assert f"{low:.5g} to {high:.5g}" in text
+    for name, part in result.yields().items():
+        assert re.search(rf"{name} .{{0,20}}{100 * part:.2f} %", text)
+    assert "80 runs at 3 ages up to 1 year, 2 points of the sweep, seed 11" in text
+    assert result.digest in text
+    for label in ("bias for one standard deviation", "source.value [V]", "age [years]", "0 h", "1 to 99 %"):
+        assert label in text
+
+
+def test_its_commands_replay_the_runs_it_names(
+    page: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    result = kept_result(folder)
+    rows = re.findall(r"<th>(bias|noise)</th>.*?<code>(proofmass montecarlo [^<]*)</code>", page)
+    assert len(rows) == 10
+    for name, command in (rows[0], rows[-1]):
+        words = shlex.split(command)
+        run, epoch = (int(words[words.index(w) + 1]) if w in words else 0 for w in ("--run", "--epoch"))
+        assert main([*words[1:], "--json"]) == 0
+        replayed = json.loads(capsys.readouterr().out)
+        assert replayed["measures"][name]["value"] == result[name][run, epoch]
+
+
+def test_the_worst_are_those_furthest_beyond_the_limit(page: str, folder: Path) -> None:
+    result = kept_result(folder)
+    change = np.abs(result["bias"] / result["bias"][:, :1] - 1.0).max(axis=1) * np.abs(result["bias"][:, 0])
+    named = [int(run) for run in re.findall(r"<th>bias</th>.*?--run (\d+)", page)]
+    assert named == result.numbers[np.argsort(-change)[:5]].tolist()
+
+
+def test_a_study_under_way_and_one_with_failed_runs(tmp_path: Path) -> None:
+    (tmp_path / "sensor.toml").write_text(TEXT)
+    study = read_study(tmp_path / "sensor.toml")
+    result = run_study(study, runs=5, engine="python")
+    values = {name: np.where(np.arange(10)[:, None] == 3, np.nan, result[name]) for name in result.values}
+    faults = {(3, 0): "the <wire> is not a number"}
+    half = dataclasses.replace(result, planned_runs=80, values=values, faults=faults)
+    page = save_study_report(half, tmp_path / "page.html").read_text()
+    Outline(page)
+    assert "10 of 80 runs are done" in page
+    assert "the &lt;wire&gt; is not a number" in page
+    nothing = {name: np.full((10, 3), np.nan) for name in result.values}
+    empty = save_study_report(dataclasses.replace(result, values=nothing), tmp_path / "empty.html").read_text()
+    assert "What scatters them" not in Outline(empty).headings
+
+
+def test_a_folder_without_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", str(tmp_path)]) == 1
+    assert "holds no study" in capsys.readouterr().err
+
+
+def test_one_age_and_no_limits(tmp_path: Path) -> None:
+    (tmp_path / "sensor.toml").write_text(STUDY.partition("[study.sweep]")[0])
+    result = run_study(read_study(tmp_path / "sensor.toml"), engine="python")
+    page = save_study_report(result, tmp_path / "page.html").read_text()
+    assert Outline(page).headings[:3] == ["Measures", "Distributions", "What scatters them"]
+    assert "age [" not in page
+    assert "from the median" in page
