@@ -8,10 +8,12 @@ import pytest
 
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.measures import STATISTICS
+from proofmass.graphs.study import Study
 from proofmass.graphs.toml_reader import read_graph_text
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.simulate import EngineName, simulate
 from proofmass.runner.studies.measuring import refuse_late
+from proofmass.runner.studies.study import run_study
 
 GRAPH = read_graph_text("""
 name = "numbers, codes and bits"
@@ -116,6 +118,15 @@ def test_engines_traces_and_other_measures_change_no_bit() -> None:
     plain, measured = simulate(GRAPH, engine="python"), simulate(MEASURED, engine="compiled")
     for name in plain:
         assert (plain[name].values == measured[name].values).all()
+
+
+def test_lanes_and_plain_python_measure_the_same_bits() -> None:
+    measures = {name: measure for name, measure in MEASURED.measures.items() if name.startswith("number_")}
+    graph = dataclasses.replace(MEASURED, measures=measures)
+    study = Study(graph, runs=5, seed=2, spread={"ramp.slope": {"uniform": 0.2, "relative": True}})
+    python = run_study(study, engine="python")
+    assert python.values.keys() == measures.keys()
+    assert run_study(study, engine="compiled", lanes=4).digest == python.digest
 
 
 def test_a_measure_that_begins_after_the_run_is_not_a_number() -> None:
