@@ -50,15 +50,8 @@ def normal_quantile(probability: float) -> float:
     0.0
     """
     q = probability - 0.5
-    if -0.425 <= q <= 0.425:
-        r = 0.180625 - q * q
-        top = 6.7265770927008700853e4 + r * (3.3430575583588128105e4 + r * 2.5090809287301226727e3)
-        top = 1.3731693765509461125e4 + r * (4.5921953931549871457e4 + r * top)
-        top = 3.3871328727963666080e0 + r * (1.3314166789178437745e2 + r * (1.9715909503065514427e3 + r * top))
-        low = 3.9307895800092710610e4 + r * (2.8729085735721942674e4 + r * 5.2264952788528545610e3)
-        low = 5.3941960214247511077e3 + r * (2.1213794301586595867e4 + r * low)
-        low = 1.0 + r * (4.2313330701600911252e1 + r * (6.8718700749205790830e2 + r * low))
-        return q * top / low
+    if is_central(q):
+        return central_quantile(q)
     r = math.sqrt(-logarithm_of_fraction(probability if q < 0.0 else 1.0 - probability))
     if r <= 5.0:
         r = r - 1.6
@@ -77,3 +70,20 @@ def normal_quantile(probability: float) -> float:
         low = 1.48753612908506148525e-2 + r * (7.86869131145613259100e-4 + r * low)
         low = 1.0 + r * (5.99832206555887937690e-1 + r * (1.36929880922735805310e-1 + r * low))
     return -top / low if q < 0.0 else top / low
+
+
+def is_central(q: float) -> bool:
+    """Whether a probability of 1/2 + q lies where `central_quantile` holds."""
+    return (q >= -0.425) & (q <= 0.425)
+
+
+def central_quantile(q: float) -> float:
+    """The normal quantile of 1/2 + q."""
+    r = 0.180625 - q * q
+    top = 6.7265770927008700853e4 + r * (3.3430575583588128105e4 + r * 2.5090809287301226727e3)
+    top = 1.3731693765509461125e4 + r * (4.5921953931549871457e4 + r * top)
+    top = 3.3871328727963666080e0 + r * (1.3314166789178437745e2 + r * (1.9715909503065514427e3 + r * top))
+    low = 3.9307895800092710610e4 + r * (2.8729085735721942674e4 + r * 5.2264952788528545610e3)
+    low = 5.3941960214247511077e3 + r * (2.1213794301586595867e4 + r * low)
+    low = 1.0 + r * (4.2313330701600911252e1 + r * (6.8718700749205790830e2 + r * low))
+    return q * top / low

@@ -8,7 +8,7 @@ ArrheniusAgeing.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -62,13 +62,21 @@ class Drift:
     activation_energy: float = _DEFAULTS["activation_energy"]
     relative: bool = False
 
-    def aged(self, value: float, ages: Sequence[float], seed: int, run: int, stream: int) -> list[float]:
-        """What a value becomes at each of the ages (seconds, ascending) in one sensor."""
+    def aged(
+        self,
+        value: float,
+        ages: Sequence[float],
+        seed: int,
+        run: int,
+        stream: int,
+        normal: Callable[[int, int, int, int], float] = normal_deviate,
+    ) -> list[float]:
+        """What a value becomes at each of the ages (seconds, ascending) in one sensor; `normal` gives the deviates."""
 
         def pace(law: str, sample: int) -> float:
             spread: float = getattr(self, f"{law}_spread")
             mean: float = getattr(self, law)
-            return mean + spread * normal_deviate(seed, run, stream, sample) if spread else mean
+            return mean + spread * normal(seed, run, stream, sample) if spread else mean
 
         ramp, logarithmic, arrhenius = pace("ramp", 0), pace("logarithmic", 1), pace("arrhenius", 2)
         law = logarithmic_ageing.Constants(logarithmic / math.log(10.0), self.onset, 0.0, 1.0)
@@ -76,7 +84,7 @@ class Drift:
         steps = [ages[0], *(late - early for early, late in pairwise(ages))]
         changed, walked = [], 0.0
         for number, (age, step) in enumerate(zip(ages, steps, strict=True)):
-            walked += self.random_walk * math.sqrt(step) * normal_deviate(seed, run, stream, len(LAWS) + number)
+            walked += self.random_walk * math.sqrt(step) * normal(seed, run, stream, len(LAWS) + number)
             deviation = (ramp + arrhenius) * age + walked + logarithmic_ageing.deviation_at(law, age)
             changed.append(value * (1.0 + deviation) if self.relative else value + deviation)
         return changed

@@ -51,12 +51,16 @@ class Spread:
         if self.shape == "values":
             return self.values[self._entry(uniform)]
         if self.shape in NORMAL:
-            inside = self._tail + uniform * (1.0 - 2.0 * self._tail)
-            return self.of_normal(nominal, max(-self.truncated, min(normal_quantile(inside), self.truncated)))
+            deviate = normal_quantile(self.inside(uniform))
+            return self.of_normal(nominal, max(-self.truncated, min(deviate, self.truncated)))
         if self.shape == "uniform":
             return self._about(nominal, 2.0 * uniform - 1.0)
         rest = math.sqrt(2.0 * min(uniform, 1.0 - uniform))
         return self._about(nominal, rest - 1.0 if uniform < 0.5 else 1.0 - rest)
+
+    def inside(self, uniform: float) -> float:
+        """The probability of a truncated normal distribution as one of the whole."""
+        return self._tail + uniform * (1.0 - 2.0 * self._tail)
 
     def of_normal(self, nominal: float, deviate: float) -> float:
         """The value for a standard normal deviate; for the shapes that are `NORMAL`."""

@@ -41,9 +41,9 @@ bits = 16
 """
 
 
-def problems_of(text: str, file: str = "model.toml") -> list[Problem]:
+def problems_of(text: str, file: str = "model.toml", folder: str = ".") -> list[Problem]:
     """Everything that reading and checking say about a text."""
-    return check_text(text, file).problems
+    return check_text(text, file, folder=folder).problems
 
 
 def said_about(path: Path) -> str:

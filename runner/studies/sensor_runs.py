@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.engines import EngineName, choose, lanes_for
@@ -20,6 +18,7 @@ from proofmass.runner.engine.interpret import Interpreter, TickError
 from proofmass.runner.engine.memory import Engine, Memory, start
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.studies.drawing import drawn_together
 from proofmass.runner.studies.measuring import refuse_late, value_of
 
 if TYPE_CHECKING:
@@ -71,11 +70,15 @@ class SensorRuns:
         """
         if self.together is None:
             return [done for number in numbers for done in self.run(number)]
-        drawn = [(number, epoch, v) for number in numbers for epoch, v in enumerate(self.study.drawn(number))]
-        values = {name: np.array([v[name] for _, _, v in drawn]) for name in drawn[0][2]}
-        noise = [noise_run(self.study, number, epoch) for number, epoch, _ in drawn]
-        found = zip(drawn, self.together.measured(values, noise, stop), strict=True)
-        return [self._at(*run) if measures is None else SensorRun(*run[:2], measures) for run, measures in found]
+        values = {name: rows.T.ravel() for name, rows in drawn_together(self.study, numbers).items()}
+        which = [(number, epoch) for number in numbers for epoch in range(len(self.study.epochs))]
+        found = self.together.measured(values, [noise_run(self.study, *each) for each in which], stop)
+        return [
+            self._at(*each, {name: float(given[place]) for name, given in values.items()})
+            if measures is None
+            else SensorRun(*each, measures)
+            for place, (each, measures) in enumerate(zip(which, found, strict=True))
+        ]
 
     def run(self, number: int) -> list[SensorRun]:
         """One run at each epoch."""

@@ -26,11 +26,13 @@ class Name(NamedTuple):
 def names_of(text: str) -> Iterator[Name]:
     """Keys, block names, kinds, and the blocks and ports in wires, probes and exports: all but values and comments.
 
-    The name of an export is the file's to choose.
+    The names of exports and measures are the file's to choose.
     """
+    measures = re.search(r"^\[measures\]\n((?:\w.*\n)*)", text, re.MULTILINE)
+    chosen = range(*measures.span(1)) if measures else ()
     for found in re.finditer(r"^(\w+) = (?!\"\w+\.\w+\"$)|^\[blocks\.(\w+)\]|^kind = \"(\w+)\"", text, re.MULTILINE):
         for group in (1, 2, 3):
-            if found[group]:
+            if found[group] and found.start(group) not in chosen:
                 yield Name(found[group], found.start(group))
     declared = set(re.findall(r"^\[blocks\.(\w+)\]", text, re.MULTILINE))
     for found in re.finditer(r"\"(\w+)\.(\w+)(?: -> (\w+)\.(\w+))?\"", text):
@@ -68,7 +70,8 @@ def test_a_misspelt_name_is_refused_and_the_right_one_offered(path: Path) -> Non
     draw = random.Random(path.stem)
     tried, missed = 0, []
     for name, wrong in misspellings(text, draw):
-        problems = problems_of(text[: name.start] + wrong + text[name.start + len(name.word) :])
+        damaged = text[: name.start] + wrong + text[name.start + len(name.word) :]
+        problems = problems_of(damaged, folder=str(path.parent))
         refusals = [problem for problem in problems if not problem.note]
         assert refusals, f"{name.word} as {wrong} was taken"
         line = text.count("\n", 0, name.start) + 1
