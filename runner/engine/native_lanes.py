@@ -1,6 +1,6 @@
 """The compiled loop of several runs side by side, on arrays that hold everything that moves in each."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -104,19 +104,22 @@ class Lanes:
         finite = np.isfinite(self._state[FLOATS][self._compiled.watched]).all(axis=0)
         return (finite & (refused == 0)).tolist()  # type: ignore[no-any-return]
 
-    def memory(self, lane: int, names: Collection[str]) -> Memory:
-        """States and wires of some blocks of a run, as they stand."""
-        plan, made = self._compiled.plan, self._compiled.generated
-        values = {
-            key: kind(self._state[FLOATS if kind is float else INTEGERS][place, lane])
-            for key, (kind, place) in made.memory.kinds.items()
-            if key[0] in names
-        }
-        states = {}
-        for name in names:
-            kind: Any = plan.blocks[name].state_class()
-            states[name] = kind and kind(*(values[name, "x", field] for field in kind._fields))
-        return Memory(self.tick, states, {}, {key: value for key, value in values.items() if len(key) == 2}, {})
+    def memories(self, names: Collection[str]) -> Iterator[Memory]:
+        """States and wires of some blocks, as they stand, lane by lane."""
+        plan, kinds = self._compiled.plan, self._compiled.generated.memory.kinds
+        columns: dict[Any, list[Any]] = {}
+        for key, (kind, place) in kinds.items():
+            if key[0] in names:
+                row = self._state[FLOATS if kind is float else INTEGERS][place].tolist()
+                columns[key] = row if kind is not bool else [value != 0 for value in row]
+        made: dict[str, Any] = {name: plan.blocks[name].state_class() for name in names}
+        fields = {name: [columns[name, "x", f] for f in kind._fields] for name, kind in made.items() if kind}
+        wires = {key: column for key, column in columns.items() if len(key) == 2}
+        for lane in range(self._compiled.lanes):
+            states = dict.fromkeys(names) | {
+                name: made[name](*(column[lane] for column in own)) for name, own in fields.items()
+            }
+            yield Memory(self.tick, states, {}, {key: column[lane] for key, column in wires.items()}, {})
 
 
 def _rows(slots: Slots, values: Mapping[Any, Any], lanes: int) -> dict[str, Array]:

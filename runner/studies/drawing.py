@@ -25,7 +25,7 @@ def drawn_together(study: Study, numbers: Sequence[int]) -> dict[str, Array]:
     runs = np.array(numbers, dtype=np.int64)
     points = [study.point(number) for number in numbers] if study.sweep else []
     drawn = {name: _rows(study, np.array([point[name] for point in points])) for name in study.sweep}
-    deviates = {name: _deviates(study, runs // study.points, name) for name in study.spread}
+    deviates = dict(zip(study.spread, _deviates(study, runs // study.points), strict=True))
     correlation: Any = study.correlation
     normals = correlation.applied({n: normal_quantiles(deviates[n]) for n in correlation.names})
     for name in dict.fromkeys([*study.spread, *study.drift]):
@@ -62,11 +62,13 @@ def _rows(study: Study, values: Array) -> Array:
     return np.tile(values, (len(study.epochs), 1))
 
 
-def _deviates(study: Study, sensors: Array, name: str) -> Array:
+def _deviates(study: Study, sensors: Array) -> Array:
+    """Uniform deviates: a row for each spread parameter."""
     design = study.designed
     if design.kind == "random":
-        return np.asarray(_uniform_deviate(study.seed, sensors, stream_of("spread", name), 0))
-    return np.array([design.deviate(sensor, name) for sensor in sensors.tolist()])
+        streams = np.array([[stream_of("spread", name)] for name in study.spread], dtype=np.int64).reshape(-1, 1)
+        return np.asarray(_uniform_deviate(study.seed, sensors, streams, 0))
+    return np.array([[design.deviate(sensor, name) for sensor in sensors.tolist()] for name in study.spread])
 
 
 def _spread(spread: Any, nominal: Array, uniforms: Array) -> Array:

@@ -59,9 +59,8 @@ class SideBySide:
             lanes.advance(min(first + step, self.ticks))
 
     def _measures(self, lanes: Lanes, plans: Sequence[Plan]) -> Iterator[tuple[float, ...] | None]:
-        for lane, (plan, sound) in enumerate(zip(plans, lanes.sound(), strict=False)):
+        for plan, sound, memory in zip(plans, lanes.sound(), lanes.memories(self._measuring), strict=False):
             if sound:
-                memory = lanes.memory(lane, self._measuring)
                 yield tuple(value_of(plan, measure, memory) for measure in self.plan.measures)
             else:
                 yield None

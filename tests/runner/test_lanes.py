@@ -65,12 +65,13 @@ def test_of_the_library(name: str) -> None:
     lanes = Lanes(CompiledLanes(planned, set(given), LANES), 7, range(RUNS), given, plans)
     for until in (1, TICKS // 2, TICKS):  # in chunks of any length
         lanes.advance(until)
+    memories = list(lanes.memories(list(planned.blocks)))
     one = CompiledPlan(planned)
     different = set()
     for number, alone in enumerate(plans):
         loop = CompiledLoop(alone, 7, number, start(alone), one)
         assert lanes.sound()[number] == loop.advance(TICKS, ())
-        found = lanes.memory(number, list(planned.blocks)).states
+        found = memories[number].states
         assert repr(found) == repr(loop.memory().states)
         different.add(repr(found))
     assert len(different) == RUNS
