@@ -29,25 +29,24 @@ def settled_tick(plan: Plan) -> int:
     """The base tick by which the loops have settled; raises `ModelError` with what still moves, and by how much."""
     names = sorted(_in_loops(plan))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
-    silent, memory, last, periods = replace(plan, probes=()), start(plan), 0, 0
-    largest, still = dict[Number, float](), 0
-    before = dict(_numbers(memory, names))
-    while last < MOST:
-        earlier, periods = last, periods * 15 // 8 + 1
-        last = ticks * periods
-        memory = _run(silent, memory, last)
+    silent, memory, periods, still, got = replace(plan, probes=()), start(plan), 0, 0, ""
+    largest, before = dict[Number, float](), dict(_numbers(memory, names))
+    while memory.tick < MOST:
+        earlier, periods = memory.tick, periods * 15 // 8 + 1
+        memory = _run(silent, memory, ticks * periods)
         now = dict(_numbers(memory, names))
         largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
-        moved = {key: abs(value - before[key]) / largest[key] for key, value in now.items() if largest[key] > 0.0}
+        moved = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
         worst = max(moved, key=lambda key: moved[key], default=None)
         still = still + 1 if worst is None or moved[worst] <= TOLERANCE else 0
-        if still >= 2 and last >= FEWEST:
-            return last
+        if still >= 2 and memory.tick >= FEWEST:
+            return memory.tick
+        if worst is not None:
+            what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")
+            share = f"{moved[worst]:.2g} of its largest value"
+            got = f"{what} moves by {share}, from {earlier:,} ticks to {memory.tick:,}"
         before = now
-    name, part, index = worst or ("", "", -1)
-    what = f"{name}.{part}" + (f"[{index}]" if index >= 0 else "")
-    got = f"{what} moves by {moved[worst]:.2g} of its largest value" if worst else ""
-    raise ModelError([plan.graph.placed(_restless(f"{got}, from {earlier:,} ticks to {last:,}"))])
+    raise ModelError([plan.graph.placed(_restless(got))])
 
 
 def _run(plan: Plan, memory: Memory, last: int) -> Memory:

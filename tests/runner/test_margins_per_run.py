@@ -52,6 +52,7 @@ def test_each_run_has_the_margins_of_its_parameters(graph: Graph) -> None:
     assert result.yields()["main.phase_margin"] == pytest.approx(2 / 3)
     units = {measure.name: measure.unit for measure in result.measures}
     assert (units["main.gain_margin"], units["main.delay_margin"], units["main.stable"]) == ("dB", "s", "1")
+    assert run_study(study, engine="compiled", lanes=4).digest == result.digest
     again = replay(study, 1, engine="python")
     assert again.measures["main.gain_margin"].value == result["main.gain_margin"][1, 0]
 

@@ -59,6 +59,8 @@ def test_a_replay_runs_the_calibrations_before_it(study: Study, engine: EngineNa
 def test_order_engine_and_interruption_change_no_bit(study: Study, tmp_path: Path) -> None:
     python = run_study(study, engine="python")
     assert run_study(study, engine="compiled").digest == python.digest
+    for lanes, threads in ((4, 1), (4, 3), (0, 2)):
+        assert run_study(study, engine="compiled", lanes=lanes, threads=threads).digest == python.digest
     sensors = SensorRuns(study, "compiled")
     for number in (11, 0, 7):
         assert [run.values for run in sensors.run(number)] == list(
