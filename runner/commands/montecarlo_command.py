@@ -11,14 +11,13 @@ import click
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
-from proofmass.runner.studies.ages import age_text, recalibration_text
+from proofmass.runner.studies.ages import age_text, recalibration_text, some_of
 from proofmass.runner.studies.intervals import concise
 
 if TYPE_CHECKING:
     from proofmass.runner.engine.result import Result
     from proofmass.runner.studies.result import StudyResult
 
-_EPOCHS = 11  # in the table
 _COLUMNS = ("mean", "std", "p1", "p50", "p99")
 
 
@@ -155,9 +154,7 @@ def _text(result: "StudyResult") -> str:
 
 def _table(result: "StudyResult") -> list[str]:
     """A row per measure and epoch; of many epochs some, the first and the last among them."""
-    ages = result.study.epochs
-    step = -(-(len(ages) - 1) // (_EPOCHS - 1)) or 1
-    shown = {*ages[::step], ages[-1]}
+    shown = some_of(result.study.epochs)
     head = ("measure", "unit", "age", *_COLUMNS)
     rows: list[tuple[str, ...]] = [head]
     for row in (row for row in result.summary() if row["age_s"] in shown):

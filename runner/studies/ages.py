@@ -1,7 +1,9 @@
 """Ages and intervals between calibrations in words."""
 
 import math
+from collections.abc import Sequence
 
+SHOWN = 11  # ages in a table
 HOUR, MONTH, YEAR = 3600.0, 2629800.0, 31557600.0  # seconds
 
 
@@ -15,6 +17,16 @@ def age_text(seconds: float) -> str:
         return f"{seconds / YEAR:g} year"
     months = seconds / MONTH
     return f"{months:.0f} month" if months >= 1.0 and months == round(months) else f"{seconds / HOUR:g} h"
+
+
+def some_of(ages: Sequence[float]) -> frozenset[float]:
+    """At most a dozen of the ages at regular steps, for tables; the first and the last are among them.
+
+    >>> sorted(some_of([0.0, 1.0, 2.0])), len(some_of(range(121)))
+    ([0.0, 1.0, 2.0], 11)
+    """
+    step = -(-(len(ages) - 1) // (SHOWN - 1)) or 1
+    return frozenset({*ages[::step], ages[-1]})
 
 
 def recalibration_text(seconds: float) -> str:
