@@ -6,7 +6,7 @@ sweep and 5 switch estimate and compensate, 6 tests the cure; 7 is the end (digi
 
 from typing import NamedTuple
 
-from proofmass.blocks.declare import Block, Input
+from proofmass.blocks.declare import Block, Input, param
 
 DONE = 7
 
@@ -16,6 +16,8 @@ class CalibrationSequencer(Block):
 
     A part that is not wired takes one tick."""
 
+    first: int = param("1", "Step to begin with; 3 where references are known.", default=0, at_least=0, at_most=DONE)
+
     sweep_finished = Input("1", "Whether the sweep of the forward gain is in its last tick.", dtype=bool, default=1.0)
     switch_finished = Input("1", "Whether the switching of the current is in its last tick.", dtype=bool, default=1.0)
     test_finished = Input("1", "Whether the static test is in its last tick.", dtype=bool, default=1.0)
@@ -23,6 +25,11 @@ class CalibrationSequencer(Block):
 
 class State(NamedTuple):
     step: int
+
+
+@CalibrationSequencer.start
+def start(p: CalibrationSequencer) -> State:
+    return State(p.first)
 
 
 @CalibrationSequencer.output("1")

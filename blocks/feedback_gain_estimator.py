@@ -42,6 +42,12 @@ def difference(p: FeedbackGainEstimator, x: State) -> float:
 
 
 @FeedbackGainEstimator.output("1")
+def known_difference(p: FeedbackGainEstimator, x: State) -> float:
+    """Difference that deviations refer to; zero before it is known."""
+    return x.reference
+
+
+@FeedbackGainEstimator.output("1")
 def deviation(p: FeedbackGainEstimator, x: State) -> float:
     """Relative deviation of the difference from its reference; zero before the first whole measurement."""
     return x.difference / x.reference - 1.0 if x.difference != 0.0 and x.reference != 0.0 else 0.0

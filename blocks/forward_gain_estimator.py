@@ -45,6 +45,12 @@ def slope(p: ForwardGainEstimator, x: State) -> float:
 
 
 @ForwardGainEstimator.output("1")
+def known_slope(p: ForwardGainEstimator, x: State) -> float:
+    """Slope that deviations refer to; zero before it is known."""
+    return x.reference
+
+
+@ForwardGainEstimator.output("1")
 def deviation(p: ForwardGainEstimator, x: State) -> float:
     """Relative deviation of the gain from its reference; zero before the first whole sweep."""
     return x.slope / x.reference - 1.0 if x.slope != 0.0 and x.reference != 0.0 else 0.0

@@ -54,6 +54,7 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "min": (Fraction(60), (0, 0, 1), False),
     "h": (Fraction(3600), (0, 0, 1), False),
     "d": (Fraction(86400), (0, 0, 1), False),
+    "month": (Fraction(31557600, 12), (0, 0, 1), False),
     "year": (Fraction(31557600), (0, 0, 1), False),
     "g0": (Fraction("9.80665"), (1, 0, -2), True),
     "ppm": (Fraction(1, 10**6), (), False),

@@ -13,12 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.study import Study
+from proofmass.graphs.study_reader import read_study
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.engine.result import Result
 from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.studies.study import run_study
 
 PPM, MICRO_G = 1e-6, 9.80665e-6
-TRIALS = range(1, 7)  # seeds: the paper has six
 TABLE_3 = [  # [P] k_pre-eq0, k_pre-eq1
     (478.9735, 478.8887), (478.9761, 478.8861), (478.9697, 478.8828),
     (478.9771, 478.8909), (478.9706, 478.8851), (478.9764, 478.8910),
@@ -58,34 +60,44 @@ class Trial(NamedTuple):
     errors: tuple[float, float]
 
 
-def trial(result: Result, inside: str = "") -> Trial:
-    """A run of the procedure; the first gains are those known in its fourth step."""
+def trial(measures: Mapping[str, float]) -> Trial:
+    """A run of the procedure by its measures."""
+    forward, feedback, errors = (
+        (measures[f"{name}_before"], measures[f"{name}_after"]) for name in ("forward", "feedback", "error")
+    )
+    return Trial(forward, feedback, (errors[0] / MICRO_G, errors[1] / MICRO_G))
 
-    def known(signal: str) -> Any:
-        values = result[inside + signal].values
-        return values[values != 0.0]
 
-    slopes, differences = known("forward.slope"), known("feedback.difference")
-    before, after = (at_end(result, f"{inside}{error}.output") / MICRO_G for error in ("error_before", "error_after"))
-    return Trial((slopes[0], slopes[-1]), (differences[0], differences[-1]), (before, after))
+def study(name: str) -> Study:
+    """A study of the library."""
+    with as_file(files("proofmass.graphs") / "library" / f"{name}.toml") as path:
+        return read_study(path)
 
 
 @functools.cache
 def ideal() -> Trial:
     """The procedure without disturbances."""
-    return trial(run("quartz_calibration"))
+    return trials(study("quartz_drift_study"))[0]
 
 
 @functools.cache
 def disturbed() -> tuple[Trial, ...]:
     """Six trials under the disturbances that are conjectured [C]."""
-    return tuple(trial(run("quartz_calibration_disturbed", seed=seed), "sensor.") for seed in TRIALS)
+    return trials(study("quartz_drift_study_disturbed"))
+
+
+def trials(wanted: Study) -> tuple[Trial, ...]:
+    """Every run of a drift study."""
+    values = run_study(wanted, engine="compiled").values
+    rows = zip(*(column[:, 0].tolist() for column in values.values()), strict=True)
+    return tuple(trial(dict(zip(values, row, strict=True))) for row in rows)
 
 
 @functools.cache
 def with_converter(bits: int) -> Trial:
     """The procedure with a DA0 of so many bits."""
-    return trial(run("quartz_calibration", {"accelerometer.da0.bits": bits, "n_vref.initial": 1 << (bits - 1)}))
+    found = run("quartz_calibration", {"accelerometer.da0.bits": bits, "n_vref.initial": 1 << (bits - 1)})
+    return trial({name: measure.value for name, measure in found.measures.items()})
 
 
 @functools.cache
@@ -152,7 +164,8 @@ def tables() -> Iterator[str]:
     yield "Fig. 13: error of the output, ug      before       after"
     yield f"paper [P]                       {FIGURE_13[0]:12.1f}{FIGURE_13[1]:12.1f}   (without sign)"
     yield f"ideal                           {ideal().errors[0]:12.1f}{ideal().errors[1]:12.1f}"
-    mean, std = (f(np.array([t.errors for t in disturbed()]), axis=0) for f in (np.mean, np.std))
+    rows = np.array([t.errors for t in disturbed()])
+    mean, std = np.mean(rows, axis=0), np.std(rows, axis=0, ddof=1)
     yield f"disturbed [C], mean of six      {mean[0]:12.1f}{mean[1]:12.1f}"
     yield f"               and their std    {std[0]:12.1f}{std[1]:12.1f}"
     for bits in (16, 18, 20):

@@ -1,19 +1,25 @@
-"""Fig. 11 to 13 of Ran et al. 2019 drawn again from the graphs of the library, into docs/pictures.
+"""Pictures of the digital quartz accelerometer, into docs/pictures.
 
-python -m docs.quartz_pictures
+    python -m docs.quartz_pictures [FOLDER]
+
+Fig. 11 to 13 of Ran et al. 2019 drawn again, and ten years of drift. FOLDER is that of
+`proofmass montecarlo quartz_recalibration_study.toml --out FOLDER`; without it the study is run, for some minutes.
 """
 
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from docs.quartz_accelerometer import MICRO_G, SCALE_FACTOR, TABLE_4, disturbed, library, run
+from docs.quartz_accelerometer import MICRO_G, PPM, SCALE_FACTOR, TABLE_4, disturbed, library, run, study
 from proofmass.blocks.decimator import Decimator
 from proofmass.graphs.graph import Graph
 from proofmass.runner.engine.simulate import simulate
 from proofmass.runner.output.plot import BLUE, ORANGE, write_figure
+from proofmass.runner.studies.ages import YEAR, recalibration_text
+from proofmass.runner.studies.study import run_study
 
 GREEN = "#009e73"
 MEAN = 12_500  # ticks of a point of Fig. 13: a quarter of a second
@@ -63,16 +69,44 @@ def figure_13(axes: Any) -> None:
     axes.legend(fontsize=7)
 
 
-def main() -> None:
-    """Draw all three beside each other."""
-    figure = Figure(figsize=(11.0, 3.2), layout="constrained")
-    for draw, axes in zip((figure_11, figure_12, figure_13), figure.subplots(1, 3), strict=True):
-        draw(axes)
+def ten_years(folder: str | None, panels: Any) -> None:
+    """Fans of scale factor, bias and gain margin: never calibrated again, every year, every month."""
+    result = run_study(study("quartz_recalibration_study"), folder=folder)
+    ages = np.array(result.study.epochs) / YEAR
+    parts = result.by_recalibration().items()
+    for (interval, part), color in zip(parts, (BLUE, ORANGE, GREEN), strict=True):
+        scale = part["scale_factor"] / part["scale_factor"][:, :1] - 1.0
+        drawn = (scale / PPM, part["bias"] / MICRO_G, part["main.gain_margin"])
+        for axes, values in zip(panels, drawn, strict=True):
+            for low, high, strength in ((0.0, 100.0, 0.25), (25.0, 75.0, 0.35)):
+                edges = np.percentile(values, (low, high), axis=0)
+                axes.fill_between(ages, *edges, color=color, alpha=strength, linewidth=0.0)
+            axes.plot(ages, np.median(values, axis=0), color=color, linewidth=0.9, label=recalibration_text(interval))
+    titles = (("scale factor as found", "change [ppm]"), ("bias as found", "bias [ug]"), ("gain margin", "[dB]"))
+    for axes, (title, label) in zip(panels, titles, strict=True):
+        axes.set(title=f"{title}, {len(result.numbers) // 3} sensors [A]", xlabel="age [years]", ylabel=label)
+    panels[0].legend(fontsize=7)
+
+
+def save(figure: Figure, name: str) -> None:
+    """Write a picture of the docs."""
+    for axes in figure.axes:
         axes.title.set_fontsize(9)
         axes.ticklabel_format(useOffset=False)
-    with (Path(__file__).parent / "pictures" / "quartz_calibration.svg").open("wb") as file:
+    with (Path(__file__).parent / "pictures" / f"{name}.svg").open("wb") as file:
         write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
 
 
+def main(folder: str | None = None) -> None:
+    """Draw both pictures, three panels beside each other in each."""
+    figure = Figure(figsize=(11.0, 3.2), layout="constrained")
+    for draw, axes in zip((figure_11, figure_12, figure_13), figure.subplots(1, 3), strict=True):
+        draw(axes)
+    save(figure, "quartz_calibration")
+    figure = Figure(figsize=(11.0, 3.2), layout="constrained")
+    ten_years(folder, figure.subplots(1, 3))
+    save(figure, "quartz_recalibration")
+
+
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])

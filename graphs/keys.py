@@ -49,10 +49,21 @@ STUDY_KEYS = {
     "spread": 'What differs from sensor to sensor: "adc.reference" = { normal = "200 ppm", relative = true }.',
     "correlation": 'Of normal parameters: "adc.reference" = { "source.value" = 0.5 }.',
     "sweep": 'Parameters that take each of some values, "adc.reference" = ["2.5 V", "5 V"]; several make a grid.',
-    "epochs": 'Ages at which every sensor is looked at: ages = ["0 h", "1 year"].',
+    "epochs": 'Ages at which sensors are looked at: ages = ["0 h", "1 year"], or every = "1 month", until = "1 year".',
+    "recalibration": 'Calibrations: every = "1 year"; carried = { "gain.initial" = "gain_found" } is what they leave.',
+    "margins": 'The margins of the loops are measures too, at the operating point of that time: "0 s".',
     "drift": 'Parameters that age from epoch to epoch: "adc.reference" = { ramp = "20 ppm/year", relative = true }.',
     "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
     "stop": 'When it has run enough: bias = "1 uV", half of the 95 % confidence interval of the mean.',
+}
+EPOCH_KEYS = {
+    "ages": "Ages, ascending.",
+    "every": "Instead of ages: how much age goes by from epoch to epoch.",
+    "until": "The last age.",
+}
+RECALIBRATION_KEYS = {
+    "every": 'How much age goes by between calibrations, "1 year", or "never"; a list compares.',
+    "carried": "Parameters that keep a measure of the last calibration: a parameter, and the name of the measure.",
 }
 LIMIT_KEYS = {
     "at_least": "Smallest value of the measure in a good sensor.",

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from proofmass.graphs.graph import Graph
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
+MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of each loop, and its unit
+SETTLED = "settled"  # an operating point: where the loops have come to rest
 _DECIBELS = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*dB\s*")
 
 
@@ -77,7 +79,7 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
             if key == "open_at":
                 values[key] = _signal(entry)
             elif key in REQUIREMENTS:
-                values[key] = _requirement(entry, REQUIREMENTS[key])
+                values[key] = read_requirement(entry, REQUIREMENTS[key])
         except UnitError as error:
             where, path = f"loops.{name}.{key}", ("loops", name, key)
             problems.append(Problem(message=str(error), key=where, got=shown(entry), hint=error.hint, path=path))
@@ -90,8 +92,8 @@ def _signal(value: object) -> str:
     return value
 
 
-def _requirement(value: object, unit: str) -> float:
-    """A number in the unit, or a text with one; decibels are no unit of anything else here."""
+def read_requirement(value: object, unit: str) -> float:
+    """A number in the unit, or a text with one; decibels are no unit of anything else. Raises `UnitError`."""
     example = {"dB": 'write it as "6 dB"', "deg": 'write it as "30 deg"', "s": 'write it as "100 us"'}[unit]
     if isinstance(value, str):
         found = _DECIBELS.fullmatch(value)

@@ -15,6 +15,7 @@ from proofmass.graphs.check import checked
 from proofmass.graphs.correlation import Correlation
 from proofmass.graphs.designs import Design, stream_of
 from proofmass.graphs.distributions import Spread, read_spread
+from proofmass.graphs.epochs import Recalibration
 from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import LARGEST_SEED, NOWHERE, Graph, Place, split
 from proofmass.graphs.study_tables import Limit, StudyTables
@@ -31,7 +32,8 @@ class Study:
 
     The tables are those of a study file: `spread={"adc.reference": {"normal": "200 ppm", "relative": True}}`. Run k is
     sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is repeated at
-    each epoch, an age at which its drifting parameters have moved on. `design` is one of `DESIGNS`.
+    each epoch, an age at which its drifting parameters have moved on, with what calibrations before it have left.
+    `design` is one of `DESIGNS`.
 
     Raises `ModelError` with every problem.
     """
@@ -45,6 +47,8 @@ class Study:
     sweep: Mapping[str, tuple[float, ...]]
     epochs: tuple[float, ...]  # ages in seconds
     drift: Mapping[str, Drift]
+    recalibration: Recalibration
+    margins: str  # time of the operating point at which margins are measures too; "" measures none
     limits: Mapping[str, Limit]
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
     place: Place = dataclasses.field(compare=False, repr=False)
@@ -61,11 +65,13 @@ class Study:
         sweep: Tables = NOTHING,
         epochs: Tables = NOTHING,
         drift: Tables = NOTHING,
+        recalibration: Tables = NOTHING,
+        margins: str | float = "",
         limits: Tables = NOTHING,
         stop: Tables = NOTHING,
         place: Place = NOWHERE,
     ) -> None:
-        read = StudyTables(checked(graph))
+        read = StudyTables(checked(graph), margins)
         folder = (place if place is not NOWHERE else graph.place).folder
         spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
         values = {
@@ -78,13 +84,15 @@ class Study:
             "sweep": read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
             "epochs": read.ages(epochs),
             "drift": read.parameters("drift", drift, read_drift),
+            "recalibration": read.recalibration(recalibration),
+            "margins": read.margins,
             "limits": read.limits(limits),
             "stop": read.stop(stop),
             "place": place,
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
-        read.problems += self._bad_numbers()
+        read.problems += [*self._bad_numbers(), *self._moved_twice()]
         if read.problems:
             raise ModelError([self.placed(problem) for problem in read.problems])
 
@@ -121,10 +129,17 @@ class Study:
                 message="the graph has no measures: a study would keep nothing", file=file, key=key, hint=hint
             )
 
+    def _moved_twice(self) -> Iterator[Problem]:
+        for name in self.recalibration.carried:
+            for table in ("spread", "sweep", "drift"):
+                if name in getattr(self, table):
+                    message = "a calibration sets it: nothing else can move it"
+                    yield Problem(message=message, key=f'{table}."{name}"', path=(table, name))
+
     @cached_property
     def points(self) -> int:
-        """Points of the sweep."""
-        return math.prod(len(values) for values in self.sweep.values())
+        """Points of the sweep, and intervals between calibrations, multiplied."""
+        return math.prod(len(values) for values in self.sweep.values()) * len(self.recalibration.every)
 
     def unit_of(self, name: str) -> str:
         """Unit of a parameter, by its name in the flat graph."""
@@ -138,11 +153,19 @@ class Study:
 
     def point(self, run: int) -> dict[str, float]:
         """What the parameters of the sweep are in a run; the last one moves fastest."""
-        number, chosen = run % self.points, dict[str, float]()
+        number, chosen = run % self.points // len(self.recalibration.every), dict[str, float]()
         for name, values in reversed(list(self.sweep.items())):
             number, place = divmod(number, len(values))
             chosen[name] = values[place]
         return dict(reversed(chosen.items()))
+
+    def recalibrated_every(self, run: int) -> float:
+        """Seconds between the calibrations of a run; of all that a study tries it moves fastest."""
+        return self.recalibration.every[run % len(self.recalibration.every)]
+
+    def calibrated(self, run: int) -> tuple[bool, ...]:
+        """Per epoch, whether a run calibrates there."""
+        return self.recalibration.at(self.epochs, self.recalibrated_every(run))
 
     @cached_property
     def designed(self) -> Design:
@@ -154,7 +177,7 @@ class Study:
         return run // self.points // self.designed.group * self.points + run % self.points
 
     def drawn(self, run: int) -> list[dict[str, float]]:
-        """Parameters of a run by `block.parameter` of the flat graph, at each epoch."""
+        """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what calibrations left."""
         sensor, swept = run // self.points, self.point(run)
         at = [dict(swept) for _ in self.epochs]
         deviates = {name: self.designed.deviate(sensor, name) for name in self.spread}
@@ -194,4 +217,5 @@ class Study:
         lines += [f"correlation.{first}.{second} = {value}" for first, second, value in self.correlation.pairs]
         for table in ("spread", "sweep", "drift"):
             lines += [f"{table}.{name} = {entry}" for name, entry in sorted(getattr(self, table).items())]
+        lines += [*self.recalibration.text(), *([f"margins = {self.margins}"] if self.margins else [])]
         return "\n".join(lines) + "\n"

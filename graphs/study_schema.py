@@ -5,9 +5,11 @@ from typing import Any
 from proofmass.graphs.ageing import DRIFT_KEYS, LAWS, NEEDED_BY
 from proofmass.graphs.designs import DESIGNS
 from proofmass.graphs.distributions import LEAST_TRUNCATION, NORMAL, SHAPES, SPREAD_KEYS
+from proofmass.graphs.epochs import NEVER
 from proofmass.graphs.graph import LARGEST_SEED
-from proofmass.graphs.keys import LIMIT_KEYS, STUDY_KEYS
-from proofmass.graphs.limits import NAME, TEXT_LENGTH
+from proofmass.graphs.keys import EPOCH_KEYS, LIMIT_KEYS, RECALIBRATION_KEYS, STUDY_KEYS
+from proofmass.graphs.limits import TEXT_LENGTH
+from proofmass.graphs.loops import SETTLED
 
 Schema = dict[str, Any]
 
@@ -28,12 +30,16 @@ def study_schema(most_runs: int) -> Schema:
         "spread": _by_parameter(_spread()),
         "correlation": _by_parameter(_by_parameter({"anyOf": [_between(-1, 1), _QUANTITY]})),
         "sweep": _by_parameter(_LIST),
-        "epochs": _table({"ages": {"type": "array", "minItems": 1, "items": _WIDTH}}, {"ages": "Ages, ascending."}),
+        "epochs": _table(
+            {"ages": {"type": "array", "minItems": 1, "items": _WIDTH}, "every": _WIDTH, "until": _WIDTH}, EPOCH_KEYS
+        ),
+        "recalibration": _recalibration(),
+        "margins": {"anyOf": [{"const": SETTLED}, *_WIDTH["anyOf"]]},
         "drift": _by_parameter(_drift()),
         "limits": _by_measure(_table({"at_least": _NUMBER, "at_most": _NUMBER, "change": _NUMBER}, LIMIT_KEYS)),
         "stop": _by_measure(_WIDTH),
     }
-    values["epochs"]["required"] = ["ages"]
+    values["epochs"]["oneOf"] = [{"required": ["ages"]}, {"required": ["every", "until"]}]
     return _table(values, STUDY_KEYS)
 
 
@@ -55,6 +61,13 @@ def _spread() -> Schema:
         "dependentRequired": suits,
         "allOf": [truncated],
     }
+
+
+def _recalibration() -> Schema:
+    interval: Schema = {"anyOf": [{"const": NEVER}, *_WIDTH["anyOf"]]}
+    every: Schema = {"anyOf": [*interval["anyOf"], {"type": "array", "minItems": 1, "items": interval}]}
+    carried = _by_parameter({"type": "string"})
+    return _table({"every": every, "carried": carried}, RECALIBRATION_KEYS) | {"required": ["every", "carried"]}
 
 
 def _drift() -> Schema:
@@ -79,7 +92,8 @@ def _by_parameter(entry: Schema) -> Schema:
 
 
 def _by_measure(entry: Schema) -> Schema:
-    return {"type": "object", "propertyNames": {"pattern": f"^{NAME.pattern}$"}, "additionalProperties": entry}
+    """A table by measures; that of a margin has the name of its loop before it, which may be a path."""
+    return {"type": "object", "propertyNames": {"pattern": r"^[a-z][a-z0-9_.]*$"}, "additionalProperties": entry}
 
 
 def _between(low: float, high: float) -> Schema:

@@ -3,20 +3,30 @@
 import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 from proofmass.blocks.declare import Block
 from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import Problem, shown
-from proofmass.blocks.units import UnitError
+from proofmass.blocks.units import UnitError, same_unit
 from proofmass.graphs.correlation import Correlation, correlation_of, read_coefficient
 from proofmass.graphs.designs import DESIGNS
 from proofmass.graphs.distributions import Spread
+from proofmass.graphs.epochs import (
+    AGES_EXAMPLE,
+    RECALIBRATION_EXAMPLE,
+    Recalibration,
+    read_intervals,
+    recalibration_table,
+    regular_ages,
+)
 from proofmass.graphs.flatten import flatten, inside
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.hints import like
 from proofmass.graphs.keys import LIMIT_KEYS, STUDY_KEYS
+from proofmass.graphs.loops import MARGIN_MEASURES, SETTLED, read_requirement
 from proofmass.graphs.measures import measure_unit
 from proofmass.graphs.names import Missing, find_any
 from proofmass.graphs.rates import read_duration
@@ -40,15 +50,40 @@ class Limit:
         return inside and all(abs(value - values[0]) <= largest for value in values)
 
 
+def _decibels(table: Mapping[str, Any], key: str) -> float:
+    """A limit of a gain margin."""
+    try:
+        return read_requirement(table[key], "dB")
+    except UnitError as error:
+        raise TableError(str(error), key, shown(table[key]), hint=error.hint) from None
+
+
 class StudyTables:
     """Reads the tables of a study and collects what is wrong with them."""
 
-    def __init__(self, graph: Graph) -> None:
+    def __init__(self, graph: Graph, margins: object) -> None:
         self.graph, self.flat = graph, flatten(graph)
         self.problems: list[Problem] = []
+        self.margins = self._operating_point(margins)
+
+    def _operating_point(self, given: object) -> str:
+        """The time at which margins are wanted, as a text; "" where none are."""
+        if given == "":
+            return ""
+        try:
+            if given != SETTLED:
+                read_duration(given)
+            if not self.flat.loops:
+                raise TableError("the graph names no loops", hint='add [loops.main] to it with open_at = "dac.voltage"')
+        except UnitError as error:
+            hint = f'write a time, as "20 ms", or "{SETTLED}"'
+            self._refuse(TableError(str(error), got=shown(given), hint=hint), "margins")
+        except TableError as error:
+            self._refuse(error, "margins")
+        return given if isinstance(given, str) else f"{given} s"
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
-        """A table whose keys are parameters, by their names in the flat graph."""
+        """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
         made: dict[str, Entry] = {}
         for key, entry in self._entries(table, given):
             name = self._flat_name(key)
@@ -69,10 +104,16 @@ class StudyTables:
         """Ages in seconds; a study without epochs looks at new sensors."""
         if given == {}:
             return (0.0,)
-        ages = given.get("ages") if isinstance(given, Mapping) and set(given) == {"ages"} else None
-        example = 'write ages = ["0 h", "1 year", "10 year"]'
+        table = given if isinstance(given, Mapping) else {}
+        ages = table["ages"] if set(table) == {"ages"} else None
+        if set(table) == {"every", "until"}:
+            try:
+                return regular_ages(table)
+            except TableError as error:
+                self._refuse(error, "epochs")
+            return (0.0,)
         if not isinstance(ages, list | tuple) or not ages:
-            self._refuse(TableError("must hold a list of ages", got=shown(given), hint=example), "epochs")
+            self._refuse(TableError("must hold a list of ages", got=shown(given), hint=AGES_EXAMPLE), "epochs")
             return (0.0,)
         read = []
         for number, age in enumerate(ages):
@@ -81,8 +122,30 @@ class StudyTables:
             except UnitError as error:
                 self._refuse(TableError(str(error), got=shown(age), hint=error.hint), "epochs", "ages", str(number))
         if sorted(set(read)) != read:
-            self._refuse(TableError("must ascend", got=shown(ages), hint=example), "epochs", "ages")
+            self._refuse(TableError("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
         return tuple(read) or (0.0,)
+
+    def recalibration(self, given: object) -> Recalibration:
+        """When calibrations take place, and which parameters keep which measures."""
+        if given == {}:
+            return Recalibration()
+        try:
+            table = recalibration_table(given)
+            every = read_intervals(table)
+        except TableError as error:
+            self._refuse(error, "recalibration")
+            return Recalibration()
+        carried = self.parameters("recalibration.carried", table.get("carried", {}), self._carried)
+        if not carried and not self.problems:
+            self._refuse(TableError("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE), "recalibration")
+        return Recalibration(every, carried)
+
+    def _carried(self, measure: object, unit: str) -> str:
+        if not isinstance(measure, str):
+            raise TableError("must be the name of a measure", got=shown(measure))
+        if not same_unit(self._unit(measure), unit):
+            raise TableError("has another unit than the parameter", got=self._unit(measure), expected=unit)
+        return measure
 
     def limits(self, given: object) -> Mapping[str, Limit]:
         """Limits of measures."""
@@ -92,6 +155,7 @@ class StudyTables:
                 unit = self._unit(name)
                 table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
                 units = {key: "1" if key == "change" else unit for key in table}
+                table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
                 made[name] = Limit(**{key: read_quantity(table, key, units[key]) for key in table})
             except TableError as error:
                 self._refuse(error, "limits", name)
@@ -141,15 +205,26 @@ class StudyTables:
 
     def _unit(self, name: str) -> str:
         """Unit of a measure; raises `TableError`."""
-        measure = self.flat.measures.get(name)
-        if measure is None:
-            raise TableError("there is no such measure", hint=like(name, self.flat.measures, "the measures"))
-        block, port = split(measure.signal)
-        return measure_unit(measure.statistic, self.flat.blocks[block].unit_of(self.flat.blocks[block].outputs[port]))
+        if name not in self._units:
+            raise TableError("there is no such measure", got=shown(name), hint=like(name, self._units, "the measures"))
+        return self._units[name]
+
+    @cached_property
+    def _units(self) -> dict[str, str]:
+        """Unit of each measure, the margins of loops included where they are measured."""
+        units = {}
+        for name, measure in self.flat.measures.items():
+            block, port = split(measure.signal)
+            unit = self.flat.blocks[block].unit_of(self.flat.blocks[block].outputs[port])
+            units[name] = measure_unit(measure.statistic, unit)
+        if self.margins:
+            units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
+        return units
 
     def _entries(self, table: str, given: object) -> Iterator[tuple[str, Any]]:
         if not isinstance(given, Mapping):
-            self._refuse(TableError("must be a table", got=shown(given), hint=STUDY_KEYS[table]), table)
+            hint = STUDY_KEYS[table.partition(".")[0]]
+            self._refuse(TableError("must be a table", got=shown(given), hint=hint), table)
             return
         yield from ((str(key), entry) for key, entry in given.items())
 
@@ -176,7 +251,7 @@ class StudyTables:
         return None
 
     def _refuse(self, error: TableError, *path: str) -> None:
-        path += (error.key,) if error.key else ()
+        path = (*path[0].split("."), *path[1:], *([error.key] if error.key else []))
         key = ".".join(f'"{part}"' if "." in part else part for part in path)
         self.problems.append(
             Problem(message=str(error), key=key, got=error.got, expected=error.expected, hint=error.hint, path=path)

@@ -7,6 +7,7 @@ from typing import Any
 
 from proofmass.graphs.ageing import Drift
 from proofmass.graphs.distributions import Spread
+from proofmass.graphs.epochs import NEVER, Recalibration
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_tables import Limit
@@ -19,12 +20,14 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
     `graph` is the study's, with its recordings named from the folder that the text is meant for.
     """
     lines = [f"runs = {study.runs}", f"seed = {study.seed}", f"design = {quoted(study.design)}"]
+    lines += [f"margins = {quoted(study.margins)}"] if study.margins else []
     tables: dict[str, dict[str, Any]] = {
         "spread": {name: _spread(spread) for name, spread in study.spread.items()},
         "correlation": _correlation(study.correlation.pairs),
         "sweep": {name: list(values) for name, values in study.sweep.items()},
         "epochs": {"ages": list(study.epochs)},
         "drift": {name: _changed(drift, Drift()) for name, drift in study.drift.items()},
+        "recalibration": _recalibration(study.recalibration),
         "limits": {name: _changed(limit, Limit()) for name, limit in study.limits.items()},
         "stop": dict(study.stop),
     }
@@ -48,6 +51,13 @@ def _correlation(pairs: tuple[tuple[str, str, float], ...]) -> dict[str, dict[st
     return table
 
 
+def _recalibration(recalibration: Recalibration) -> dict[str, Any]:
+    if not recalibration.carried:
+        return {}
+    every = [seconds if math.isfinite(seconds) else NEVER for seconds in recalibration.every]
+    return {"every": every, "carried": dict(recalibration.carried)}
+
+
 def _changed(entry: Drift | Limit, default: Drift | Limit) -> dict[str, Any]:
     """The fields that are not as they are by default."""
     fields = {field.name: getattr(entry, field.name) for field in dataclasses.fields(entry)}
@@ -63,4 +73,6 @@ def _value(value: Any) -> str:
         return "{ " + ", ".join(f"{quoted(k)} = {_value(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_value, value)) + "]"
+    if isinstance(value, str):
+        return quoted(value)
     return ("true" if value else "false") if isinstance(value, bool) else repr(value)

@@ -121,7 +121,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
 @cli.command()
 @graph_argument
 @click.option("--loop", default="", metavar="NAME", help="One loop: by its name, or by the output to open it at.")
-@click.option("--at", default="0 s", show_default=True, help="Time of the operating point, after a run from tick 0.")
+@click.option("--at", default="0 s", show_default=True, help='Operating point: a time, or "settled".')
 @click.option(
     "--sensitivity",
     nargs=2,

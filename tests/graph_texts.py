@@ -5,9 +5,12 @@ from pathlib import Path
 from proofmass.blocks.problem import Problem
 from proofmass.graphs.check_file import check_file, check_text
 from proofmass.graphs.exports import runs_alone
-from proofmass.graphs.toml_reader import read_graph
+from proofmass.graphs.study_reader import is_study
+from proofmass.graphs.toml_reader import read_graph, read_table
 
-LIBRARY = sorted((Path(__file__).parents[1] / "graphs" / "library").glob("*.toml"))
+_FILES = sorted((Path(__file__).parents[1] / "graphs" / "library").glob("*.toml"))
+LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
+STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their own, beside the graph
 ALONE = [path for path in LIBRARY if runs_alone(read_graph(path))]  # the others are parts, with open inputs
 
 SMALL = """\

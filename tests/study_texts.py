@@ -76,3 +76,54 @@ bias = { at_least = 0, change = "100 ppm" }
 bias = 0.5
 """
 )
+
+CALIBRATED = """\
+name = "an amplifier whose gain is made up for by a register"
+rate = "1 kHz"
+samples = 20
+wires = [
+    "source.output -> amplifier.input",
+    "amplifier.output -> noisy.first",
+    "noise.output -> noisy.second",
+    "noisy.output -> corrected.first",
+    "register.value -> corrected.second",
+    "corrected.output -> error.first",
+    "minus_one.output -> error.second",
+    "error.output -> register.deviation",
+    "slots.finished -> register.load",
+    "width.output -> slope.input",
+]
+probes = ["corrected.output"]
+
+[measures]
+found = { signal = "corrected.output", statistic = "max" }
+register = { signal = "register.value", statistic = "last" }
+
+[blocks]
+source = { kind = "Constant", value = 1 }
+amplifier = { kind = "Gain" }
+noise = { kind = "WhiteNoise", density = "1e-6 1/sqrt(Hz)" }
+noisy = { kind = "Sum" }
+corrected = { kind = "Product" }
+minus_one = { kind = "Constant", value = -1 }
+error = { kind = "Sum" }
+register = { kind = "CompensationRegister", limit = 0.5 }
+slots = { kind = "MeasurementSlots", slots = 1, settling = "10 ms", averaging = "1 ms" }
+width = { kind = "Constant", value = "1 m", unit = "m" }
+slope = { kind = "Gain", input_unit = "m", gain = "1 1/m" }
+
+[study]
+runs = 4
+seed = 5
+
+[study.epochs]
+every = "1 year"
+until = "4 year"
+
+[study.drift]
+"amplifier.gain" = { ramp = "0.01 1/year", ramp_spread = "0.001 1/year" }
+
+[study.recalibration]
+every = ["never", "2 year", "1 year"]
+carried = { "register.initial" = "register" }
+"""

@@ -2,6 +2,7 @@
 
 import json
 import math
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,12 +10,14 @@ import click
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.loops import SETTLED
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.commands.run_command import changed, own_blocks
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.linearise import node_of, open_loop, tick_at
 from proofmass.runner.margins.margins import LARGEST_DELAY, Margins, decibels
+from proofmass.runner.margins.settle import settled_tick
 from proofmass.runner.margins.stability import all_margins, missed
 
 if TYPE_CHECKING:
@@ -37,10 +40,13 @@ def show_margins(
     """Everything that `proofmass margins` does; returns the exit code."""
     loaded = changed(read_graph(graph, own_blocks(own)), changes, ())
     planned = plan(loaded)
-    found = (
-        all_margins(loaded, planned, loop, at) if loop or sensitivity is None else _loops_if_any(loaded, planned, at)
-    )
-    moved = sensitivities(loaded, planned, found, *sensitivity, at) if sensitivity else []
+    point: str | Fraction = at
+    if at == SETTLED:
+        point = settled_tick(planned) / planned.schedule.base_rate
+        click.echo(f"settled after {float(point):.4g} s", err=as_json)
+    wanted = all_margins if loop or sensitivity is None else _loops_if_any
+    found = wanted(loaded, planned, loop, point)
+    moved = sensitivities(loaded, planned, found, *sensitivity, point) if sensitivity else []
     if as_json:
         data = {"graph": loaded.name, "loops": [margins.as_data() for margins in found.values()]}
         click.echo(json.dumps(data | ({"sensitivities": [s.as_data() for s in moved]} if moved else {}), indent=2))
@@ -69,7 +75,7 @@ def missed_margins(graph: Graph) -> list[Problem]:
 
 
 def sensitivities(
-    graph: Graph, planned: Plan, found: dict[str, Margins], source: str, target: str, at: str
+    graph: Graph, planned: Plan, found: dict[str, Margins], source: str, target: str, at: str | Fraction
 ) -> "list[Sensitivity]":
     """Scale factor and bias from one output to another, and the margins of loops, with what moves them."""
     from proofmass.runner.margins.sensitivity import margin_sensitivities, transfer_sensitivities
@@ -129,11 +135,11 @@ def _or_none(value: float | None, text: Any) -> str:
     return "no limit" if value is None else str(text(value))
 
 
-def _loops_if_any(graph: Graph, planned: Plan, at: str) -> dict[str, Margins]:
+def _loops_if_any(graph: Graph, planned: Plan, loop: str, at: str | Fraction) -> dict[str, Margins]:
     """Sensitivities of scale factor and bias are answered for a graph without loops too."""
     from proofmass.runner.margins.find_loops import find_loops
 
-    return all_margins(graph, planned, "", at) if planned.graph.loops or find_loops(planned) else {}
+    return all_margins(graph, planned, loop, at) if planned.graph.loops or find_loops(planned) else {}
 
 
 def _draw(picture: Path, found: dict[str, Margins], moved: "list[Sensitivity]") -> list[Path]:

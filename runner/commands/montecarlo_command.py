@@ -11,7 +11,7 @@ import click
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
-from proofmass.runner.studies.ages import age_text
+from proofmass.runner.studies.ages import age_text, recalibration_text, some_of
 from proofmass.runner.studies.intervals import concise
 
 if TYPE_CHECKING:
@@ -94,6 +94,15 @@ def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list
 
 
 def _data(result: "StudyResult") -> dict[str, Any]:
+    recalibrations = [
+        {
+            "every_s": every if math.isfinite(every) else None,
+            "measures": [_finite(row) for row in part.summary()],
+            "yield": part.yields(),
+            "yield_intervals": part.yield_intervals(),
+        }
+        for every, part in result.by_recalibration().items()
+    ]
     return {
         "graph": result.study.graph.name,
         "runs": len(result.numbers),
@@ -104,6 +113,7 @@ def _data(result: "StudyResult") -> dict[str, Any]:
         "measures": [_finite(row) for row in result.summary()],
         "yield": result.yields(),
         "yield_intervals": result.yield_intervals(),
+        **({"recalibrations": recalibrations} if len(recalibrations) > 1 else {}),
         "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
         "digest": result.digest,
         "seconds": result.seconds,
@@ -125,23 +135,35 @@ def _text(result: "StudyResult") -> str:
         f" {time_text(result.seconds)}",
         "",
     ]
-    head = ("measure", "unit", "age", *_COLUMNS)
-    rows: list[tuple[str, ...]] = [head]
-    for row in result.summary():
-        numbers = [concise(row[key], row["intervals"][key]) if key in row else "" for key in _COLUMNS]
-        rows.append((row["measure"], row["unit"], age_text(row["age_s"]), *numbers))
-    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
-    for cells in rows:
-        left = [cell.ljust(width) for cell, width in zip(cells[:2], widths[:2], strict=True)]
-        right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
-        lines.append("  ".join([*left, *right]).rstrip())
-    lines += ["in brackets half of the 95 % confidence interval, in units of the last digits", ""]
-    for name, part in result.yields().items():
-        low, high = result.yield_intervals()[name]
-        lines.append(f"yield, {name}: {100 * part:.2f} %, with 95 % confidence {100 * low:.2f} to {100 * high:.2f} %")
+    for every, part in result.by_recalibration().items():
+        lines += [f"{recalibration_text(every)}:", ""] if study.recalibration.carried else []
+        lines += [*_table(part), ""]
+        yields = part.yield_intervals()
+        for name, good in part.yields().items():
+            low, high = yields[name]
+            confidence = f"with 95 % confidence {100 * low:.2f} to {100 * high:.2f} %"
+            lines.append(f"yield, {name}: {100 * good:.2f} %, {confidence}")
+        lines += [""] if yields and len(study.recalibration.every) > 1 else []
     if result.planned_runs < study.runs * study.points:
         lines.append(f"stopped after {result.planned_runs:,} of {study.runs * study.points:,} runs: that was enough")
     if result.faults:
         (run, epoch), text = next(iter(result.faults.items()))
         lines += [f"{len(result.faults):,} of {made:,} failed; run {run} at epoch {epoch}: {text}"]
     return "\n".join(lines).rstrip()
+
+
+def _table(result: "StudyResult") -> list[str]:
+    """A row per measure and epoch; of many epochs some, the first and the last among them."""
+    shown = some_of(result.study.epochs)
+    head = ("measure", "unit", "age", *_COLUMNS)
+    rows: list[tuple[str, ...]] = [head]
+    for row in (row for row in result.summary() if row["age_s"] in shown):
+        numbers = [concise(row[key], row["intervals"][key]) if key in row else "" for key in _COLUMNS]
+        rows.append((row["measure"], row["unit"], age_text(row["age_s"]), *numbers))
+    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
+    lines = []
+    for cells in rows:
+        left = [cell.ljust(width) for cell, width in zip(cells[:2], widths[:2], strict=True)]
+        right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
+        lines.append("  ".join([*left, *right]).rstrip())
+    return [*lines, "in brackets half of the 95 % confidence interval, in units of the last digits"]

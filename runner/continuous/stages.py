@@ -114,11 +114,15 @@ class Stages:
 
     def _solve(self, first: _Call, known: list[Any]) -> None:
         """Solve the loop with that first tear."""
-        solved = solve_in_place(
-            *self._torn[first.result], known, lambda place: self._called(self._of_place[place], known)
-        )
-        if not solved:
+        loop = self._torn[first.result]
+        if not self._solve_loop(*loop, known, lambda place: self._called(self._of_place[place], known)):
             self.unsolved = first.at
+
+    def _solve_loop(
+        self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]
+    ) -> bool:
+        """Solve an algebraic loop on the values of an instant; whether there is a solution."""
+        return solve_in_place(tears, others, known, value)
 
     def _keep(self, known: list[Any], key: Node, value: Any) -> None:
         if key in self._places:

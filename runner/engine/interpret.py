@@ -1,7 +1,7 @@
 """The reference engine: the plan run in plain Python, tick by tick. A debugger can stop anywhere in it."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -132,13 +132,19 @@ class Interpreter:
         wires = self._memory.wires
 
         def solve(tick: int) -> float:
-            if not solve_in_place(loop.tears, loop.others, wires, lambda node: steps[node](tick)):
+            if not self._solve_loop(loop.tears, loop.others, wires, lambda node: steps[node](tick)):
                 raise NoSolutionError(self._at)
             return wires[loop.tears[0]]  # type: ignore[no-any-return]
 
         yield loop.tears[0], solve
         for tear in loop.tears[1:]:
             yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
+
+    def _solve_loop(
+        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
+    ) -> bool:
+        """Solve an algebraic loop on the wires; whether there is a solution."""
+        return solve_in_place(tears, others, wires, value)
 
     def _step(self, name: str, port: str) -> Callable[[int], Any]:
         return self._output(name, port) if port else self._driven(name)

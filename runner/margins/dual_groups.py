@@ -7,16 +7,18 @@ whichever method a run integrates it by. For a linear group this is its exact st
 to the point where it stands still. Inputs are held, first-order holds too; nothing of an event happens.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.continuous.groups import Group
 from proofmass.runner.continuous.stages import Context, Stages
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.dual import Dual, dual, slopes_of, value_of
+from proofmass.runner.margins.dual import Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.margins.dual_functions import for_duals
+from proofmass.runner.margins.dual_loops import solve_dual
 from proofmass.runner.margins.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
 
 
@@ -44,6 +46,11 @@ class DualStages(Stages):
     def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
         return for_duals(function)
 
+    def _solve_loop(
+        self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]
+    ) -> bool:
+        return solve_dual(tears, others, known, value)
+
 
 class DualAdvance:
     """Moves the states of one group by a tick, as `advance.Advance` does with plain numbers."""
@@ -68,7 +75,8 @@ class DualAdvance:
         held = [value_of(value, SIGNALS) for value in now]
         seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(held)]
         n = len(group.states)
-        rates = self._rates(constants, seeded, n, time)
+        guesses = [plain(wires[node]) for node in group.guesses]
+        rates = self._rates(constants, seeded, n, guesses, time)
         a = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n)] for rate in rates]
         b = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n, len(now))] for rate in rates]
         forced = [[*row, *(float(i == j) for j in range(n))] for i, row in enumerate(b)]
@@ -89,11 +97,15 @@ class DualAdvance:
             self._held_for, self._held = wanted, dual_hold(a, forced, self.period)
         return self._held
 
-    def _rates(self, constants: Mapping[str, Any], point: list[Any], n: int, time: float) -> list[Any]:
+    def _rates(
+        self, constants: Mapping[str, Any], point: list[Any], n: int, guesses: list[float], time: float
+    ) -> list[Any]:
         """Derivatives of the states at a point, what drives the constants as it is on the wires."""
         out: list[Any] = [0.0] * n
         still = [0.0] * len(self.stages.group.ramps)
-        self.stages.rates(Context(constants, point[n:], still, (), time), time, point[:n], out)
+        self.stages.rates(Context(constants, point[n:], still, guesses, time), time, point[:n], out)
+        if self.stages.unsolved:
+            raise NoSolutionError(self.stages.unsolved)
         return out
 
 

@@ -16,6 +16,7 @@ from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.dual import dual, plain
 from proofmass.runner.margins.dual_functions import for_duals
 from proofmass.runner.margins.dual_groups import DualAdvance
+from proofmass.runner.margins.dual_loops import solve_dual
 from proofmass.runner.margins.dual_plan import SIGNALS, dual_constants, dual_parameters
 
 
@@ -32,8 +33,9 @@ class DualTicks(Interpreter):
         cut: bool,
         by_parameters: bool,
     ) -> None:
-        if plan.schedule.loops:
-            raise ModelError([plan.graph.placed(_not_linearised(plan.schedule.loops[0]))])
+        for loop in plan.schedule.loops:
+            if not set(inputs).isdisjoint(loop.nodes):
+                raise ModelError([plan.graph.placed(_within(loop))])
         self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
         self.recorded: dict[Node, list[Any]] = {node: [] for node in outputs}
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
@@ -69,6 +71,11 @@ class DualTicks(Interpreter):
     def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
         return for_duals(function)
 
+    def _solve_loop(
+        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
+    ) -> bool:
+        return solve_dual(tears, others, wires, value)
+
     def _finite(self, value: Any) -> bool:
         return super()._finite([plain(v) for v in value] if isinstance(value, list | tuple) else plain(value))
 
@@ -90,12 +97,12 @@ class DualTicks(Interpreter):
         return super()._getter(name, function, argument)
 
 
-def _not_linearised(loop: AlgebraicLoop) -> Problem:
+def _within(loop: AlgebraicLoop) -> Problem:
     return Problem(
-        message="a loop that Newton's method solves is not linearised",
+        message="lies in a loop that Newton's method solves: its value follows from the others",
         key="integration.algebraic_loops",
         got=", ".join(map(".".join, loop.nodes)),
-        expected="no loop without delay",
-        hint=f"put a UnitDelay behind {'.'.join(loop.tears[0])}",
+        expected="an output that is not solved together with others",
+        hint=f"open the loop elsewhere, or put a UnitDelay behind {'.'.join(loop.tears[0])}",
         path=("integration", "algebraic_loops"),
     )

@@ -1,6 +1,7 @@
 """A graph as a linear sampled system: between two wires, or around a loop that is opened at a wire."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from proofmass.blocks.problem import ModelError, Problem
@@ -8,7 +9,7 @@ from proofmass.blocks.units import UnitError
 from proofmass.graphs.flatten import inside
 from proofmass.graphs.graph import Graph, read_duration, split
 from proofmass.graphs.hints import like
-from proofmass.graphs.loops import Loop
+from proofmass.graphs.loops import SETTLED, Loop
 from proofmass.graphs.names import Missing, find_output
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.plan import plan
@@ -16,6 +17,7 @@ from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.find_loops import Found, find_loops
 from proofmass.runner.margins.open_loop import OpenLoop
 from proofmass.runner.margins.period_map import PeriodMap, period_map
+from proofmass.runner.margins.settle import settled_tick
 
 if TYPE_CHECKING:
     import control
@@ -29,7 +31,7 @@ def linearise(
     outputs: Sequence[str] = (),
     *,
     loop: str = "",
-    at: str | float = 0.0,
+    at: str | float | Fraction = 0.0,
 ) -> "control.StateSpace":
     """The linearised sampled system of a graph, for python-control, exact for what is held between ticks.
 
@@ -38,7 +40,8 @@ def linearise(
     loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after which all
     blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
 
-    The operating point is what the graph is like at the time `at`, by a run from tick 0. Quantisers count as gain one,
+    The operating point is what the graph is like at the time `at`, by a run from tick 0, or where its loops have
+    "settled". Quantisers count as gain one,
     limits as what they are at the operating point. States that do not lie between inputs and outputs are left out.
 
     Raises `ModelError` with the block that cannot be linearised.
@@ -128,12 +131,16 @@ def node_of(planned: Plan, graph: Graph, signal: str) -> Node:
     return split(flat)
 
 
-def tick_at(planned: Plan, at: str | float) -> int:
-    """The base tick of a time."""
+def tick_at(planned: Plan, at: str | float | Fraction) -> int:
+    """The base tick of a time, or of the rest of the loops."""
+    if at == SETTLED:
+        return settled_tick(planned)
     try:
         return int(read_duration(at) * planned.schedule.base_rate)
     except UnitError as error:
-        raise ModelError([Problem(message=str(error), key="at", got=str(at), hint=error.hint)]) from None
+        raise ModelError(
+            [Problem(message=str(error), key="at", got=str(at), hint=f'write a time, as "20 ms", or "{SETTLED}"')]
+        ) from None
 
 
 def _crossing(found: Found) -> Problem:

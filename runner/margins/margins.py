@@ -91,7 +91,7 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
         single = system.per_period == 1
         up, down = _gain_limits(system, turned) if single else _gain_limits_by_trial(system)
         phase, delay = _phase_limits(system, crossover) if single else _phase_limits_by_trial(system)
-        closed, eye = Samples.on(w, system.complementary), np.eye(system.per_period)
+        closed, eye = Samples.on(np.array([0.0, *w]), system.complementary), np.eye(system.per_period)
         at, peak = highest(closed, lambda values: _size(eye - values))
         disk = 1.0 / highest(closed, lambda values: _size(0.5 * eye - values))[1]
         band = _bandwidth(closed)

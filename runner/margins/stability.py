@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from fractions import Fraction
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import Graph
@@ -12,10 +13,11 @@ from proofmass.runner.margins.linearise import loops_of, node_of, one_loop, open
 from proofmass.runner.margins.margins import Margins, decibels, margins_of
 
 
-def margins(graph: Graph, loop: str = "", *, at: str | float = 0.0) -> Margins:
+def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -> Margins:
     """The margins of one loop: by its name, by an output at which it is opened, or the only one that there is.
 
-    The graph is linearised at the time `at`. Raises `ModelError` where the loop cannot be told or linearised.
+    The graph is linearised at the time `at`, or where its loops have "settled". Raises `ModelError` where the loop
+    cannot be told or linearised.
     """
     planned = plan(graph)
     found = all_margins(graph, planned, loop, at)
@@ -28,7 +30,7 @@ def margins(graph: Graph, loop: str = "", *, at: str | float = 0.0) -> Margins:
     return next(iter(found.values()))
 
 
-def all_margins(graph: Graph, planned: Plan, loop: str = "", at: str | float = 0.0) -> dict[str, Margins]:
+def all_margins(graph: Graph, planned: Plan, loop: str = "", at: str | float | Fraction = 0.0) -> dict[str, Margins]:
     """The margins of every loop by name, or of the one that is wanted."""
     tick = tick_at(planned, at)
     if loop:
@@ -48,7 +50,7 @@ def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:
 
 def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
     for key, wanted in loop.requirements.items():
-        value, unit = _asked(got, key), REQUIREMENTS[key]
+        value, unit = attained(got, key), REQUIREMENTS[key]
         peak = key == "sensitivity_peak"
         if got.stable and (value <= wanted if peak else value >= wanted):
             continue
@@ -65,8 +67,8 @@ def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
             return
 
 
-def _asked(got: Margins, key: str) -> float:
-    """What the loop has of what is asked, in the unit of the requirement; without limit it is infinite."""
+def attained(got: Margins, key: str) -> float:
+    """A margin of a stable loop by the name and in the unit of its requirement; without limit it is infinite."""
     if key == "gain_margin":
         limits = [got.gain_margin, got.gain_reduction]
         return min((abs(decibels(limit) or 0.0) for limit in limits if limit is not None), default=math.inf)

@@ -1,14 +1,38 @@
-"""Ages of sensors in words."""
+"""Ages and intervals between calibrations in words."""
 
-HOUR, YEAR = 3600.0, 31557600.0  # seconds
+import math
+from collections.abc import Sequence
+
+SHOWN = 11  # ages in a table
+HOUR, MONTH, YEAR = 3600.0, 2629800.0, 31557600.0  # seconds
 
 
 def age_text(seconds: float) -> str:
     """An age in the unit that suits it.
 
-    >>> age_text(0.0), age_text(3.6e6), age_text(31557600.0)
-    ('0 h', '1000 h', '1 year')
+    >>> age_text(0.0), age_text(3.6e6), age_text(7889400.0), age_text(31557600.0)
+    ('0 h', '1000 h', '3 month', '1 year')
     """
-    if seconds < YEAR:
-        return f"{seconds / HOUR:g} h"
-    return f"{seconds / YEAR:g} year"
+    if seconds >= YEAR:
+        return f"{seconds / YEAR:g} year"
+    months = seconds / MONTH
+    return f"{months:.0f} month" if months >= 1.0 and months == round(months) else f"{seconds / HOUR:g} h"
+
+
+def some_of(ages: Sequence[float]) -> frozenset[float]:
+    """At most a dozen of the ages at regular steps, for tables; the first and the last are among them.
+
+    >>> sorted(some_of([0.0, 1.0, 2.0])), len(some_of(range(121)))
+    ([0.0, 1.0, 2.0], 11)
+    """
+    step = -(-(len(ages) - 1) // (SHOWN - 1)) or 1
+    return frozenset({*ages[::step], ages[-1]})
+
+
+def recalibration_text(seconds: float) -> str:
+    """How often sensors are calibrated.
+
+    >>> recalibration_text(31557600.0), recalibration_text(math.inf)
+    ('recalibrated every 1 year', 'never recalibrated')
+    """
+    return "never recalibrated" if seconds == math.inf else f"recalibrated every {age_text(seconds)}"

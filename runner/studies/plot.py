@@ -1,17 +1,21 @@
 """Picture of a study: each measure as a histogram, or as a fan of percentiles over its epochs."""
 
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.runner.engine.result import Array
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, save_figure
-from proofmass.runner.studies.ages import HOUR, YEAR, age_text
+from proofmass.runner.studies.ages import HOUR, YEAR, age_text, recalibration_text
 from proofmass.runner.studies.result import StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+COLORS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
+MARKED = 24  # epochs up to which each has a dot
 FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
 
 
@@ -25,19 +29,18 @@ def plot_study(result: StudyResult) -> "Figure":
         panels = figure.subplots(len(result.measures), squeeze=False)[:, 0]
         for panel, measure in zip(panels, result.measures, strict=True):
             unit = f" [{measure.unit}]" if measure.unit != "1" else ""
-            values = result[measure.name]
-            values = values[np.isfinite(values).all(axis=1)]
+            values = _whole(result, measure.name)
             if not len(values):
                 continue
             if len(result.study.epochs) > 1:
-                _fan(panel, result.study.epochs, values)
+                _fans(panel, result, measure.name)
                 panel.set_ylabel(measure.name + unit)
             else:
                 panel.hist(values[:, 0], bins="auto", color=BLUE)
                 panel.set_xlabel(measure.name + unit)
                 panel.set_ylabel("runs")
             _limits(panel.axhline if len(result.study.epochs) > 1 else panel.axvline, result, measure.name)
-        yields = result.yields()
+        yields = result.yields() if len(result.study.recalibration.every) == 1 else {}
         good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
         figure.suptitle(f"{result.study.graph.name}: {len(result.numbers):,} runs{good}".replace("$", r"\$"))
     return figure
@@ -49,7 +52,7 @@ def plot_measure(result: StudyResult, name: str) -> "Figure":
     from matplotlib.figure import Figure
 
     epochs, measure = result.study.epochs, next(m for m in result.measures if m.name == name)
-    values = result[name][np.isfinite(result[name]).all(axis=1)]
+    values = _whole(result, name)
     label = name + (f" [{measure.unit}]" if measure.unit != "1" else "")
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.2), facecolor=PAPER, layout="constrained")
@@ -58,7 +61,7 @@ def plot_measure(result: StudyResult, name: str) -> "Figure":
             _histograms(panels[0], values, epochs)
             _limits(panels[0].axvline, result, name)
         if len(values) and len(epochs) > 1:
-            _fan(panels[1], epochs, values)
+            _fans(panels[1], result, name)
             _limits(panels[1].axhline, result, name)
             panels[1].set_ylabel(label)
         panels[0].set_xlabel(label)
@@ -71,13 +74,32 @@ def save_study_plot(result: StudyResult, path: str | Path) -> Path:
     return save_figure(plot_study(result), path)
 
 
-def _fan(panel: Any, ages: tuple[float, ...], values: Any) -> None:
+def _whole(result: StudyResult, name: str) -> Array:
+    """Values of a measure of the runs that have it at every epoch."""
+    return result[name][np.isfinite(result[name]).all(axis=1)]
+
+
+def _fans(panel: Any, result: StudyResult, name: str) -> None:
+    """The fan of a measure over the epochs, or one for each interval between calibrations."""
+    parts = result.by_recalibration()
+    for color, (every, part) in zip(cycle(COLORS), parts.items(), strict=False):
+        values = _whole(part, name)
+        if not len(values):
+            continue
+        if len(parts) == 1:
+            _fan(panel, result.study.epochs, values, color, INK, "median", "{:g} to {:g} %")
+        else:
+            _fan(panel, result.study.epochs, values, color, color, recalibration_text(every), "")
+
+
+def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str, median: str, edges: str) -> None:
     size, unit = (YEAR, "years") if ages[-1] >= YEAR else (HOUR, "hours")
     at = np.array(ages) / size
     for low, high, strength in FAN:
-        edges = np.percentile(values, (low, high), axis=0)
-        panel.fill_between(at, *edges, color=BLUE, alpha=strength, linewidth=0.0, label=f"{low:g} to {high:g} %")
-    panel.plot(at, np.median(values, axis=0), color=INK, marker="o", markersize=3, label="median")
+        rows = np.percentile(values, (low, high), axis=0)
+        panel.fill_between(at, *rows, color=color, alpha=strength, linewidth=0.0, label=edges.format(low, high))
+    marker = "o" if len(at) <= MARKED else ""
+    panel.plot(at, np.median(values, axis=0), color=ink, marker=marker, markersize=3, label=median)
     panel.set_xlabel(f"age [{unit}]")
     panel.legend(fontsize=8)
 

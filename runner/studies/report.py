@@ -2,7 +2,7 @@
 
 import math
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from proofmass.graphs.study_writer import write_study
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
-from proofmass.runner.studies.ages import age_text
+from proofmass.runner.studies.ages import age_text, recalibration_text, some_of
 from proofmass.runner.studies.folder import STUDY_FILE
 from proofmass.runner.studies.intervals import LEVEL, concise
 from proofmass.runner.studies.plot import plot_measure
@@ -52,6 +52,20 @@ def _opening(result: StudyResult) -> str:
     return page
 
 
+def _at_each(section: Callable[[StudyResult], str]) -> Callable[[StudyResult], str]:
+    """A section for each interval between calibrations, under a heading where there are several."""
+
+    def whole(result: StudyResult) -> str:
+        parts = result.by_recalibration()
+        if len(parts) == 1:
+            return section(result)
+        heads = (f"<h3>{escape(recalibration_text(every).capitalize())}</h3>\n" for every in parts)
+        return "\n".join(head + section(part) for head, part in zip(heads, parts.values(), strict=True))
+
+    return whole
+
+
+@_at_each
 def _yield(result: StudyResult) -> str:
     intervals, rows = result.yield_intervals(), []
     for name, part in result.yields().items():
@@ -66,10 +80,12 @@ def _yield(result: StudyResult) -> str:
     return table(("measure", "limit", "good", f"{100 * LEVEL:g} % confidence"), rows, numbers=(2, 3))
 
 
+@_at_each
 def _measures(result: StudyResult) -> str:
     keys = ("mean", "std", *(f"p{p:g}" for p in PERCENTILES))
     rows = []
-    for row in result.summary():
+    shown = some_of(result.study.epochs)
+    for row in (row for row in result.summary() if row["age_s"] in shown):
         cells = "".join(f'<td class="number">{_with_interval(row, key)}</td>' for key in keys)
         age = escape(age_text(row["age_s"]))
         rows.append(

@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +56,22 @@ class StudyResult:
         for name in sorted(self.values):
             digest.update(np.ascontiguousarray(self.values[name], dtype="<f8").tobytes())
         return digest.hexdigest()
+
+    def by_recalibration(self) -> "dict[float, StudyResult]":
+        """The same study seen at each interval between calibrations alone; one part where it has no calibrations."""
+        every = self.study.recalibration.every
+        found = {}
+        for place, interval in enumerate(every):
+            chosen = self.numbers % len(every) == place
+            numbers = self.numbers[chosen]
+            found[interval] = replace(
+                self,
+                numbers=numbers,
+                values={name: values[chosen] for name, values in self.values.items()},
+                faults={key: fault for key, fault in self.faults.items() if key[0] in set(numbers.tolist())},
+                planned_runs=self.planned_runs // len(every),
+            )
+        return found
 
     def good(self) -> Array | None:
         """Per run, whether it keeps all limits at all epochs; None without limits."""
@@ -112,6 +128,10 @@ class StudyResult:
         points = [self.study.point(int(run)) for run in self.numbers]
         for name in self.study.sweep:
             coordinates[name] = ("run", np.array([point[name] for point in points], dtype=float))
+        if self.study.recalibration.carried:
+            intervals = np.array([self.study.recalibrated_every(int(run)) for run in self.numbers])
+            about = {"units": "s", "long_name": "time between calibrations"}
+            coordinates["recalibration"] = ("run", intervals, about)
         facts = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
         variables = {name: (("run", "epoch"), values, facts[name]) for name, values in self.values.items()}
         return xarray.Dataset(variables, coordinates, self.attributes())

@@ -1,6 +1,7 @@
 """A study from its first to its last run: ledger, batches, progress, interruption."""
 
 import contextlib
+import dataclasses
 import itertools
 import os
 import threading
@@ -20,6 +21,8 @@ from proofmass.runner.engine.simulate import simulate_plan
 from proofmass.runner.output.provenance import graph_text, provenance
 from proofmass.runner.studies.folder import keep_study
 from proofmass.runner.studies.ledger import FILE, Ledger
+from proofmass.runner.studies.margins_per_run import margin_measures, margins_at
+from proofmass.runner.studies.measuring import Measured
 from proofmass.runner.studies.result import StudyResult, collected
 from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns, noise_run
@@ -60,22 +63,22 @@ def run_study(
     if folder is not None:
         Path(folder).mkdir(parents=True, exist_ok=True)
         path = Path(folder) / FILE
-    ledger = Ledger(path, (measure.name for measure in sensors.plan.measures), facts)
+    ledger = Ledger(path, (measure.name for measure in sensors.measures), facts)
     try:
         if folder is not None:
             keep_study(study, Path(folder))
-        done, means = ledger.done(len(study.epochs)), RunningMeans(study, sensors.plan.measures)
+        done, means = ledger.done(len(study.epochs)), RunningMeans(study, sensors.measures)
         means.add(ledger.runs(total))
         left = (number for number in range(total) if number not in done)
         needed = itertools.takewhile(lambda _: not means.enough, left)
         before = sum(number < total for number in done)
         _fill(ledger, sensors, needed, before, means, threads or _processors(), progress)
-        kept = collected(sensors.plan.measures, len(study.epochs), ledger.runs(means.end))
+        kept = collected(sensors.measures, len(study.epochs), ledger.runs(means.end))
     finally:
         ledger.close()
     return StudyResult(
         study=study,
-        measures=sensors.plan.measures,
+        measures=sensors.measures,
         planned_runs=means.end,
         seconds=time.perf_counter() - began,
         engine=sensors.engine,
@@ -94,10 +97,15 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
             )
             raise ModelError([problem])
     values = study.drawn(run)[epoch]
+    if any(study.calibrated(run)[:epoch]):
+        values = SensorRuns(study, engine).parameters(run, epoch)
     planned = varied(plan(study.graph), study.blocks(values))
     graph = study.graph.with_parameters(values)
     number = noise_run(study, run, epoch)
-    return simulate_plan(planned, graph, number, None, None, study.seed, engine, None, None, False, began)
+    result = simulate_plan(planned, graph, number, None, None, study.seed, engine, None, None, False, began)
+    found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)
+    margins = {m.name: Measured(value, m.unit, m.signal, m.statistic) for m, value in found}
+    return dataclasses.replace(result, measures={**result.measures, **margins})
 
 
 def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:

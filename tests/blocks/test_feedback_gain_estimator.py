@@ -27,6 +27,7 @@ def test_on_less_off_and_its_deviation() -> None:
     rows = drive(FeedbackGainEstimator(), [*ticks, *IDLE])
     assert rows[4]["difference"] == pytest.approx(-71738.78, abs=1e-9)
     assert rows[-1]["difference"] == pytest.approx(-71754.78, abs=1e-9)
+    assert [row["known_difference"] for row in rows] == [0.0] * 4 + [rows[4]["difference"]] * 6
     assert 1e6 * rows[-1]["deviation"] == pytest.approx(223.03, abs=0.005)
     assert (1.0 + rows[-1]["deviation"]) * (1.0 + rows[-1]["gain_deviation"]) == pytest.approx(1.0, rel=1e-15)
     assert [n for n, row in enumerate(rows) if row["estimated"]] == [8]

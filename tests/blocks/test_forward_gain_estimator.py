@@ -36,6 +36,7 @@ def test_exact_on_a_line_and_blind_to_its_offset() -> None:
     rows = drive(ForwardGainEstimator(), [*ticks, *IDLE])
     assert rows[22]["slope"] == pytest.approx(478.974, rel=1e-12)
     assert rows[22]["deviation"] == 0.0
+    assert {row["known_slope"] for row in rows[22:]} == {rows[22]["slope"]}
     assert rows[44]["deviation"] == pytest.approx(-200e-6, rel=1e-9)
     assert [n for n, row in enumerate(rows) if row["estimated"]] == [44]
 
@@ -43,6 +44,7 @@ def test_exact_on_a_line_and_blind_to_its_offset() -> None:
 def test_a_reference_of_its_own() -> None:
     rows = drive(ForwardGainEstimator(reference=2.0), [*sweep([0.0, 1.0], [0.0, 3.0]), *IDLE])
     assert (rows[4]["slope"], rows[4]["deviation"], rows[4]["estimated"]) == (3.0, 0.5, True)
+    assert {row["known_slope"] for row in rows} == {2.0}
 
 
 def test_a_sweep_without_spread_has_no_slope() -> None:

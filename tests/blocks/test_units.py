@@ -16,6 +16,7 @@ from proofmass.blocks.units import PREFIXES, UnitError, convert, convert_exactly
 
 EXPRESSIONS = {  # ours: pint's
     "m": "m", "nm": "nm", "inch": "inch", "kg": "kg", "mg": "mg", "us": "us", "min": "min", "h": "hour", "d": "day",
+    "month": "month",
     "year": "year", "K": "K", "kHz": "kHz", "1/s": "1/s", "mN": "mN", "N/m": "N/m", "kg/s": "kg/s", "N*s/m": "N*s/m",
     "kg*m^2": "kg*m**2", "N m s/rad": "N*m*s/rad", "J": "J", "W*h": "W*hour", "Pa": "Pa", "mbar": "mbar", "mV": "mV",
     "V/m": "V/m", "uA": "uA", "Mohm": "Mohm", "kΩ": "kohm", "S": "S", "pF": "pF", "fF/um": "fF/um", "C": "C",

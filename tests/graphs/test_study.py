@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.problem import ModelError
+from proofmass.graphs.check_file import check_file
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
 from proofmass.graphs.study_tables import Limit
 from proofmass.graphs.toml_reader import read_graph_text
-from tests.graph_texts import changed, line_of
+from tests.graph_texts import STUDIES, changed, line_of
 from tests.study_texts import RICH, STUDY
 
 YEAR = 31557600.0
@@ -48,6 +49,12 @@ def test_a_file_of_its_own_a_table_and_python_give_the_same_study(tmp_path: Path
         limits={"bias": {"change": 1e-4}, "noise": {"at_most": 100}},
     )
     assert study(tmp_path) == read_study(alone) == made
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_the_studies_of_the_library_have_no_problems(path: Path) -> None:
+    assert check_file(path).problems == []
+    assert read_study(path).limits
 
 
 def test_every_point_of_the_sweep_is_tried_with_the_same_sensors(tmp_path: Path) -> None:

@@ -7,10 +7,10 @@ import pytest
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
 from proofmass.graphs.study_writer import write_study
-from tests.study_texts import RICH, STUDY
+from tests.study_texts import CALIBRATED, RICH, STUDY
 
 
-@pytest.mark.parametrize("text", [STUDY, RICH], ids=["plain", "rich"])
+@pytest.mark.parametrize("text", [STUDY, RICH, CALIBRATED], ids=["plain", "rich", "calibrated"])
 def test_it_reads_back_to_the_same_study(text: str, tmp_path: Path) -> None:
     path, again = tmp_path / "study.toml", tmp_path / "elsewhere" / "again.toml"
     path.write_text(text)

@@ -3,13 +3,17 @@
 Parameters are those of the library graph: assumptions [A], since the paper has none.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from docs.quartz_accelerometer import CODES_PER_AMPERE, FEEDBACK_CURRENT, SCALE_FACTOR, library, mean_output
+from proofmass.blocks.discrete_transfer_function import DiscreteTransferFunction
+from proofmass.graphs.graph import Graph
 from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.margins.stability import margins
 
 ONE_G = 9.80665
 
@@ -116,3 +120,29 @@ def test_carrier_and_baseband_agree() -> None:
     assert carrier[15_000:].mean() / baseband[15_000:].mean() - 1.0 == pytest.approx(0.0, abs=1e-7)
     assert np.abs(carrier - baseband)[25:].max() < 0.005 * np.abs(baseband[-1])
     assert np.abs(carrier - baseband)[1000:].max() < 1e-4 * np.abs(baseband[-1])
+
+
+def with_delays(samples: int) -> Graph:
+    """The loop with a register more or less: the graph has one already."""
+    graph = library("quartz_accelerometer")
+    line = DiscreteTransferFunction(numerator=(1.0,), denominator=(1.0, *[0.0] * samples))
+    return replace(graph, blocks={**graph.blocks, "computing": line})
+
+
+def test_margins_of_the_loop() -> None:
+    """Those of the loop with its one sample of delay, by python-control and closed-loop poles [A]."""
+    found = margins(library("quartz_accelerometer"), "da2.voltage").as_data()
+    assert found["gain_margin_db"] == pytest.approx(22.48, abs=0.01)
+    assert found["phase_margin_deg"] == pytest.approx(88.5, abs=0.05)
+    assert found["delay_margin_s"] == pytest.approx(746.8e-6, abs=0.05e-6)
+    assert found["gain_crossovers_hz"] == [pytest.approx(329.2, abs=0.06)]
+    assert found["bandwidth_hz"] == pytest.approx(342.0, abs=0.5)
+    assert found["sensitivity_peak_db"] == pytest.approx(1.45, abs=0.005)
+
+
+def test_first_unstable_delay_is_39_samples() -> None:
+    assert margins(with_delays(38), "da2.voltage").stable
+    assert not margins(with_delays(39), "da2.voltage").stable
+    assert margins(with_delays(1), "da2.voltage").poles == pytest.approx(
+        margins(library("quartz_accelerometer"), "da2.voltage").poles, abs=1e-12
+    )

@@ -22,11 +22,13 @@ from docs.quartz_accelerometer import (
     ppm,
     run,
     scatter,
+    study,
     with_converter,
 )
 from proofmass.blocks.sine import Sine
 from proofmass.graphs.graph import Graph
 from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.studies.study import run_study
 from tests.runner.test_engines_agree import assert_same_bits
 
 
@@ -42,6 +44,14 @@ def test_ideal_estimates_within_0_1_ppm() -> None:
     assert ppm(ideal().feedback) == pytest.approx(200.0, abs=0.1)
     for name, moved in (("quartz_forward_gain", -200e-6), ("quartz_feedback_gain", 200e-6)):
         assert at_end(run(name), "estimator.deviation") == pytest.approx(moved, abs=1e-7)
+
+
+def test_the_study_without_disturbances_keeps_its_limits() -> None:
+    wanted = study("quartz_drift_study")
+    assert wanted.limits.keys() == {"forward_deviation", "feedback_deviation", "error_before", "error_after"}
+    result = run_study(wanted, engine="compiled")
+    assert result.yields()["all limits"] == 1.0
+    assert abs(result["error_after"]).max() < 1.0 * MICRO_G
 
 
 def test_what_was_estimated_is_compensated() -> None:
@@ -93,6 +103,8 @@ def test_disturbed_trials_come_out_as_the_paper_s() -> None:
     after = [t.errors[1] for t in disturbed()]
     assert np.mean(after) == pytest.approx(-17.4, abs=8.0)
     assert max(after) < 0.0
+    assert min(after) > -24.0  # [P]
+    assert len({trial.errors for trial in disturbed()}) == 6  # each with noise of its own
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from proofmass.blocks.constant import Constant
 from proofmass.blocks.declare import Block, Input, param
 from proofmass.blocks.difference import Difference
 from proofmass.blocks.gain import Gain
-from proofmass.blocks.problem import ModelError
 from proofmass.blocks.ramp import Ramp
 from proofmass.blocks.saturation import Saturation
 from proofmass.blocks.sine import Sine
@@ -25,7 +24,6 @@ from proofmass.graphs.graph import Graph
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.result import Result
 from proofmass.runner.engine.simulate import EngineName, RunError, simulate
-from proofmass.runner.margins.linearise import linearise
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 NEWTON = {"algebraic_loops": "newton"}
@@ -349,11 +347,6 @@ def test_a_loop_that_loses_its_solution_within_a_tick(method: str, engine: Engin
     graph = graph_of(blocks, wires, ["y.output"], integration={"method": method})
     with pytest.raises(RunError, match=r"back.output: failed in tick 7.*\n.*no solution"):
         simulate(graph, samples=30, engine=engine)
-
-
-def test_margins_of_a_graph_with_such_a_loop_are_refused() -> None:
-    with pytest.raises(ModelError, match="a loop that Newton's method solves is not linearised"):
-        linearise(feedback(-3.0, Constant(value=1.0)), ["source.output"], ["sum.output"])
 
 
 # -- order of declaration --------------------------------------------------------------------------------------------

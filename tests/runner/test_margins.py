@@ -22,6 +22,7 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.transfer_function import TransferFunction
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
+from proofmass.runner.engine.simulate import simulate
 from proofmass.runner.margins.stability import margins
 
 FAST = 10_000.0
@@ -69,7 +70,7 @@ def graph_of(case: Case, opened: str = "out.output") -> Graph:
         blocks[f"fast_{number}"] = UnitDelay()
         wires.append(f"{last} -> fast_{number}.input")
         last = f"fast_{number}.output"
-    blocks["minus"] = Negation()
+    blocks["minus"] = Gain(gain=-1.0)
     blocks["controller"] = DiscreteTransferFunction(numerator=case.controller[0], denominator=case.controller[1])
     blocks["out"] = DiscreteTransferFunction(numerator=(1.0,), denominator=(1.0, *[0.0] * case.slow_delays))
     wires += [f"{last} -> minus.input", "minus.output -> controller.input", "controller.output -> out.input"]
@@ -282,3 +283,29 @@ def test_a_loop_that_passes_every_frequency_alike_has_no_crossover() -> None:
     found = margins(Graph(name="ring", rate=FAST, blocks=blocks, wires=wires))
     assert not found.stable
     assert found.gain_crossovers == ()
+
+
+def test_a_peak_at_rest_is_found_there() -> None:
+    """L = -0.3 / z: |S| = 1 / |1 - 0.3 / z| is largest at z = 1."""
+    blocks: dict[str, Block] = {"delay": UnitDelay(), "back": Gain(gain=0.3)}
+    wires = ["delay.output -> back.input", "back.output -> delay.input"]
+    found = margins(Graph(name="ring", rate=FAST, blocks=blocks, wires=wires), "delay.output")
+    assert found.sensitivity_peak == pytest.approx(1.0 / 0.7, rel=1e-14)
+    assert found.sensitivity_peak_frequency == 0.0
+    assert found.disk_margin == pytest.approx(2.0 * 0.7 / 1.3, rel=1e-14)
+
+
+@pytest.mark.parametrize("ratio", [1, 2, 3])
+def test_a_simulated_loop_decays_a_thousandth_below_its_gain_margin_and_grows_above(ratio: int) -> None:
+    """The first random loop of that ratio of rates with a delay, whose register holds a push, and a gain margin."""
+    delayed = (case for case in map(random_case, range(200)) if case.fast_delays and case.ratio == ratio)
+    case, limit = next((case, limit) for case in delayed if (limit := margins(graph_of(case)).gain_margin))
+    assert _growth(case, 0.999 * limit) < 1.0 < _growth(case, 1.001 * limit)
+
+
+def _growth(case: Case, factor: float) -> float:
+    """How much larger the swings are in the last third of a run than in the one before."""
+    changes = {f"fast_{case.fast_delays - 1}.initial": 1.0, "minus.gain": -factor}
+    run = simulate(graph_of(case).with_parameters(changes), samples=3_000 * case.ratio, engine="python")
+    before, last = np.abs(run["out.output"].values[-2_000:]).reshape(2, 1_000).max(axis=1)
+    return float(last / before)

@@ -9,7 +9,7 @@ import xarray
 
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.ages import age_text
-from tests.study_texts import STUDY
+from tests.study_texts import CALIBRATED, STUDY
 
 
 @pytest.fixture
@@ -59,6 +59,28 @@ def test_one_epoch_and_no_limits_draw_a_histogram(study: Path, tmp_path: Path) -
     study.write_text(text)
     assert main(["montecarlo", str(study), "--runs", "5", "--engine", "python", "--out", str(tmp_path / "out")]) == 0
     assert "runs" in (tmp_path / "out" / "study.svg").read_text()
+
+
+def test_intervals_between_calibrations_have_tables_of_their_own(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study.write_text(CALIBRATED.replace('until = "4 year"', 'until = "40 year"'))
+    command = ["montecarlo", str(study), "--runs", "2", "--engine", "python", "--out", str(tmp_path / "out")]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    tables = said.split("recalibrated")
+    assert [table.count("found") for table in tables] == [0, 11, 11, 11]  # of 41 epochs
+    assert "0 h" in tables[1]
+    assert "40 year" in tables[1]
+    assert "36 year" in tables[1]
+    assert "every 2 year:" in tables[2]
+    assert main([*command, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert [part["every_s"] for part in data["recalibrations"]] == [None, 2 * 31557600.0, 31557600.0]
+    assert len(data["recalibrations"][0]["measures"]) == len(data["measures"]) == 2 * 41
+    opened = xarray.open_dataset(tmp_path / "out" / "study.nc", engine="h5netcdf")
+    assert opened["recalibration"].values.tolist() == [float("inf"), 2 * 31557600.0, 31557600.0] * 2
+    opened.close()
 
 
 def test_a_mistake_is_a_message(study: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,7 @@ from proofmass.runner.studies.folder import kept_result
 from proofmass.runner.studies.report import save_study_report
 from proofmass.runner.studies.study import run_study
 from tests.runner.test_report import Outline, texts
-from tests.study_texts import STUDY
+from tests.study_texts import CALIBRATED, STUDY
 
 TEXT = STUDY.replace("seed = 11", 'seed = 11\ndesign = "saltelli"').replace("runs = 6", "runs = 40")
 
@@ -108,3 +108,17 @@ def test_one_age_and_no_limits(tmp_path: Path) -> None:
     assert Outline(page).headings[:3] == ["Measures", "Distributions", "What scatters them"]
     assert "age [" not in page
     assert "from the median" in page
+
+
+def test_intervals_between_calibrations_stand_under_headings(tmp_path: Path) -> None:
+    """Each has its own yield and measures; of 41 epochs eleven are in the tables."""
+    limit = "\n[study.limits]\nfound = { at_most = 1.03 }\n"
+    (tmp_path / "study.toml").write_text(CALIBRATED.replace('until = "4 year"', 'until = "40 year"') + limit)
+    result = run_study(read_study(tmp_path / "study.toml"), runs=2, engine="python")
+    page = save_study_report(result, tmp_path / "report.html").read_text()
+    for words in ("Never recalibrated", "Recalibrated every 2 year", "Recalibrated every 1 year"):
+        assert page.count(f"<h3>{words}</h3>") == 2
+    measures = page[page.index(">Measures<") : page.index(">Distributions<")]
+    assert measures.count("found") == 3 * 11
+    assert "40 year" in measures
+    assert "39 year" not in measures

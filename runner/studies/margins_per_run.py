@@ -1,0 +1,36 @@
+"""Margins as measures of a study: each run is linearised with its own parameters, at a stated operating point.
+
+An unstable loop has no margins (NaN, which no limit lets pass), one without limit an infinite one.
+"""
+
+import math
+
+from proofmass.graphs.graph import split
+from proofmass.graphs.loops import MARGIN_MEASURES, REQUIREMENTS
+from proofmass.runner.engine.planned import Plan, PlannedMeasure
+
+
+def margin_measures(plan: Plan, at: str) -> tuple[PlannedMeasure, ...]:
+    """The measures of all loops that the graph names: "main.gain_margin" and so on; none where no `at` is said."""
+    return tuple(
+        PlannedMeasure(f"{name}.{margin}", loop.open_at, margin, unit, split(loop.open_at), False, 0)
+        for name, loop in plan.graph.loops.items()
+        for margin, unit in MARGIN_MEASURES.items()
+        if at
+    )
+
+
+def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
+    """Their values in a run, in the same order; raises `ModelError` where a loop cannot be linearised."""
+    if not at:
+        return ()
+    from proofmass.runner.margins.stability import all_margins, attained
+
+    return tuple(
+        value
+        for found in all_margins(plan.graph, plan, at=at).values()
+        for value in (
+            *(attained(found, margin) if found.stable else math.nan for margin in REQUIREMENTS),
+            float(found.stable),
+        )
+    )

@@ -1,0 +1,110 @@
+"""When loops have come to rest: against time constants, and what is said of loops that never do."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+import proofmass
+from proofmass.blocks.constant import Constant
+from proofmass.blocks.declare import Block
+from proofmass.blocks.discrete_integrator import DiscreteIntegrator
+from proofmass.blocks.gain import Gain
+from proofmass.blocks.problem import ModelError
+from proofmass.blocks.product import Product
+from proofmass.blocks.sine import Sine
+from proofmass.blocks.sum import Sum
+from proofmass.graphs.graph import Graph
+from proofmass.graphs.toml_writer import write_graph
+from proofmass.runner.command_line import main
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.margins.settle import TOLERANCE, settled_tick
+
+
+def loop(gain: float, source: Block, *more: str, rate: float = 1000.0) -> Graph:
+    """x[n+1] = x[n] + T (u - gain x[n]): at rest u / gain, with the time constant 1 / gain."""
+    blocks: dict[str, Block] = {
+        "source": source,
+        "sum": Sum(),
+        "integral": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "back": Gain(gain=-gain),
+    }
+    wires = ["source.output -> sum.first", "back.output -> sum.second", "sum.output -> integral.input"]
+    return Graph(name="loop", rate=rate, blocks=blocks, wires=[*wires, "integral.output -> back.input", *more])
+
+
+@pytest.mark.parametrize("constant", [0.02, 0.1, 0.5])
+def test_a_time_constant_has_gone_by_often_enough(constant: float) -> None:
+    """What is left is below the tolerance at the third last time that was tried, and above it before."""
+    tick = settled_tick(plan(loop(1.0 / constant, Constant(value=3.0))))
+    third, fourth = ((1.0 - 1e-3 / constant) ** (tick / part) for part in (1.875**2, 1.875**3))
+    assert third < TOLERANCE < fourth
+
+
+def test_a_period_does_not_hide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Driven sixty-four ticks to and fro, or any power of two, the loop is nowhere at rest."""
+    monkeypatch.setattr("proofmass.runner.margins.settle.MOST", 1 << 11)
+    for period in (4, 16, 64, 256):
+        with pytest.raises(ModelError, match="the loops do not settle"):
+            settled_tick(plan(loop(10.0, Sine(frequency=1000.0 / period, phase=1.0))))
+
+
+def test_the_time_does_not_depend_on_the_ticks() -> None:
+    coarse, fine = (settled_tick(plan(loop(10.0, Constant(value=3.0), rate=rate))) / rate for rate in (1e3, 8e3))
+    assert 0.5 <= coarse / fine <= 2.0
+
+
+def test_a_gain_that_depends_on_the_operating_point() -> None:
+    """x' = 2 - x^2 comes to rest at sqrt 2, where its pole is at -2 sqrt 2; at tick 0 it is an integrator."""
+    blocks: dict[str, Block] = {
+        "source": Constant(value=2.0),
+        "sum": Sum(),
+        "integral": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "square": Product(),
+        "back": Gain(gain=-1.0),
+    }
+    wires = [
+        "source.output -> sum.first",
+        "back.output -> sum.second",
+        "sum.output -> integral.input",
+        "integral.output -> square.first",
+        "integral.output -> square.second",
+        "square.output -> back.input",
+    ]
+    graph = Graph(name="square", rate=1000, blocks=blocks, wires=wires)
+    (pole,) = proofmass.margins(graph, "back.output", at="settled").poles
+    assert pole.real == pytest.approx(1.0 - 2.0 * math.sqrt(2.0) * 1e-3, rel=1e-7)
+    with pytest.raises(ModelError, match="does not come back"):
+        proofmass.margins(graph, "back.output")
+
+
+def test_a_loop_that_is_driven_to_and_fro_does_not_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("proofmass.runner.margins.settle.MOST", 1 << 13)
+    with pytest.raises(ModelError, match="the loops do not settle") as caught:
+        settled_tick(plan(loop(10.0, Sine(frequency=0.7))))
+    (problem,) = caught.value.problems
+    assert "integral." in problem.got
+    assert "from 4,857 ticks to 9,107" in problem.got
+
+
+def test_a_loop_that_diverges_does_not_settle() -> None:
+    for gain in (-30.0, 2500.0):
+        with pytest.raises(ModelError, match="the loops do not settle"):
+            settled_tick(plan(loop(gain, Constant(value=1.0))))
+
+
+def test_the_command_says_when(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "loop.toml"
+    path.write_text(write_graph(loop(10.0, Constant(value=3.0))))
+    command = ["margins", str(path), "--loop", "back.output", "--at"]
+    assert main([*command, "settled"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("settled after ")
+    assert "stable" in said
+    assert main([*command, "settled", "--json"]) == 0
+    both = capsys.readouterr()
+    assert "settled after" in both.err
+    assert json.loads(both.out)["loops"][0]["poles"] == [[pytest.approx(0.99), 0.0]]
+    assert main([*command, "setled"]) == 1
+    assert 'or "settled"' in capsys.readouterr().err
