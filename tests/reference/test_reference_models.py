@@ -154,3 +154,16 @@ def test_a_calibration_finds_the_bias(name: str, device: str, methods: tuple[str
         result = simulate(graph.with_parameters(IDEAL | rules), samples=1023 * 16 * 64 + 1, engine="compiled")
         found = result["controller.damping"].values[-1] / DEVICE[device][2] - 1.0
         assert found == pytest.approx(bias(device, 64, method), abs=2e-4), method
+
+
+def test_the_loop_in_registers_is_right_in_the_mean() -> None:
+    """Controllers of (16, 12): 2e-4 and -1.2e-3 of stiffness and damping, of which -7e-4 is the integrators' rule."""
+    result = simulate(library("self_calibration_fixed.toml"), duration=64 * 1023 / 4800 + 1e-4, engine="compiled")
+    stiffness = result["stiffness.stiffness"].values[93::93] / 51.48 - 1.0
+    damping = result["damping.damping"].values[1:] / 4.57e-3 - 1.0
+    assert len(stiffness) == len(damping) == 64
+    assert abs(stiffness[16:].mean()) < 5e-4
+    assert damping[16:].mean() == pytest.approx(-1.2e-3, abs=3e-4)
+    assert stiffness[16:].std() < 3e-4
+    assert damping[16:].std() < 6e-4
+    assert not any(result.overflows.values())
