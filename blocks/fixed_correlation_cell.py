@@ -52,7 +52,7 @@ def total_format(p: FixedCorrelationCell) -> Fixed:
     return Fixed(p.input_format.width + p.order, p.input_format.fraction)
 
 
-@FixedCorrelationCell.output("{unit}", every=lambda p: 2**p.order - 1)
+@FixedCorrelationCell.output("{unit}", every=lambda p: (1 << p.order) - 1)
 def coefficient(p: FixedCorrelationCell, x: State) -> FixedValue:
     """Coefficient of the last whole period; 0 in the first one."""
     return x.finished

@@ -68,7 +68,8 @@ def damping(
 ) -> FixedValue:
     """Damping for the reference model, corrected in the same tick."""
     total = c.initial + corrected(c, p, x, measured, modelled)
-    return where(total > c.lowest, total, c.lowest).to(p.output_format, p.rounding, p.overflow)
+    kept: FixedValue = where(total > c.lowest, total, c.lowest)
+    return kept.to(p.output_format, p.rounding, p.overflow)
 
 
 @FixedDampingController.update
