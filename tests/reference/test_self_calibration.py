@@ -232,6 +232,29 @@ class TestRateResponse:
         assert amplitude == pytest.approx(force / abs(stiffness - 48.67e-9 * w * w + 1j * w * 57e-6), rel=1e-4)
         assert 1e12 * amplitude == pytest.approx(picometres, rel=1e-3)
 
+    @pytest.mark.parametrize(
+        ("percent", "of_tuned"),
+        [
+            (-10, 0.2275),
+            (-5, 0.4234),
+            (-2, 0.7597),
+            (-1, 0.9193),
+            (0, 1.0),
+            (1, 0.9194),
+            (2, 0.7597),
+            (5, 0.4234),
+            (10, 0.2275),
+        ],
+    )
+    def test_the_curve_of_mismatch_against_the_closed_form(self, percent: float, of_tuned: float) -> None:
+        stiffness, w = 122.28 * (1.0 + percent / 100.0), 2.0 * math.pi * 7977.51
+        amplitude = sense_amplitude(
+            library("gyroscope_rate_response.toml").with_parameters({"sense.stiffness": stiffness})
+        )
+        force = 2.0 * 48.67e-9 * math.radians(1.0) * w * 5e-6
+        assert amplitude == pytest.approx(force / abs(stiffness - 48.67e-9 * w * w + 1j * w * 57e-6), rel=1e-3)
+        assert 1e12 * amplitude / 149.03 == pytest.approx(of_tuned, abs=1e-3)
+
     def test_the_papers_value_is_met_in_picometres(self) -> None:
         """143.7 nm is printed; with the quality factor of its table 2, 43.63, the graph gives 146.1 pm."""
         tuned = library("gyroscope_rate_response.toml")
