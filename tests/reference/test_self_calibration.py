@@ -130,6 +130,18 @@ class TestThePapersLoop:
         found = calibrate(library(ACCELEROMETER).with_parameters(IDEAL | quick), 1)
         assert abs(found.stiffness[0]) < 1e-4
 
+    def test_with_a_gap_closing_actuator_it_finds_the_softened_spring(self) -> None:
+        """k - 2 C0 (Vdc^2 + v^2) / d^2 with 0.1 pF, 4 um, 20 V and 1 V, which is 1 uN; within 2e-4 of it."""
+        text = (LIBRARY / ACCELEROMETER).read_text(encoding="utf-8")
+        comb = text[text.index("[blocks.comb]") : text.index("[blocks.acceleration]")]
+        plates = '[integration]\nsubsteps = 16\n\n[blocks.comb]\nkind = "GapClosingActuator"\n\n'
+        wire = '"accelerometer.displacement -> comb.displacement",\n    "comb.force ->'
+        closing = read_graph_text(text.replace(comb, plates).replace('"comb.force ->', wire).replace("1.694111", "1.0"))
+        found = calibrate(closing.with_parameters(IDEAL), 16)
+        softened = 51.48 - 2.0 * 0.1e-12 * (20.0**2 + 1.0) / 4e-6**2
+        assert 51.48 * (1.0 + found.stiffness[-1]) == pytest.approx(softened, rel=2e-4)
+        assert softened == pytest.approx(46.468, abs=1e-3)
+
 
 class TestAtTheChipRateOfThePaper:
     """8.5 kHz, 34 Hz from the resonance of the calibrated sense mode."""
