@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.signal import butter
 
 from docs.pn_self_calibration import IDEAL, calibrate, library, picture, sense_amplitude
 from proofmass.graphs.toml_reader import read_graph_text
+from proofmass.runner.engine.simulate import simulate
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 ACCELEROMETER, GYROSCOPE = "self_calibration_accelerometer.toml", "self_calibration_gyroscope.toml"
@@ -229,6 +231,39 @@ class TestGaussNewton:
             expected = (np.array(lines[0]) - np.array(lines[1])) / (2.0 * step)
             cells = found[f"cells_by_{name}.impulse_response"].values[-1][:16]
             assert cells == pytest.approx(expected, abs=1e-6)
+
+
+class TestInOperation:
+    """Every sample of long records, high-passed: what section 4 of the paper leaves to the future."""
+
+    @pytest.mark.parametrize(
+        ("shaken", "limit"),
+        [
+            ({"vibration.amplitude": 0.0}, 1e-4),
+            ({"vibration.amplitude": G0}, 1e-4),
+            ({"vibration.amplitude": 0.0, "wander.density": 0.1 * G0 / math.sqrt(5.0 * math.pi)}, 5e-4),
+        ],
+        ids=["at rest", "1 g at 33 Hz", "0.1 g rms below 10 Hz"],
+    )
+    def test_it_finds_the_device(self, shaken: dict[str, float], limit: float) -> None:
+        graph = library("self_calibration_in_operation.toml").with_parameters(shaken)
+        for seed in (1, 2, 3):
+            result = simulate(graph, seed=seed, engine="compiled")
+            assert abs(result["controller.stiffness"].values[-1] / 51.48 - 1.0) < limit
+            assert abs(result["controller.damping"].values[-1] / 4.57e-3 - 1.0) < limit
+
+    def test_the_papers_loop_does_not(self) -> None:
+        """1 g at 33 Hz carries it far off, and in the 33rd period its model is no longer stable."""
+        shaken = library(ACCELEROMETER).with_parameters({"acceleration.amplitude": G0})
+        found = calibrate(shaken, 24)
+        assert abs(found.stiffness[4:]).max() > 0.3
+        assert abs(found.damping[4:]).max() > 0.5
+
+    def test_the_high_pass_is_scipys(self) -> None:
+        block: Any = library("high_pass.toml").blocks["filter"]
+        numerator, denominator = butter(4, 300.0, "highpass", fs=4800.0)
+        assert block.numerator == pytest.approx(numerator, rel=1e-12)
+        assert block.denominator == pytest.approx(denominator, rel=1e-12)
 
 
 class TestRateResponse:
