@@ -14,6 +14,24 @@ from proofmass.blocks.declare import Block, Input, param
 Cells = list[float]
 
 
+class State(NamedTuple):
+    stiffness: float
+    damping: float
+
+
+def stepped(
+    largest: float, stiffness: float, damping: float, kk: float, kc: float, cc: float, kr: float, cr: float
+) -> State:
+    """Both after one step, from the sums of J'J and J' times what is left; as they were where J'J is singular."""
+    determinant = kk * cc - kc * kc
+    if determinant <= 1e-12 * kk * cc:  # the two cannot be told apart, or there is no response yet
+        return State(stiffness, damping)
+    by_stiffness, by_damping = (cc * kr - kc * cr) / determinant, (kk * cr - kc * kr) / determinant
+    larger = max(abs(by_stiffness), abs(by_damping))
+    scale = largest / larger if larger > largest else 1.0
+    return State(stiffness * (1.0 + scale * by_stiffness), damping * (1.0 + scale * by_damping))
+
+
 class GaussNewtonController(Block):
     """Fits stiffness and damping of a reference model to the impulse response of a device, at the rate of periods."""
 
@@ -28,11 +46,6 @@ class GaussNewtonController(Block):
     modelled = Input("V", "Impulse response h_R of the reference model.", shape=("cells",))
     by_stiffness = Input("V", "Derivative of h_R by the logarithm of the stiffness.", shape=("cells",))
     by_damping = Input("V", "Derivative of h_R by the logarithm of the damping.", shape=("cells",))
-
-
-class State(NamedTuple):
-    stiffness: float
-    damping: float
 
 
 @GaussNewtonController.requires
@@ -59,13 +72,7 @@ def fitted(
         cc += by_damping[n] * by_damping[n]
         kr += by_stiffness[n] * rest
         cr += by_damping[n] * rest
-    determinant = kk * cc - kc * kc
-    if determinant <= 1e-12 * kk * cc:  # the lags do not tell the two apart, or there is no response yet
-        return x
-    stiffness, damping = (cc * kr - kc * cr) / determinant, (kk * cr - kc * kr) / determinant
-    larger = max(abs(stiffness), abs(damping))
-    scale = p.largest_step / larger if larger > p.largest_step else 1.0
-    return State(x.stiffness * (1.0 + scale * stiffness), x.damping * (1.0 + scale * damping))
+    return stepped(p.largest_step, x.stiffness, x.damping, kk, kc, cc, kr, cr)
 
 
 @GaussNewtonController.output("N/m")

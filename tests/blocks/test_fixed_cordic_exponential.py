@@ -27,6 +27,7 @@ def test_every_angle_of_16_bits_bit_by_bit() -> None:
     assert np.array_equal(found, cordic_by_hand.exponential(angles, 16, 16))
     worst = np.max(np.abs(found[:LN2] / (np.exp(angles[:LN2] / 65536) * 65536) - 1.0))
     assert 100.0 * worst == pytest.approx(0.01373, abs=6e-6)
+    assert 100.0 * worst < 0.0138
 
 
 def test_the_reference_on_single_angles_as_plain_integers() -> None:
@@ -57,9 +58,35 @@ def test_error_of_24_bits_over_every_sixteenth_angle() -> None:
     assert error(24, 24, every=16) == pytest.approx(6.3e-5, rel=0.01)
 
 
+@pytest.mark.parametrize(("bits", "every", "percent"), [(28, 97, 4.93e-6), (32, 1501, 3.17e-7)])
+def test_error_of_longer_words_over_many_angles(bits: int, every: int, percent: float) -> None:
+    assert error(bits, bits, every=every) == pytest.approx(percent, rel=0.01)
+
+
+def test_error_of_the_block_with_28_and_32_bits() -> None:
+    """What the plain integers say above holds for the block: it is the same bits."""
+    for bits in (28, 32):
+        angles = np.arange(0, int(2**bits * np.log(2.0)), 2**bits // 997)
+        found = swept(FixedCordicExponential(fraction_bits=bits, iterations=bits), "exponential", angles)
+        assert np.array_equal(found, cordic_by_hand.exponential(angles, bits, bits))
+
+
 @pytest.mark.parametrize(("iterations", "percent"), [(8, 0.40226), (10, 0.11121), (12, 0.03982), (14, 0.01724)])
 def test_error_of_fewer_iterations(iterations: int, percent: float) -> None:
     assert error(16, iterations) == pytest.approx(percent, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("bits", "percents"),
+    [
+        (12, (0.4704, 0.1380, 0.1380, 0.1380)),
+        (16, (0.4023, 0.03982, 0.01373, 0.01373)),
+        (20, (0.3987, 0.03182, 0.002194, 0.0008485)),
+    ],
+)
+def test_error_over_word_length_and_iterations(bits: int, percents: tuple[float, ...]) -> None:
+    """8, 12, 16 and 20 iterations: more than bits change nothing, as the shifts drop all."""
+    assert [error(bits, n) for n in (8, 12, 16, 20)] == pytest.approx(percents, rel=1e-3)
 
 
 def test_error_with_guard_bits() -> None:

@@ -38,11 +38,11 @@ def errors(name: str, further: int, preload: bool = False, bits: int = 16) -> tu
     return 100.0 * float(np.max(np.abs(found / exact - 1.0))), float(np.max(np.abs(found - exact)))
 
 
-def compensator(name: str, preload: bool) -> Graph:
+def compensator(name: str, term: str = "exponential_term") -> Graph:
     """The compensator of the library with the coefficients of a device, over a ramp of its temperature."""
     text, changes = (LIBRARY / "temperature_compensator.toml").read_text(encoding="utf-8"), dict(LAWS[name])
-    if preload:
-        text = text.replace("exponential_term.toml", "exponential_term_preloaded.toml")
+    text = text.replace("exponential_term.toml", f"{term}.toml")
+    if term == "exponential_term_preloaded":
         changes["memory.growth"] = hyperbolic_growth(16)
     digital = read_graph_text(text, folder=str(LIBRARY)).with_parameters(changes)
     sources = {"warming": Ramp(offset=0.6, slope=1.2, unit="V"), "bias": Ramp(offset=0.006, slope=-0.004, unit="V")}
@@ -59,7 +59,8 @@ def compensator(name: str, preload: bool) -> Graph:
 @pytest.mark.parametrize("preload", [False, True])
 @each
 def test_the_graphs_are_the_plain_integers(name: str, preload: bool, engine: EngineName) -> None:
-    result, law = simulate(compensator(name, preload), samples=501, engine=engine), LAWS[name]
+    term = "exponential_term_preloaded" if preload else "exponential_term"
+    result, law = simulate(compensator(name, term), samples=501, engine=engine), LAWS[name]
     volts = result["digital.temperature.output"].mantissas
     first, second = (chain(volts, law[a], law[b], 16, 8, preload) for a, b in (("a1", "b1"), ("a2", "b2")))
     assert (volts[0], volts[-1]) == (round(0.6 * 65536), round(1.8 * 65536))
@@ -67,6 +68,18 @@ def test_the_graphs_are_the_plain_integers(name: str, preload: bool, engine: Eng
     left = result["digital.sensor.output"].mantissas - first - second
     assert np.array_equal(result["digital.compensated"].values, left * 2.0**-24)
     assert result.overflows == {} or not any(result.overflows.values())
+
+
+@each
+def test_the_pipelined_evaluator_gives_the_same_bits_22_ticks_later(name: str) -> None:
+    """Registers behind four operations and 18 rotations, all zero in the first tick."""
+    at_once, pipelined = (
+        simulate(compensator(name, term), samples=501)["digital.value"].mantissas
+        for term in ("exponential_term", "exponential_term_pipelined")
+    )
+    assert len(set(at_once.tolist())) > 400
+    assert pipelined[22:].tolist() == at_once[:-22].tolist()
+    assert not pipelined[:20].any()  # the last two are what the zeros before and behind the reduction lead to
 
 
 @pytest.mark.parametrize(
@@ -104,6 +117,29 @@ def test_where_the_paper_has_its_largest_relative_error(level: float, percent: f
     found, exact = predicted("m2", TEMPERATURE, 0)
     assert 100.0 * np.max(np.abs(found - exact)) / level == pytest.approx(percent, abs=6e-4)
     assert np.max(np.abs(found - exact)) > DEVICES["m2"].after
+
+
+@pytest.mark.parametrize(
+    ("level", "percent"),
+    [(0.0019, (28.8, 0.0359)), (0.03, (0.512, 0.0356)), (0.1, (0.126, 0.0360)), (1.3, (0.0550, 0.0361))],
+)
+def test_a_larger_law_has_a_floor_of_relative_error(level: float, percent: tuple[float, float]) -> None:
+    """M2 with both factors larger: with 16 bits, and with 24, the core and the range reduction are what remains."""
+    law, words = LAWS["m2"], np.round(TEMPERATURE * 65536).astype(np.int64)
+    pairs = (law["a1"], law["b1"]), (law["a2"], law["b2"])
+    exact = sum(a * np.exp(b * words / 65536) for a, b in pairs)
+    times = level / exact.mean() if level > 0.0019 else 1.0
+    found = [sum(chain(words, times * a, b, 16, more) for a, b in pairs) * 2.0 ** -(16 + more) for more in (0, 8)]
+    assert [100.0 * np.max(np.abs(f / times / exact - 1.0)) for f in found] == pytest.approx(percent, rel=5e-3)
+
+
+def test_some_temperatures_as_in_the_papers_table_3() -> None:
+    """Relative errors in percent of M2 with 24 bits at the output."""
+    found, exact = predicted("m2", np.array([0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8]), 8)
+    volts = [2.37233, 1.36979, 0.85357, 0.62109, 0.56957, 0.65523, 0.87287]
+    percent = [-0.0054, -0.0096, -0.0178, -0.0205, -0.0086, 0.0006, -0.0027]
+    assert 1e3 * exact == pytest.approx(volts, abs=6e-6)
+    assert 100.0 * (found / exact - 1.0) == pytest.approx(percent, abs=6e-5)
 
 
 @each

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.signal import butter
 
 from docs.pn_self_calibration import IDEAL, calibrate, library, picture, sense_amplitude
 from proofmass.graphs.toml_reader import read_graph_text
+from proofmass.runner.engine.simulate import simulate
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 ACCELEROMETER, GYROSCOPE = "self_calibration_accelerometer.toml", "self_calibration_gyroscope.toml"
@@ -130,6 +132,18 @@ class TestThePapersLoop:
         found = calibrate(library(ACCELEROMETER).with_parameters(IDEAL | quick), 1)
         assert abs(found.stiffness[0]) < 1e-4
 
+    def test_with_a_gap_closing_actuator_it_finds_the_softened_spring(self) -> None:
+        """k - 2 C0 (Vdc^2 + v^2) / d^2 with 0.1 pF, 4 um, 20 V and 1 V, which is 1 uN; within 2e-4 of it."""
+        text = (LIBRARY / ACCELEROMETER).read_text(encoding="utf-8")
+        comb = text[text.index("[blocks.comb]") : text.index("[blocks.acceleration]")]
+        plates = '[integration]\nsubsteps = 16\n\n[blocks.comb]\nkind = "GapClosingActuator"\n\n'
+        wire = '"accelerometer.displacement -> comb.displacement",\n    "comb.force ->'
+        closing = read_graph_text(text.replace(comb, plates).replace('"comb.force ->', wire).replace("1.694111", "1.0"))
+        found = calibrate(closing.with_parameters(IDEAL), 16)
+        softened = 51.48 - 2.0 * 0.1e-12 * (20.0**2 + 1.0) / 4e-6**2
+        assert 51.48 * (1.0 + found.stiffness[-1]) == pytest.approx(softened, rel=2e-4)
+        assert softened == pytest.approx(46.468, abs=1e-3)
+
 
 class TestAtTheChipRateOfThePaper:
     """8.5 kHz, 34 Hz from the resonance of the calibrated sense mode."""
@@ -219,6 +233,39 @@ class TestGaussNewton:
             assert cells == pytest.approx(expected, abs=1e-6)
 
 
+class TestInOperation:
+    """Every sample of long records, high-passed: what section 4 of the paper leaves to the future."""
+
+    @pytest.mark.parametrize(
+        ("shaken", "limit"),
+        [
+            ({"vibration.amplitude": 0.0}, 1e-4),
+            ({"vibration.amplitude": G0}, 1e-4),
+            ({"vibration.amplitude": 0.0, "wander.density": 0.1 * G0 / math.sqrt(5.0 * math.pi)}, 5e-4),
+        ],
+        ids=["at rest", "1 g at 33 Hz", "0.1 g rms below 10 Hz"],
+    )
+    def test_it_finds_the_device(self, shaken: dict[str, float], limit: float) -> None:
+        graph = library("self_calibration_in_operation.toml").with_parameters(shaken)
+        for seed in (1, 2, 3):
+            result = simulate(graph, seed=seed, engine="compiled")
+            assert abs(result["controller.stiffness"].values[-1] / 51.48 - 1.0) < limit
+            assert abs(result["controller.damping"].values[-1] / 4.57e-3 - 1.0) < limit
+
+    def test_the_papers_loop_does_not(self) -> None:
+        """1 g at 33 Hz carries it far off, and in the 33rd period its model is no longer stable."""
+        shaken = library(ACCELEROMETER).with_parameters({"acceleration.amplitude": G0})
+        found = calibrate(shaken, 24)
+        assert abs(found.stiffness[4:]).max() > 0.3
+        assert abs(found.damping[4:]).max() > 0.5
+
+    def test_the_high_pass_is_scipys(self) -> None:
+        block: Any = library("high_pass.toml").blocks["filter"]
+        numerator, denominator = butter(4, 300.0, "highpass", fs=4800.0)
+        assert block.numerator == pytest.approx(numerator, rel=1e-12)
+        assert block.denominator == pytest.approx(denominator, rel=1e-12)
+
+
 class TestRateResponse:
     """Two modes, 5 um of drive, 1 deg/s: y = 2 m W w X / |k - m w^2 + j w c|."""
 
@@ -231,6 +278,29 @@ class TestRateResponse:
         force = 2.0 * 48.67e-9 * math.radians(1.0) * w * 5e-6
         assert amplitude == pytest.approx(force / abs(stiffness - 48.67e-9 * w * w + 1j * w * 57e-6), rel=1e-4)
         assert 1e12 * amplitude == pytest.approx(picometres, rel=1e-3)
+
+    @pytest.mark.parametrize(
+        ("percent", "of_tuned"),
+        [
+            (-10, 0.2275),
+            (-5, 0.4234),
+            (-2, 0.7597),
+            (-1, 0.9193),
+            (0, 1.0),
+            (1, 0.9194),
+            (2, 0.7597),
+            (5, 0.4234),
+            (10, 0.2275),
+        ],
+    )
+    def test_the_curve_of_mismatch_against_the_closed_form(self, percent: float, of_tuned: float) -> None:
+        stiffness, w = 122.28 * (1.0 + percent / 100.0), 2.0 * math.pi * 7977.51
+        amplitude = sense_amplitude(
+            library("gyroscope_rate_response.toml").with_parameters({"sense.stiffness": stiffness})
+        )
+        force = 2.0 * 48.67e-9 * math.radians(1.0) * w * 5e-6
+        assert amplitude == pytest.approx(force / abs(stiffness - 48.67e-9 * w * w + 1j * w * 57e-6), rel=1e-3)
+        assert 1e12 * amplitude / 149.03 == pytest.approx(of_tuned, abs=1e-3)
 
     def test_the_papers_value_is_met_in_picometres(self) -> None:
         """143.7 nm is printed; with the quality factor of its table 2, 43.63, the graph gives 146.1 pm."""
