@@ -12,6 +12,15 @@ _FILES = sorted((Path(__file__).parents[1] / "graphs" / "library").glob("*.toml"
 LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
 STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their own, beside the graph
 ALONE = [path for path in LIBRARY if runs_alone(read_graph(path))]  # the others are parts, with open inputs
+# Of each kind one: where every graph is interpreted, these are compiled too. All of them are in test_engines_agree.
+COMPILED = {
+    "closed_loop_accelerometer",
+    "pn_self_test_minimal",
+    "quartz_calibration",
+    "self_calibration_fixed",
+    "temperature_compensation_m1",
+    "vibratory_gyroscope",
+}
 
 SMALL = """\
 name = "a mass and a converter"

@@ -12,7 +12,7 @@ from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.engine.generate import generate
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.simulate import simulate
-from tests.graph_texts import ALONE
+from tests.graph_texts import ALONE, COMPILED
 from tests.orders import shuffled
 
 
@@ -23,14 +23,14 @@ def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
     graph = replace(graph, probes=every_output)
     planned = plan(graph)
     source = generate(planned).source
-    expected = simulate(graph, samples=3000, engine="compiled")
+    expected = simulate(graph, samples=3000, engine="compiled") if path.stem in COMPILED else None
     dice = random.Random(path.stem)
     for number in range(50):
         other = shuffled(graph, dice)
         other_plan = plan(other)
         assert replace(other_plan, graph=planned.graph) == planned  # the graph has its probes in another order
         assert generate(other_plan).source == source
-        if number >= 5:  # of the same loop with the same numbers
+        if expected is None or number >= 5:  # of the same loop with the same numbers
             continue
         result = simulate(other, samples=3000, engine="compiled")
         for name in every_output:
