@@ -206,7 +206,8 @@ class StudyTables:
     def _unit(self, name: str) -> str:
         """Unit of a measure; raises `TableError`."""
         if name not in self._units:
-            raise TableError("there is no such measure", got=shown(name), hint=like(name, self._units, "the measures"))
+            hint = f"{like(name, self._units, 'the measures')} else add {name} to [measures]"
+            raise TableError("there is no such measure", got=shown(name), hint=hint)
         return self._units[name]
 
     @cached_property
