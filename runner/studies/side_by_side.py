@@ -70,7 +70,7 @@ class SideBySide:
         inside = np.isfinite(np.array(list(values.values()))).all(axis=0)
         for name, (block, parameter) in self._free.items():
             declared = self.plan.blocks[block].parameters[parameter]
-            inside &= [declared.inside(value) for value in values[name].tolist()]
+            inside &= np.array([declared.inside(value) for value in values[name].tolist()])
         return inside
 
     def _plan(self, values: Mapping[str, Array], number: int) -> Plan | None:
