@@ -41,9 +41,7 @@ def test_of_200_devices_none_is_wrong_without_a_word() -> None:
         trusted_devices[axis] = int(trusted.sum())
     assert trusted_devices["x"] >= 195
     assert trusted_devices["y"] >= 195
-    assert (
-        70 <= trusted_devices["z"] <= 110
-    )  # the gyroscope; of the others 79 settle, and only the residual gives them away
+    assert 70 <= trusted_devices["z"] <= 110  # of the others 77 settle: the residual tells
 
 
 @pytest.fixture(scope="module")
