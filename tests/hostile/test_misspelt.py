@@ -13,7 +13,7 @@ from tests.graph_texts import ALONE, problems_of
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 RIGHT = 0.95  # of the hints must give the right name
-EDITS = 3  # of each name
+TRIES = 120  # of a file, at least one of each name
 
 
 class Name(NamedTuple):
@@ -28,7 +28,7 @@ def names_of(text: str) -> Iterator[Name]:
 
     The names of exports and measures are the file's to choose.
     """
-    measures = re.search(r"^\[measures\]\n((?:\w.*\n)*)", text, re.MULTILINE)
+    measures = re.search(r"^\[measures\].*?\n(.*?)(?=^\[|\Z)", text, re.MULTILINE | re.DOTALL)
     chosen = range(*measures.span(1)) if measures else ()
     for found in re.finditer(r"^(\w+) = (?!\"\w+\.\w+\"$)|^\[blocks\.(\w+)\]|^kind = \"(\w+)\"", text, re.MULTILINE):
         for group in (1, 2, 3):
@@ -57,8 +57,9 @@ def edited(word: str, draw: random.Random) -> str:
 
 def misspellings(text: str, draw: random.Random) -> Iterator[tuple[Name, str]]:
     taken = {name.word for name in names_of(text)} | {part for path in locate_keys(text) for part in path}
-    for name in names_of(text):
-        for _ in range(EDITS):
+    names = list(names_of(text))
+    for name in names:
+        for _ in range(1 + TRIES // len(names)):
             wrong = edited(name.word, draw)
             if wrong and wrong not in taken:
                 yield name, wrong
