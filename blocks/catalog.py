@@ -78,7 +78,7 @@ def _port(p: Port) -> dict[str, Any]:
     if p.shape:
         data["shape"] = [size if isinstance(size, int | str) else "derived" for size in p.shape]
     if p.every != 1:
-        data["every"] = p.every
+        data["every"] = p.every if isinstance(p.every, int | str) else "derived"
     if p.default is not None:
         data["default"] = p.default
     return data

@@ -20,7 +20,7 @@ class FixedMassSpringDamper(Block):
     )
     large_format: Fixed = param("1", "Format of acceleration, k/m and c/m.", default=Fixed(24, 6))
     small_format: Fixed = param("1", "Format of velocity and displacement.", default=Fixed(32, 30))
-    step_format: Fixed = param("1", "Format of the step T in milliseconds.", default=Fixed(24, 30))
+    step_format: Fixed = param("1", "Format of the step T in milliseconds.", default=Fixed(32, 30))
     rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
     overflow: Overflow = param("", "What happens beyond the range of a register.", default="saturate")
 

@@ -2,6 +2,7 @@
 
 import random
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from proofmass.blocks.catalog import all_blocks
 from proofmass.blocks.declare import Block
+from proofmass.blocks.discrete_mass_spring_damper import DiscreteMassSpringDamper
 from proofmass.blocks.fixed_point import FixedValue
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.integration import Integration
@@ -61,8 +63,17 @@ FIXED_POINT = [
 ]
 TOGETHER = 8  # blocks in a loop: that is compiled sooner than a loop each
 STEPPED = [kind for kind in KINDS.values() if kind.continuous() and not kind.linear]
-OTHERS = [name for name, kind in KINDS.items() if kind not in FIXED_POINT and kind not in STEPPED]
+APART = [*FIXED_POINT, *STEPPED, DiscreteMassSpringDamper]
+OTHERS = [name for name, kind in KINDS.items() if kind not in APART]
 GROUPS = [OTHERS[first : first + TOGETHER] for first in range(0, len(OTHERS), TOGETHER)]
+
+
+def test_a_resonator_of_integrators_with_five_random_parameter_sets(tmp_path: Path) -> None:
+    """At a rate at which it is stable."""
+    dice = random.Random(7)
+    for _ in range(5):
+        graph = graph_around({"block": random_block(DiscreteMassSpringDamper, dice, tmp_path)}, tmp_path)
+        assert_same_bits(replace(graph, rate=Fraction(1_000_000)), SAMPLES)
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=",".join)

@@ -33,7 +33,7 @@ def outcome(engine: type[Interpreter] | type[CompiledLoop], planned: Plan) -> tu
 def test_two_hundred_random_graphs_in_other_orders(tmp_path: Path) -> None:
     kinds: Counter[type] = Counter()
     orders = ran = parts = several_rates = driven = 0
-    for graph in random_graphs(range(200), tmp_path):
+    for graph in random_graphs(range(240), tmp_path):
         dice = random.Random(graph.name)
         planned = plan(graph)
         rows, ticks, memory = outcome(Interpreter, planned)

@@ -1,0 +1,39 @@
+"""Every graph of the library that runs alone: `python benchmarks/library.py`.
+
+Time to make it ready when it has been compiled before, time of its own run, and nanoseconds a tick.
+"""
+
+import time
+
+from compare_with_c import LIBRARY
+
+from proofmass import read_graph, simulate
+from proofmass.graphs.exports import runs_alone
+from proofmass.runner.engine.memory import start
+from proofmass.runner.engine.native import CompiledLoop
+from proofmass.runner.engine.plan import plan
+
+LONGEST = 2_000_000  # ticks of a run that is timed
+
+
+def main() -> None:
+    """Run them all and print the table."""
+    print(f"{'graph':34} {'blocks':>6} {'ticks':>11} {'ready':>9} {'run':>9} {'a tick':>10}")
+    for path in sorted(LIBRARY.glob("*.toml")):
+        if "[blocks" not in path.read_text(encoding="utf-8"):
+            continue  # a study that names its graph
+        graph = read_graph(path)
+        if not runs_alone(graph):
+            continue
+        simulate(graph, samples=1, engine="compiled")
+        began = time.perf_counter()
+        planned = plan(graph)
+        CompiledLoop(planned, 0, memory=start(planned))
+        ready, ticks = time.perf_counter() - began, min(planned.ticks(), LONGEST)
+        seconds = min(simulate(graph, samples=ticks, engine="compiled").seconds for _ in range(3))
+        blocks, each = len(planned.blocks), seconds / ticks * 1e9
+        print(f"{path.stem:34} {blocks:6} {ticks:11,} {ready * 1e3:6.0f} ms {seconds:7.3f} s {each:7.1f} ns")
+
+
+if __name__ == "__main__":
+    main()
