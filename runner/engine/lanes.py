@@ -1,9 +1,10 @@
 """The loop over several runs side by side, in the lanes of vector instructions.
 
 It is the loop of one run, arranged anew: what is the same in all runs is done once a tick; what may differ stands in
-loops over the lanes, which the compiler turns into vector instructions where they are arithmetic alone. What is not
-(arrays, inner loops, random numbers) stands in loops of its own, so that it does not spoil the rest. Between these
-loops a variable lives in its place in memory, one lane beside the other. Every lane computes the bits of its run alone.
+loops over the lanes, which the compiler turns into vector instructions where they are arithmetic alone. What may keep
+it from that (arrays, inner loops, random numbers) stands in loops of its own, so that it does not spoil the rest.
+Between these loops a variable lives in its place in memory, one lane beside the other. Every lane computes the bits of
+its run alone.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -17,7 +18,7 @@ from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.statements import Statement, statements
 
 _RUN = "run"  # the number of the run, which noise follows from
-_SCALAR = ("normal_deviate",)  # functions that vector instructions gain nothing for
+_APART = ("normal_deviate",)  # functions whose branches may keep the compiler from vector instructions
 
 
 def generate_lanes(plan: Plan, varied: Collection[Node], lanes: int) -> Generated:
@@ -122,7 +123,7 @@ class LaneGenerator(LoopGenerator):
         made: list[Segment] = []
         for statement in ticks:
             each = not self.varying.isdisjoint(statement.writes)
-            straight = not each or (statement.straight and not self._is_scalar(statement))
+            straight = not each or (statement.straight and not self._stands_apart(statement))
             one = Segment(statement.guard, each, straight, [statement])
             place = len(made)
             while not each and place and made[place - 1].each and made[place - 1].ignores(statement):
@@ -133,9 +134,9 @@ class LaneGenerator(LoopGenerator):
                 made.insert(place, one)
         return made
 
-    def _is_scalar(self, statement: Statement) -> bool:
-        """Whether vector instructions gain nothing; what a group is stepped with cannot leave its loop besides."""
-        return not statement.reads.isdisjoint(_SCALAR) or any(name.endswith("_context") for name in statement.writes)
+    def _stands_apart(self, statement: Statement) -> bool:
+        """Whether it stays out of the arithmetic; what a group is stepped with cannot leave the loop of its steps."""
+        return not statement.reads.isdisjoint(_APART) or any(name.endswith("_context") for name in statement.writes)
 
     def _lines(self, segment: Segment, read: Collection[str]) -> Iterator[str]:
         """A segment as source; `read` are the variables that any segment takes from their places."""
