@@ -104,7 +104,7 @@ class _Writer:
                 expression = self._expression(node)
                 if expression not in self._names:
                     self._names[expression] = f"{self._prefix}{len(self._names)}"
-                    comment = f"  # {node.place.file}:{node.place.line}" if node.operands and node.place else ""
+                    comment = f"  # {node.place}" if node.operands and node.place else ""
                     yield f"{self._names[expression]} = {expression}{comment}"
                 self.text[node] = self._names[expression]
 

@@ -10,7 +10,6 @@ import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NoReturn
 
 from proofmass.blocks import fixed_point
@@ -42,18 +41,25 @@ class Traced:
     program: Program
 
 
-def trace(function: Callable[..., Any], formats: Mapping[str, Formats], *, refusals: bool = False) -> Traced:
+def trace(
+    function: Callable[..., Any],
+    formats: Mapping[str, Formats],
+    *,
+    refusals: bool = False,
+    program: Program | None = None,
+) -> Traced:
     """The operations of a step function whose arguments, and "return", have the given formats.
 
     A cast with the overflow "refuse" is refused here where the value could leave its format; with `refusals` it may,
-    and `refused` says in each run of the code whether it did.
+    and `refused` says in each run of the code whether it did. Functions traced into one `program` share what they
+    have in common: arguments of one name are one value.
     """
     arguments = tuple(inspect.signature(function).parameters)
     unknown = set(arguments).symmetric_difference(set(formats) - {"return"})
     if unknown:
         raise ValueError(f"{function.__name__}: a format for every argument and no other: {', '.join(sorted(unknown))}")
     buffers = [name for name in arguments if isinstance(formats[name], list)]
-    tracer = _Tracer(function)
+    tracer = _Tracer(function, program or Program())
 
     def run() -> list[Node]:
         values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
@@ -86,12 +92,13 @@ def trace(function: Callable[..., Any], formats: Mapping[str, Formats], *, refus
 class _Tracer:
     """One trace: the program under way, and the path through the function's branches that is being followed."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.program = Program(self._place, function.__name__)
+    def __init__(self, function: Callable[..., Any], program: Program) -> None:
+        self.program = program
+        program.place, program.name = self._place, function.__name__
         self.paths = 0
         self._name = self._key = function.__name__
         code = function.__code__
-        self._defined = Place(Path(code.co_filename).name, code.co_firstlineno)
+        self._defined = Place(code.co_filename, code.co_firstlineno)
         self._merging: Place | None = None
         self._assumptions = Assumptions()
         self._script: Sequence[bool] = ()
@@ -175,7 +182,7 @@ class _Tracer:
             frame = frame.f_back
         if frame.f_code is _Tracer.follow.__code__:
             return self._defined
-        return Place(Path(frame.f_code.co_filename).name, frame.f_lineno)
+        return Place(frame.f_code.co_filename, frame.f_lineno)
 
     def _run(self, run: Callable[[], list[Node]]) -> list[Node]:
         try:
@@ -184,7 +191,7 @@ class _Tracer:
             raise
         except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
             frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _MACHINERY]
-            place = Place(Path(frames[-1].filename).name, frames[-1].lineno or 0) if frames else self._defined
+            place = Place(frames[-1].filename, frames[-1].lineno or 0) if frames else self._defined
             text = "an assertion that could fail" if isinstance(error, AssertionError) else str(error)
             message, _, hint = text.partition(": ")
             hint = hint or "a step takes and returns integers and fixed-point values of its formats, and nothing else"
