@@ -31,18 +31,27 @@ def clocked(machine: Machine) -> bool:
     return bool(machine.strides) or any(each.module.registers for each in machine.instances)
 
 
+class TopNames:
+    """Names of the wires and registers of the top module itself: enables, their counters, and kept nets."""
+
+    def __init__(self, machine: Machine) -> None:
+        names = Names([*CLOCKING, *(net.name for net in machine.nets.values())])
+        for instance in machine.instances:
+            names.add(instance.name)
+        self.ticks = {stride: names.add(f"tick_{stride}") for stride in machine.strides}
+        kept = [net for net in machine.nets.values() if net.kept]
+        self.now = {net: names.add(f"{net.name}_now") for net in kept}
+        self.kept = {net: names.add(f"{net.name}_kept") for net in kept}
+        self.counts = {stride: names.add(f"count_{stride}") for stride in machine.strides}
+
+
 class _Top:
-    """Names and lines of the top module."""
+    """Lines of the top module."""
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
-        self.names = Names([*CLOCKING, *(net.name for net in machine.nets.values())])
-        for instance in machine.instances:
-            self.names.add(instance.name)
-        self.ticks = {stride: self.names.add(f"tick_{stride}") for stride in machine.strides}
-        kept = [net for net in machine.nets.values() if net.kept]
-        self.now = {net: self.names.add(f"{net.name}_now") for net in kept}
-        self.kept = {net: self.names.add(f"{net.name}_kept") for net in kept}
+        names = TopNames(machine)
+        self.ticks, self.now, self.kept, self.counts = names.ticks, names.now, names.kept, names.counts
 
     def lines(self) -> Iterator[str]:
         machine = self.machine
@@ -71,7 +80,7 @@ class _Top:
         for stride, tick in self.ticks.items():
             divisor = max((each for each in (1, *self.ticks) if each < stride and stride % each == 0), default=1)
             count = Word(0, stride // divisor - 1)
-            name = self.names.add(f"count_{stride}")
+            name = self.counts[stride]
             over = "enable" if divisor == 1 else self.ticks[divisor]
             last = f"{name} == {fitted(count.high, count)}"
             yield f"    {declared('reg', count, name)};"
