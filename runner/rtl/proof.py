@@ -1,0 +1,190 @@
+"""Proof that Verilog does what the Python functions of its blocks do, for all inputs and all values of the registers.
+
+Of every register the value after the next clock is compared, with reset and enable as they may be, and every output.
+Registers are taken to be within their ranges; that their starts and all next values are so is proved with it, so that
+they always are. Inputs are taken to be within the ranges of what drives them.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from time import perf_counter
+
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.runner.rtl.modules import CLOCKING
+from proofmass.runner.rtl.reference import Reference, as_it_runs
+from proofmass.runner.rtl.smt_cuts import Cuts
+from proofmass.runner.rtl.smt_implementation import Implementation, read_implementation
+from proofmass.runner.rtl.smt_integer import SmtInteger, Specification, conjunction
+from proofmass.runner.rtl.smt_solver import Answer, Solver
+from proofmass.runner.rtl.words import Port, Register, Word
+
+_AT_ONCE = 1.0  # seconds for a goal as it stands, before others are tried
+SECONDS = 30.0  # for a goal in all
+
+
+@dataclass(frozen=True)
+class CounterExample:
+    """Inputs and registers for which hardware and Python differ."""
+
+    name: str  # of the output, or of the register after the clock
+    stimulus: Mapping[str, int]
+    python: str  # what the functions give when they are run on it
+    verilog: str
+
+    def __str__(self) -> str:
+        stimulus = ", ".join(f"{name} = {value}" for name, value in self.stimulus.items())
+        return f"{self.name} is {self.python} in Python and {self.verilog} in Verilog for {stimulus}"
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What has been proved of a module or a machine."""
+
+    name: str
+    goals: int
+    undecided: tuple[str, ...]
+    counter_examples: tuple[CounterExample, ...]
+    seconds: float
+
+    @property
+    def proved(self) -> int:
+        """How many goals are."""
+        return self.goals - len(self.undecided) - len(self.counter_examples)
+
+
+def prove(reference: Reference, verilog: str, seconds: float = SECONDS) -> Proof:
+    """Compare the module `reference.name` of a Verilog text with its reference; `seconds` are those of a goal.
+
+    Raises `ModelError` for a text that Yosys refuses, or that lacks a port or register of the reference.
+    """
+    began = perf_counter()
+    sides = _Sides(reference, verilog)
+    answers = [(goal, sides.answer(goal, seconds)) for goal in sides.goals]
+    return Proof(
+        reference.name,
+        len(answers),
+        tuple(goal.name for goal, answer in answers if answer.verdict == "undecided"),
+        tuple(sides.counter_example(goal, a.values) for goal, a in answers if a.verdict == "refuted"),
+        perf_counter() - began,
+    )
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """A condition that must always hold; `implemented` is the term of the Verilog that it is about, if it is one."""
+
+    name: str
+    condition: str
+    word: Word
+    implemented: str = ""
+
+
+class _Sides:
+    """The two sides of a proof, and its goals."""
+
+    def __init__(self, reference: Reference, verilog: str) -> None:
+        self.reference = reference
+        self.implementation = read_implementation(verilog, reference.name)
+        _check_names(reference, self.implementation)
+        self.specification = Specification()
+        self.held: dict[str, Word] = {each.name: each.word for each in (*reference.inputs, *reference.registers)}
+        self.controls = CLOCKING[1:] if reference.clocked else ()
+        bits = {name: self._bits(name, word) for name, word in self.held.items()}
+        assumed = [bits[name].within(word.low, word.high) for name, word in self.held.items()]
+        present = {n: self.specification.word(bits[n].text, word.low, word.high) for n, word in self.held.items()}
+        self.goals = tuple(self._goals(present))
+        self.solver = Solver([*self.implementation.lines, *self.specification.lines])
+        self.assumptions = [self.solver.read(each) for each in assumed]
+        self.stimulus = {n: self.solver.read(self.implementation.terms[n]) for n in (*self.controls, *self.held)}
+
+    def answer(self, goal: _Goal, seconds: float) -> Answer:
+        """Whether a goal holds: as it stands, or with cuts."""
+        shown = {**self.stimulus, **({"": self.solver.read(goal.implemented)} if goal.implemented else {})}
+        condition = self.solver.read(goal.condition)
+        answer = self.solver.prove(condition, self.assumptions, min(seconds, _AT_ONCE), shown)
+        if answer.verdict == "undecided":
+            shallow = self.solver.replaced(condition, self._cuts.replaced)
+            answer = self.solver.prove(shallow, self._cuts.known, seconds, {})
+            if answer.verdict == "refuted":
+                answer = self.solver.prove(condition, self.assumptions, seconds, shown)
+        return answer
+
+    def counter_example(self, goal: _Goal, values: Mapping[str, int]) -> CounterExample:
+        """Inputs and registers with what Python and the Verilog make of them."""
+        stimulus = {name: _read(values[name], self.held.get(name, _TRUTH)) for name in self.stimulus}
+        verilog = str(_read(values[""], goal.word)) if goal.implemented else "not looked at"
+        return CounterExample(goal.name, stimulus, _replayed(self.reference, goal.name, stimulus), verilog)
+
+    @cached_property
+    def _cuts(self) -> Cuts:
+        inputs = {self.stimulus[name]: word for name, word in self.held.items()}
+        inputs |= {self.stimulus[name]: Word(value, value) for name, value in zip(self.controls, (0, 1), strict=False)}
+        return Cuts(self.solver, self.assumptions, inputs, self.specification.cuts, self.implementation.words)
+
+    def _bits(self, name: str, word: Word) -> SmtInteger:
+        """A port or register of the Verilog as an integer of all values that its bits can have."""
+        term = self.implementation.terms[name]
+        if word.signed:
+            return SmtInteger(self.specification, term, -(1 << (word.width - 1)), (1 << (word.width - 1)) - 1)
+        return SmtInteger(self.specification, f"(concat #b0 {term})", 0, (1 << word.width) - 1)
+
+    def _goals(self, present: Mapping[str, SmtInteger]) -> Iterator[_Goal]:
+        clock = self.reference.clock(present, self.specification.merged)
+        for port in self.reference.outputs:
+            value = self.specification.lift(clock.outputs[port.name])
+            term = self.implementation.terms[port.name]
+            yield _Goal(port.name, _equals(term, value.resized(port.word.width), value, port.word), port.word, term)
+        for register in self.reference.registers:
+            reset, enable = (f"(= {self.implementation.terms[name]} #b1)" for name in self.controls)
+            value, word = self.specification.lift(clock.following[register.name]), register.word
+            start, now = self.specification.constant(register.start), present[register.name]
+            stepped, started, kept = (each.resized(word.width) for each in (value, start, now))
+            after = f"(ite {reset} {started} (ite {enable} {stepped} {kept}))"
+            term = self.implementation.following[register.name]
+            yield _Goal(register.name, _equals(term, after, value, word), word, term)
+        if self.specification.obligations:
+            yield _Goal("what must fit its format", conjunction(self.specification.obligations), _TRUTH)
+
+
+_TRUTH = Word(0, 1)
+
+
+def _equals(term: str, other: str, value: SmtInteger, word: Word) -> str:
+    """Words are equal, and the value that one is made of lies within its range."""
+    return conjunction([f"(= {term} {other})", value.within(word.low, word.high)])
+
+
+def _read(value: int, word: Word) -> int:
+    return value - (1 << word.width) if word.signed and value >> (word.width - 1) else value
+
+
+def _replayed(reference: Reference, name: str, stimulus: Mapping[str, int]) -> str:
+    """What Python makes of inputs and registers: an output, or a register after the clock."""
+    try:
+        clock = reference.clock(stimulus, as_it_runs)
+    except (ArithmeticError, TypeError, ValueError) as error:
+        return str(error)
+    if name in clock.outputs:
+        return str(int(clock.outputs[name]))
+    if stimulus.get("reset"):
+        return str(next(each.start for each in reference.registers if each.name == name))
+    after = clock.following if stimulus.get("enable") else stimulus
+    return str(int(after[name])) if name in after else "within its format"
+
+
+def _check_names(reference: Reference, implementation: Implementation) -> None:
+    """Refuse a text without a port or register of the reference, or with other bits."""
+    problems = []
+    for each in (*reference.inputs, *reference.outputs, *reference.registers):
+        found = implementation.widths.get(each.name)
+        is_there = each.name in implementation.following or not isinstance(each, Register)
+        if found != each.word.width or not is_there:
+            got = f"{found} bits" if found and is_there else "nothing"
+            kind = "register" if isinstance(each, Register) else "port"
+            message = f"the Verilog has no such {kind}"
+            problems.append(
+                Problem(message=message, key=f"{reference.name}.{each.name}", got=got, expected=f"{each.word.width} bits")
+            )
+    if problems:
+        raise ModelError(problems)
