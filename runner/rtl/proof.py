@@ -5,12 +5,13 @@ Registers are taken to be within their ranges; that their starts and all next va
 they always are. Inputs are taken to be within the ranges of what drives them.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
 
 from proofmass.blocks.problem import ModelError, Problem
+from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.rtl.modules import CLOCKING
 from proofmass.runner.rtl.reference import Reference, as_it_runs
 from proofmass.runner.rtl.smt_cuts import Cuts
@@ -19,7 +20,7 @@ from proofmass.runner.rtl.smt_integer import SmtInteger, Specification, conjunct
 from proofmass.runner.rtl.smt_solver import Answer, Solver
 from proofmass.runner.rtl.words import Port, Register, Word
 
-_AT_ONCE = 1.0  # seconds for a goal as it stands, before others are tried
+_AT_ONCE = 0.3  # seconds for a goal as it stands, before others are tried
 SECONDS = 30.0  # for a goal in all
 
 
@@ -53,13 +54,16 @@ class Proof:
         return self.goals - len(self.undecided) - len(self.counter_examples)
 
 
-def prove(reference: Reference, verilog: str, seconds: float = SECONDS) -> Proof:
+def prove(
+    reference: Reference, verilog: str, guesses: Collection[Interval] = (), seconds: float = SECONDS
+) -> Proof:
     """Compare the module `reference.name` of a Verilog text with its reference; `seconds` are those of a goal.
 
+    `guesses` are ranges that values may have, which help where a goal is hard and are proved themselves.
     Raises `ModelError` for a text that Yosys refuses, or that lacks a port or register of the reference.
     """
     began = perf_counter()
-    sides = _Sides(reference, verilog)
+    sides = _Sides(reference, verilog, guesses)
     answers = [(goal, sides.answer(goal, seconds)) for goal in sides.goals]
     return Proof(
         reference.name,
@@ -83,8 +87,8 @@ class _Goal:
 class _Sides:
     """The two sides of a proof, and its goals."""
 
-    def __init__(self, reference: Reference, verilog: str) -> None:
-        self.reference = reference
+    def __init__(self, reference: Reference, verilog: str, guesses: Collection[Interval]) -> None:
+        self.reference, self.guesses = reference, guesses
         self.implementation = read_implementation(verilog, reference.name)
         _check_names(reference, self.implementation)
         self.specification = Specification()
@@ -120,7 +124,8 @@ class _Sides:
     def _cuts(self) -> Cuts:
         inputs = {self.stimulus[name]: word for name, word in self.held.items()}
         inputs |= {self.stimulus[name]: Word(value, value) for name, value in zip(self.controls, (0, 1), strict=False)}
-        return Cuts(self.solver, self.assumptions, inputs, self.specification.cuts, self.implementation.words)
+        words = self.specification.cuts, self.implementation.words
+        return Cuts(self.solver, self.assumptions, inputs, *words, self.guesses)
 
     def _bits(self, name: str, word: Word) -> SmtInteger:
         """A port or register of the Verilog as an integer of all values that its bits can have."""

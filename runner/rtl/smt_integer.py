@@ -81,8 +81,10 @@ class Specification:
 
     def demand(self, condition: str) -> None:
         """Note what must hold on the path under way."""
-        path = "".join(f" {c.holds if outcome else f'(not {c.holds})'}" for c, outcome in self._taken)
-        self.obligations.append((f"(=> (and true true{path}) {condition})", what))
+        path = conjunction(c.holds if outcome else f"(not {c.holds})" for c, outcome in self._taken)
+        obligation = f"(=> {path} {condition})"
+        if obligation not in self.obligations:
+            self.obligations.append(obligation)
 
     def _named(self, body: str, sort: str) -> str:
         if body not in self._names:
