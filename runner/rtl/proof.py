@@ -1,6 +1,7 @@
 """Proof that Verilog does what the Python functions of its blocks do, for all inputs and all values of the registers.
 
-Of every register the value after the next clock is compared, with reset and enable as they may be, and every output.
+Of every register the value after the next clock is compared, with reset and enable as they may be, and every output
+where the clock is enabled.
 Registers are taken to be within their ranges; that their starts and all next values are so is proved with it, so that
 they always are. Inputs are taken to be within the ranges of what drives them.
 """
@@ -17,7 +18,7 @@ from proofmass.runner.rtl.reference import Reference, as_it_runs
 from proofmass.runner.rtl.smt_cuts import Cuts
 from proofmass.runner.rtl.smt_implementation import Implementation, read_implementation
 from proofmass.runner.rtl.smt_integer import SmtInteger, Specification, conjunction
-from proofmass.runner.rtl.smt_solver import Answer, Solver
+from proofmass.runner.rtl.smt_solver import Answer, Solver, Term
 from proofmass.runner.rtl.words import Port, Register, Word
 
 _AT_ONCE = 0.3  # seconds for a goal as it stands, before others are tried
@@ -100,19 +101,27 @@ class _Sides:
         self.goals = tuple(self._goals(present))
         self.solver = Solver([*self.implementation.lines, *self.specification.lines])
         self.assumptions = [self.solver.read(each) for each in assumed]
-        self.stimulus = {n: self.solver.read(self.implementation.terms[n]) for n in (*self.controls, *self.held)}
+        terms = self.implementation.terms
+        self.steps = self.solver.read(f"(= {terms['enable']} #b1)" if reference.clocked else "true")
+        self.stimulus = {n: self.solver.read(terms[n]) for n in (*self.controls, *self.held)}
 
     def answer(self, goal: _Goal, seconds: float) -> Answer:
         """Whether a goal holds: as it stands, or with cuts."""
         shown = {**self.stimulus, **({"": self.solver.read(goal.implemented)} if goal.implemented else {})}
         condition = self.solver.read(goal.condition)
         answer = self.solver.prove(condition, self.assumptions, min(seconds, _AT_ONCE), shown)
+        if answer.verdict == "undecided" and self._is_proved_with_cuts(condition, seconds):
+            return Answer("proved", {})
         if answer.verdict == "undecided":
-            shallow = self.solver.replaced(condition, self._cuts.replaced)
-            answer = self.solver.prove(shallow, self._cuts.known, seconds, {})
-            if answer.verdict == "refuted":
-                answer = self.solver.prove(condition, self.assumptions, seconds, shown)
+            answer = self.solver.prove(condition, self.assumptions, seconds, shown)
         return answer
+
+    def _is_proved_with_cuts(self, condition: Term, seconds: float) -> bool:
+        """In clocks with enable, which cuts are for, and in all others, which are simple."""
+        otherwise = [*self.assumptions, self.solver.make("NOT", self.steps)]
+        shallow = self.solver.replaced(condition, self._cuts.replaced)
+        cases = ((condition, otherwise), (shallow, self._cuts.known))
+        return all(self.solver.prove(each, known, seconds, {}).verdict == "proved" for each, known in cases)
 
     def counter_example(self, goal: _Goal, values: Mapping[str, int]) -> CounterExample:
         """Inputs and registers with what Python and the Verilog make of them."""
@@ -125,7 +134,7 @@ class _Sides:
         inputs = {self.stimulus[name]: word for name, word in self.held.items()}
         inputs |= {self.stimulus[name]: Word(value, value) for name, value in zip(self.controls, (0, 1), strict=False)}
         words = self.specification.cuts, self.implementation.words
-        return Cuts(self.solver, self.assumptions, inputs, *words, self.guesses)
+        return Cuts(self.solver, [*self.assumptions, self.steps], inputs, *words, self.guesses)
 
     def _bits(self, name: str, word: Word) -> SmtInteger:
         """A port or register of the Verilog as an integer of all values that its bits can have."""
@@ -136,12 +145,13 @@ class _Sides:
 
     def _goals(self, present: Mapping[str, SmtInteger]) -> Iterator[_Goal]:
         clock = self.reference.clock(present, self.specification.merged)
+        reset, enable = (f"(= {self.implementation.terms[n]} #b1)" for n in self.controls) if self.controls else ("", "true")
         for port in self.reference.outputs:
             value = self.specification.lift(clock.outputs[port.name])
             term = self.implementation.terms[port.name]
-            yield _Goal(port.name, _equals(term, value.resized(port.word.width), value, port.word), port.word, term)
+            equal = _equals(term, value.resized(port.word.width), value, port.word)
+            yield _Goal(port.name, f"(=> {enable} {equal})", port.word, term)
         for register in self.reference.registers:
-            reset, enable = (f"(= {self.implementation.terms[name]} #b1)" for name in self.controls)
             value, word = self.specification.lift(clock.following[register.name]), register.word
             start, now = self.specification.constant(register.start), present[register.name]
             stepped, started, kept = (each.resized(word.width) for each in (value, start, now))
