@@ -23,7 +23,7 @@ from proofmass.runner.fixed.trace import Traced, trace
 
 @dataclass(frozen=True)
 class Step:
-    """A function of a digital block on raw values; both forms take the constants first, and the reference needs none."""
+    """A function of a digital block on raw values; reference and code take the constants first, the one needs none."""
 
     name: str
     reference: Callable[..., Any]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,7 @@ def _recorded(planned: Plan, nodes: Iterable[Node], base: int, clocks: int) -> d
     probes = tuple(_probe(planned, node, base) for node in sorted(nodes))
     recording = replace(planned, probes=probes)
     ticks, seed = clocks * base, planned.graph.seed
-    rows = [np.empty((probe.rows(0, ticks), *probe.shape), dtype=probe.dtype) for probe in probes]
+    rows: list[NDArray[Any]] = [np.empty((probe.rows(0, ticks), *probe.shape), dtype=probe.dtype) for probe in probes]
     engine = make_engine(recording, choose(recording, ticks, "auto"), seed, 0, start(recording))
     try:
         if not engine.advance(ticks, rows):
