@@ -265,6 +265,39 @@ def report(**options: Any) -> int:
 
 
 @cli.command()
+@graph_argument
+@click.option("--block", "names", multiple=True, metavar="NAME", help="Only this block, or all in this subgraph.")
+@click.option(
+    "-o", "--output", "out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write to."
+)
+@click.option(
+    "--ticks",
+    type=click.IntRange(1, 10**7),
+    help="Clocks of the test bench; else the graph's duration, at most 10,000.",
+)
+@click.option(
+    "--keep-adders/--merge-adders",
+    default=True,
+    show_default=True,
+    help="Mark sums, so that synthesis makes carry chains of them.",
+)
+@set_option
+@blocks_option
+@json_option
+def rtl(**options: Any) -> int:
+    """Write the digital part of a graph as Verilog, with a self-checking test bench and a report.
+
+    \b
+    proofmass rtl graphs/library/self_calibration_fixed.toml -o hardware
+    cd hardware && iverilog -o bench self_calibration_fixed*.v && vvp bench
+    proofmass rtl sensor.toml --block controller -o hardware
+    """
+    from proofmass.runner.commands.rtl_command import write_rtl
+
+    return write_rtl(**options)
+
+
+@cli.command()
 @click.argument("kind", required=False)
 @blocks_option
 @json_option

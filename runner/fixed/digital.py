@@ -9,7 +9,7 @@ into the code.
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 from proofmass.blocks.declare import Behaviour, Block
@@ -18,21 +18,36 @@ from proofmass.blocks.problem import ModelError
 from proofmass.runner.fixed.block_formats import function_formats, state_formats
 from proofmass.runner.fixed.integer_code import CompiledStep, compile_traced
 from proofmass.runner.fixed.step_formats import Constant, Formats, filled, reference_step, storer
-from proofmass.runner.fixed.trace import trace
+from proofmass.runner.fixed.trace import Traced, trace
 
 
 @dataclass(frozen=True)
 class Step:
-    """A function of a digital block on raw values; both forms take the constants first, and the reference needs none.
+    """A function of a digital block on raw values; reference and code take the constants first, the one needs none."""
 
-    The code returns (result, not 0 where a cast saturated or wrapped, not 0 where one refused), the last two only where
-    the intervals do not rule them out.
-    """
-
+    name: str
     reference: Callable[..., Any]
-    code: CompiledStep
-    overflows: bool
-    refuses: bool
+    traced: Traced
+
+    @property
+    def overflows(self) -> bool:
+        """Whether a cast can saturate or wrap."""
+        return self.traced.overflows.constant != 0
+
+    @property
+    def refuses(self) -> bool:
+        """Whether a cast can refuse."""
+        return self.traced.refused.constant != 0
+
+    @cached_property
+    def code(self) -> CompiledStep:
+        """The integer code; raises `TraceError` where 64 bits do not hold a value.
+
+        It returns (result, not 0 where a cast saturated or wrapped, not 0 where one refused), the last two only where
+        they can be.
+        """
+        beside = [self.traced.lost] * self.overflows + [self.traced.refused] * self.refuses
+        return compile_traced(self.traced, self.name, beside)
 
 
 @dataclass(frozen=True)
@@ -49,11 +64,23 @@ class DigitalBlock:
         """Whether a value of it can saturate or wrap at all."""
         return any(step.overflows for step in self.steps.values())
 
+    @cached_property
+    def wide(self) -> bool:
+        """Whether 64 bits do not hold its values: it is no block for compiled code then."""
+        try:
+            return not all(step.code for step in self.steps.values())
+        except ModelError:
+            return True
 
-def digital_block(name: str, block: Block, period: float) -> DigitalBlock:
-    """The block called `name` in its graph; raises `ModelError` for what has no integer code of 64 bits."""
+
+def digital_block(name: str, block: Block, period: float, *, wide: bool = False) -> DigitalBlock:
+    """The block called `name` in its graph; raises `ModelError` for what is wider than 64 bits, unless it may be."""
     try:
-        return _prepared(block, period)
+        made = _prepared(block, period)
+        if not wide:
+            for step in made.steps.values():
+                _ = step.code
+        return made
     except ModelError as error:
         path = ("blocks", name)
         raise ModelError([replace(p, key=f"blocks.{name}.{p.key}", path=path) for p in error.problems]) from error
@@ -86,10 +113,7 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
 def _step(block: Block, name: str, behaviour: Behaviour, constants: Formats, known: Constant) -> Step:
     """`known` are the constants with their values, for the reference."""
     traced = trace(behaviour.function, function_formats(block, name, behaviour, constants), refusals=True)
-    happens = [node.constant != 0 for node in (traced.overflows, traced.refused)]
-    beside = [node for node, may in zip((traced.lost, traced.refused), happens, strict=True) if may]
-    code = compile_traced(traced, name, beside)
-    return Step(reference_step(behaviour.function, function_formats(block, name, behaviour, known)), code, *happens)
+    return Step(name, reference_step(behaviour.function, function_formats(block, name, behaviour, known)), traced)
 
 
 @lru_cache(maxsize=256)

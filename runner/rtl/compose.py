@@ -17,7 +17,8 @@ from proofmass.runner.rtl.words import Names, Port
 def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
     """The machine of the digital blocks of a graph, or of some of them; raises `ModelError` with every problem.
 
-    Outputs are what other blocks and probes read, and of blocks that `only` names also what nothing reads.
+    `only` names blocks, or subgraphs for all in them. Outputs are what other blocks and probes read, and of named
+    blocks also what nothing reads.
     """
     paths = _chosen(planned, only)
     return _Composer(planned, BlockModules(planned, paths).named(), bool(only)).machine(name or planned.graph.name)
@@ -45,8 +46,9 @@ def _is_digital(block: Block, planned: Plan, name: str) -> bool:
 
 def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
     able = digital_blocks(planned)
+    chosen = {name: [each for each in able if each == name or each.startswith(f"{name}.")] for name in only or able}
     problems = []
-    for name in sorted(set(only) - set(able)):
+    for name in sorted(name for name, found in chosen.items() if not found):
         expected = "a block whose ports and state are integers, truth values or fixed-point values"
         hint = did_you_mean(name, able, "digital block")
         problem = Problem(message="no such block", key=f"blocks.{name}", got=name, expected=expected, hint=hint)
@@ -58,10 +60,11 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
         problems.append(planned.graph.placed(problem))
     if not able:
         hint = "put a FixedQuantiser behind what is analogue, and blocks whose names begin with Fixed behind that"
-        problems.append(Problem(message="the graph has no digital blocks", key="blocks", hint=hint))
+        problem = Problem(message="the graph has no digital blocks", key="blocks", hint=hint, path=("blocks",))
+        problems.append(planned.graph.placed(problem))
     if problems:
         raise ModelError(problems)
-    return sorted(set(only or able))
+    return sorted({each for found in chosen.values() for each in found})
 
 
 class _Composer:

@@ -37,7 +37,10 @@ def literal(value: int) -> str:
     >>> literal(5), literal(-5), literal(-8), literal(-1)
     ("4'sd5", "-4'sd5", "4'sh8", "-2'sd1")
     """
-    width = max(signed_width(value, value), 1 + (value == -1))
+    return _signed(value, max(signed_width(value, value), 1 + (value == -1)))
+
+
+def _signed(value: int, width: int) -> str:
     if value == -(1 << (width - 1)):
         return f"{width}'sh{1 << (width - 1):x}"  # -4'sd8 would be +8 where it stands among wider numbers
     return f"-{width}'sd{-value}" if value < 0 else f"{width}'sd{value}"
@@ -47,9 +50,9 @@ def fitted(value: int, word: Word) -> str:
     """A number for a port or register.
 
     >>> fitted(3, Word(0, 1023)), fitted(3, Word(-8, 7))
-    ("10'd3", "3'sd3")
+    ("10'd3", "4'sd3")
     """
-    return literal(value) if word.signed else f"{word.width}'d{value}"
+    return _signed(value, word.width) if word.signed else f"{word.width}'d{value}"
 
 
 def operands_of(node: Node) -> tuple[Node, ...]:

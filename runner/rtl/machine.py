@@ -70,6 +70,15 @@ class Machine:
         found = {each.stride for each in self.instances} | {net.stride for net in self.nets.values() if net.kept}
         return tuple(sorted(found - {1}))
 
+    @cached_property
+    def counters(self) -> tuple[tuple[int, int, int], ...]:
+        """What makes the enable of each stride: (stride, the longest shorter one that divides it, last count)."""
+        found = []
+        for stride in self.strides:
+            over = max(each for each in (1, *self.strides) if each < stride and stride % each == 0)
+            found.append((stride, over, stride // over - 1))
+        return tuple(found)
+
     @property
     def single(self) -> bool:
         """Whether the module of its one block is all of it."""

@@ -76,16 +76,13 @@ class _Top:
         return self.ticks[net.stride]
 
     def _enables(self) -> Iterator[str]:
-        """A counter for each stride: of the ticks of the longest one that divides it."""
-        for stride, tick in self.ticks.items():
-            divisor = max((each for each in (1, *self.ticks) if each < stride and stride % each == 0), default=1)
-            count = Word(0, stride // divisor - 1)
-            name = self.counts[stride]
-            over = "enable" if divisor == 1 else self.ticks[divisor]
-            last = f"{name} == {fitted(count.high, count)}"
+        for stride, over, last in self.machine.counters:
+            count, name = Word(0, last), self.counts[stride]
+            enable, zero = self.ticks.get(over, "enable"), fitted(0, count)
+            following = f"({name} == {fitted(last, count)}) ? {zero} : {name} + 1'd1"
             yield f"    {declared('reg', count, name)};"
-            yield f"    wire {tick} = {over} && {name} == {fitted(0, count)};"
-            yield from self._register(name, count, over, f"({last}) ? {fitted(0, count)} : {name} + 1'd1")
+            yield f"    wire {self.ticks[stride]} = {enable} && {name} == {zero};"
+            yield from self._register(name, count, enable, following)
 
     def _instance(self, instance: Instance) -> Iterator[str]:
         module = instance.module

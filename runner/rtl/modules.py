@@ -17,6 +17,7 @@ from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
 from proofmass.runner.fixed.step_formats import Constant, Format, Within, bounds, leaves, mantissas
 from proofmass.runner.fixed.trace import Traced, trace
+from proofmass.runner.rtl.expressions import operands_of
 from proofmass.runner.rtl.ranges import register_ranges
 from proofmass.runner.rtl.words import Names, Port, Register, Word
 
@@ -50,6 +51,15 @@ class Module:
     def live(self) -> list[Node]:
         """The operations that outputs and registers depend on, operands first."""
         return self.program.live([*self.results.values(), *self.following.values()])
+
+    @cached_property
+    def needed(self) -> list[Node]:
+        """Those of them that are written down: some are passed over, and what they were made of is taken."""
+        needed = {*self.results.values(), *self.following.values()}
+        for node in reversed(self.live):
+            if node in needed:
+                needed.update(operands_of(node))
+        return sorted((n for n in needed if n.operation != "constant"), key=lambda node: node.number)
 
     @cached_property
     def sources(self) -> Mapping[str, Port | Register]:

@@ -8,8 +8,8 @@ its text the first time.
 import linecache
 from collections.abc import Iterator
 
-from proofmass.runner.fixed.integer_ir import Node, Place
-from proofmass.runner.rtl.expressions import Expressions, fitted, operands_of
+from proofmass.runner.fixed.integer_ir import Place
+from proofmass.runner.rtl.expressions import Expressions, fitted
 from proofmass.runner.rtl.modules import CLOCKING, Module
 from proofmass.runner.rtl.words import Names, Port, Word
 
@@ -97,7 +97,7 @@ def _wires(module: Module, expressions: Expressions, names: Names, keep_adders: 
     """A wire for each operation that needs one."""
     told: set[Place] = set()
     counts = 0
-    for node in _needed(module):
+    for node in module.needed:
         source = module.sources.get(node.name) if node.operation == "input" else None
         if source is not None:
             if not source.word.signed and source.word.high > 1:
@@ -118,15 +118,6 @@ def _wires(module: Module, expressions: Expressions, names: Names, keep_adders: 
             wire = f"(* keep *) {wire}; assign {name}"  # Icarus takes no attribute where both are one
         yield f"    {wire} = {expression.text};{_comment(node.place, told)}"
         expressions.name(node, name, truth=expression.truth)
-
-
-def _needed(module: Module) -> list[Node]:
-    """The operations that are written down: an operand may be passed over where its operand is taken instead."""
-    needed = {*module.results.values(), *module.following.values()}
-    for node in reversed(module.live):
-        if node in needed:
-            needed.update(operands_of(node))
-    return sorted((n for n in needed if n.operation != "constant"), key=lambda node: node.number)
 
 
 def _clocked(module: Module, expressions: Expressions) -> Iterator[str]:
