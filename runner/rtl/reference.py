@@ -101,10 +101,9 @@ class MachineReference:
             for name, value in stepped.items():
                 full = f"{instance.name}.{name}"
                 following[full] = where(due[instance.stride], value, present[full])
-        for stride, divisor in self._divisors():
+        for stride, over, last in self._machine.counters:
             name = self._names.counts[stride]
-            on = where(present[name] == stride // divisor - 1, 0, present[name] + 1)
-            following[name] = where(due[divisor], on, present[name])
+            following[name] = where(due[over], where(present[name] == last, 0, present[name] + 1), present[name])
         return Clock({port.name: nets[port.text] for port in self.outputs}, following)
 
     def _registers(self) -> Iterator[Register]:
@@ -113,21 +112,14 @@ class MachineReference:
                 yield Register(f"{instance.name}.{each.name}", f"{instance.path}.{each.text}", each.word, each.start)
         for net, name in self._names.kept.items():
             yield Register(name, f"{net.signal} as it was", net.word, 0)
-        for stride, divisor in self._divisors():
-            name = self._names.counts[stride]
-            yield Register(name, f"clocks to a tick of {stride}", Word(0, stride // divisor - 1), 0)
-
-    def _divisors(self) -> Iterator[tuple[int, int]]:
-        """Each stride with the longest shorter one that divides it: a counter counts the ticks of that."""
-        for stride in self._machine.strides:
-            shorter = (each for each in (1, *self._machine.strides) if each < stride and stride % each == 0)
-            yield stride, max(shorter)
+        for stride, over, last in self._machine.counters:
+            yield Register(self._names.counts[stride], f"ticks of {over} in {stride}", Word(0, last), 0)
 
     def _due(self, present: Values) -> dict[int, Any]:
         """Whether a clock is a tick of a stride."""
         due: dict[int, Any] = {1: 1}
-        for stride, divisor in self._divisors():
-            due[stride] = where(present[self._names.counts[stride]] == 0, due[divisor], 0)
+        for stride, over, _ in self._machine.counters:
+            due[stride] = where(present[self._names.counts[stride]] == 0, due[over], 0)
         return due
 
     def _texts(self, instance: Instance, present: Values, nets: Values) -> dict[str, Any]:

@@ -19,8 +19,10 @@ from proofmass.runner.rtl.words import Word
 Row = tuple[int, ...]  # values of a word in the samples
 
 _SAMPLES = 24
+_LEFT_OUT = 2
 _TRIED = 12  # guesses for a word
 _SECONDS = 5.0  # for a pair
+_SECONDS_AGAIN = 0.5
 
 
 class Cuts:
@@ -36,14 +38,22 @@ class Cuts:
         guesses: Collection[Interval],
     ) -> None:
         self.solver, self.known = solver, list(assumptions)
-        self.replaced: dict[Term, Term] = {}
+        self._cut_words: list[dict[Term, Term]] = []  # of each word, what stands for it and its like
         self._guesses = sorted(guesses, key=lambda guess: guess[1] - guess[0])
         words = [(word, solver.read(word.text)) for word in specified]
         terms = list(dict.fromkeys(term for name in implemented if is_word(term := solver.read(name))))
         for word, term, row, others in self._alike(inputs, words, terms):
             for other, signed in others:
-                if other != term and other not in self.replaced and self._are_equal(word, term, other, signed):
+                if other != term and not self._is_cut(other) and self._are_equal(word, term, other, signed):
                     self._cut(word, term, row, other)
+
+    @property
+    def replaced(self) -> dict[Term, Term]:
+        """What to put in the place of what."""
+        return {term: unknown for each in self._cut_words for term, unknown in each.items()}
+
+    def _is_cut(self, term: Term) -> bool:
+        return any(term in each for each in self._cut_words)
 
     def _alike(
         self, inputs: Mapping[Term, Word], words: Sequence[tuple[SmtInteger, Term]], terms: Sequence[Term]
@@ -67,18 +77,27 @@ class Cuts:
     def _are_equal(self, word: SmtInteger, term: Term, other: Term, signed: bool) -> bool:
         width = max(word.width, width_of(other) + (not signed))
         both = [self.solver.resized(term, width, signed=True), self.solver.resized(other, width, signed=signed)]
-        return self._holds(self.solver.make("EQUAL", *both))
+        return self._holds(self.solver.make("EQUAL", *both), range(_LEFT_OUT + 1))
 
-    def _holds(self, condition: Term) -> bool:
-        shallow = self.solver.replaced(condition, self.replaced)
-        return self.solver.prove(shallow, self.known, _SECONDS, {}).verdict == "proved"
+    def _holds(self, condition: Term, left_out: Sequence[int]) -> bool:
+        """With all cuts; or without the last ones, since what a choice is made of is related to its condition."""
+        for number in left_out:
+            kept = self._cut_words[: len(self._cut_words) - number]
+            by = {term: unknown for each in kept for term, unknown in each.items()}
+            seconds = _SECONDS_AGAIN if number else _SECONDS
+            verdict = self.solver.prove(self.solver.replaced(condition, by), self.known, seconds, {}).verdict
+            if verdict != "refuted" or not kept:
+                return verdict == "proved"
+        return False
 
     def _cut(self, word: SmtInteger, term: Term, row: Row, other: Term) -> None:
-        if term not in self.replaced:
+        if not self._cut_words or term not in self._cut_words[-1]:
             low, high = self._range(word, term, row)
-            unknown = self.replaced[term] = self.solver.unknown(word.width)
+            unknown = self.solver.unknown(word.width)
+            self._cut_words.append({term: unknown})
             self.known.append(self._within(unknown, low, high))
-        self.replaced[other] = self.solver.resized(self.replaced[term], width_of(other), signed=True)
+        same = self._cut_words[-1]
+        same[other] = self.solver.resized(same[term], width_of(other), signed=True)
 
     def _range(self, word: SmtInteger, term: Term, row: Row) -> Interval:
         """The narrowest guess that can be proved, or else what the word itself says."""
@@ -87,7 +106,7 @@ class Cuts:
             inside = word.low <= low <= min(row) and max(row) <= high <= word.high
             if inside and (low, high) != (word.low, word.high) and tried < _TRIED:
                 tried += 1
-                if self._holds(self._within(term, low, high)):
+                if self._holds(self._within(term, low, high), (0,1)):
                     return low, high
         return word.low, word.high
 

@@ -141,6 +141,8 @@ class SmtInteger:
         return self._ring("bvsub", other, self, lambda a, b: a - b)
 
     def __mul__(self, other: Any) -> Any:
+        if isinstance(other, int) and other > 0 and other & (other - 1) == 0:
+            return self << (other.bit_length() - 1)
         return self._ring("bvmul", self, other, lambda a, b: a * b)
 
     __rmul__ = __mul__
