@@ -21,10 +21,10 @@ def write_rtl(
     as_json: bool,
 ) -> int:
     """Everything that `proofmass rtl` does; returns the exit code."""
+    from proofmass.runner.rtl.bench import bench_files
     from proofmass.runner.rtl.compose import compose
     from proofmass.runner.rtl.machine_verilog import machine_text, top_name
     from proofmass.runner.rtl.report import cost_text, report_data, save_report
-    from proofmass.runner.rtl.test_bench import test_bench
     from proofmass.runner.rtl.vectors import simulated
 
     loaded = changed(read_graph(graph, own_blocks(own)), changes, ())
@@ -32,7 +32,7 @@ def write_rtl(
     machine = compose(planned, names, graph.stem)
     vectors = simulated(planned, machine, ticks)
     files = {f"{top_name(machine)}.v": machine_text(machine, keep_adders=keep_adders)}
-    files |= test_bench(machine, vectors)
+    files |= bench_files(machine, vectors)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         (out / name).write_text(text, encoding="utf-8")

@@ -76,7 +76,7 @@ class Assumptions:
         if not node.operands or not reach:
             return
         first, reach = node.operands[0], reach - 1
-        if node.operation == "narrow":
+        if node.operation in ("narrow", "pipe"):
             self._cut(first, low, high, reach)
         elif node.operation == "negate":
             self._cut(first, -high, -low, reach)

@@ -98,7 +98,7 @@ class _Writer:
                 self.text[node] = str(node.low) if node.low >= 0 else f"({node.low})"
             elif node.name.isidentifier() and node.name not in self._bools:
                 self.text[node] = node.name
-            elif node.operation == "narrow" and node not in self._clamped:
+            elif node.operation == "pipe" or (node.operation == "narrow" and node not in self._clamped):
                 self.text[node] = self.text[node.operands[0]]
             else:
                 expression = self._expression(node)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from proofmass.blocks import fixed_point
+from proofmass.blocks import fixed_point, pipeline
 from proofmass.blocks.fixed_point import counting_overflows
 from proofmass.runner.engine.assumptions import Assumptions
 from proofmass.runner.fixed import integer_interval, integer_ir, step_formats
@@ -22,7 +22,7 @@ from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves,
 
 MOST_PATHS = 256
 USE_WHERE = "write where(condition, a, b) for those that only choose a value"
-_MACHINERY = {m.__file__ for m in (fixed_point, integer_interval, integer_ir, step_formats)} | {__file__}
+_MACHINERY = {m.__file__ for m in (fixed_point, pipeline, integer_interval, integer_ir, step_formats)} | {__file__}
 
 
 @dataclass(frozen=True)
@@ -365,6 +365,10 @@ class Signal:
     def maximum(self, other: Any) -> Any:
         """The greater of the two."""
         return self._made("maximum", self, other)
+
+    def cut(self) -> "Signal":
+        """The signal behind a pipeline cut."""
+        return self._made("pipe", self)  # type: ignore[no-any-return]
 
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
         """The value of a rule that never decreases, with the interval between its values at both ends."""

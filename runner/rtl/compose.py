@@ -8,6 +8,7 @@ from proofmass.blocks.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.rates import base_rate
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.rtl.alignment import block_stages
 from proofmass.runner.rtl.block_modules import BlockModules
 from proofmass.runner.rtl.machine import Instance, Machine, Net
 from proofmass.runner.rtl.modules import CLOCKING, Module, entries
@@ -80,6 +81,7 @@ class _Composer:
         outside = {source for target, source in schedule.drivers.items() if target[0] not in modules}
         outside |= {probe.node for probe in planned.probes}
         self.outside = outside | (set(self.order) - set(schedule.drivers.values()) if all_outputs else set())
+        self.stages = block_stages(modules, self.drivers)
         self.names = Names(CLOCKING)
         self.nets: dict[str, Net] = {}
 
@@ -88,7 +90,10 @@ class _Composer:
         inputs = tuple(self._inputs())
         instances = tuple(self._instances())
         taken = Names(module.name for module in self.modules.values())
-        return Machine(taken.add(name), self.clock, inputs, outputs, instances, self.order, self.nets)
+        made = Machine(taken.add(name), self.clock, inputs, outputs, instances, self.order, self.nets)
+        if made.strides:
+            self._refuse_cuts()
+        return made
 
     def _outputs(self) -> Iterator[Port]:
         """Makes the nets of the blocks; gives the ports among them."""
@@ -98,7 +103,8 @@ class _Composer:
             kept = stride > 1 and (node in self.outside or any(each % stride for each in read))
             for port in entries(self.modules[node[0]].outputs, node[1]):
                 signal = f"{node[0]}.{port.text}"
-                self.nets[signal] = Net(self._named(port, signal), signal, port.word, stride, kept)
+                stage = self.stages[node[0]] + self.modules[node[0]].pipeline.latency
+                self.nets[signal] = Net(self._named(port, signal), signal, port.word, stride, kept, stage)
                 if node in self.outside:
                     yield Port(self.nets[signal].name, signal, port.word, port.unit, port.doc)
 
@@ -118,7 +124,8 @@ class _Composer:
             module = self.modules[path]
             outputs = {port.name: self.nets[f"{path}.{port.text}"] for port in module.outputs}
             inputs = dict(self._connected(path, module))
-            yield Instance(self.names.add(path), path, module, self._stride(path), inputs, outputs)
+            stage = self.stages[path]
+            yield Instance(self.names.add(path), path, module, self._stride(path), inputs, outputs, stage)
 
     def _connected(self, path: str, module: Module) -> Iterator[tuple[str, Net | int]]:
         for name, declared in module.block.inputs.items():
@@ -128,6 +135,18 @@ class _Composer:
                     yield port.name, int(declared.default)  # type: ignore[arg-type]
                 else:
                     yield port.name, self.nets[_signal(source, name, port)]
+
+    def _refuse_cuts(self) -> None:
+        """Ticks that are counted in are those of all: where there are several rates, nothing may be late."""
+        for path, module in self.modules.items():
+            if module.pipeline.latency:
+                problem = Problem(
+                    message="a pipeline cut, and outputs at several rates",
+                    key=f"blocks.{path}",
+                    hint=f"take the blocks of one rate, as with --block {path}, or keep the stages in the state",
+                    path=("blocks", path),
+                )
+                raise ModelError([self.planned.graph.placed(problem)])
 
     def _named(self, port: Port, signal: str) -> str:
         """The name of a net: of a block that stands alone that of its port."""

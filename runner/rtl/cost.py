@@ -20,7 +20,8 @@ class Cost:
     adder_bits: int = 0
     comparator_bits: int = 0
     multiplexer_bits: int = 0
-    register_bits: int = 0
+    register_bits: int = 0  # of the state
+    pipeline_bits: int = 0  # of registers that cuts bring
     widest: int = 0  # bits of the widest value
     multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
     constant_multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
@@ -31,6 +32,7 @@ class Cost:
             self.comparator_bits + other.comparator_bits,
             self.multiplexer_bits + other.multiplexer_bits,
             self.register_bits + other.register_bits,
+            self.pipeline_bits + other.pipeline_bits,
             max(self.widest, other.widest),
             self.multipliers + other.multipliers,
             self.constant_multipliers + other.constant_multipliers,
@@ -47,7 +49,9 @@ class Cost:
 def module_cost(module: Module) -> Cost:
     """Of one module."""
     cost = Cost(register_bits=sum(register.word.width for register in module.registers))
+    cost.pipeline_bits = module.pipeline.waits
     for node in module.needed:
+        cost.pipeline_bits += node.width * (module.pipeline.delays.get(node, 0) + (node.operation == "pipe"))
         cost.widest = max(cost.widest, node.width)
         widths = [operand.width for operand in node.operands]
         if node.operation in _ADDERS and operands_of(node) == node.operands:
@@ -67,7 +71,10 @@ def module_cost(module: Module) -> Cost:
 
 
 def machine_cost(machine: Machine) -> Cost:
-    """Of all instances, the registers of kept nets, and the counters of the enables."""
+    """Of all instances, the registers of nets, and the counters of the enables."""
     kept = sum(net.word.width for net in machine.nets.values() if net.kept)
     counters = sum(Word(0, last).width for _, _, last in machine.counters)
-    return sum((module_cost(each.module) for each in machine.instances), Cost(register_bits=kept + counters))
+    late = sum(net.word.width * delay for net, delay in machine.delays.items())
+    late += max((each.stage for each in machine.instances if each.module.registers), default=0)
+    nets = Cost(register_bits=kept + counters, pipeline_bits=late)
+    return sum((module_cost(each.module) for each in machine.instances), nets)

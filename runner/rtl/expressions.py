@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from proofmass.runner.fixed.integer_interval import COMPARISONS, signed_width
 from proofmass.runner.fixed.integer_ir import Node
-from proofmass.runner.rtl.words import Port, Register, Word
+from proofmass.runner.rtl.words import Word
 
 _SIGNS = {
     "add": "+",
@@ -62,32 +62,38 @@ def operands_of(node: Node) -> tuple[Node, ...]:
 
 
 class Expressions:
-    """Expressions over the wires that have a name so far."""
+    """Expressions over the wires that have a name so far; each operand is taken at the stage of what it is for."""
 
-    def __init__(self, sources: Mapping[str, Port | Register]) -> None:
-        self._names: dict[Node, str] = {}
+    def __init__(self, stages: Mapping[Node, int]) -> None:
+        self._stages = stages
+        self._stage = 0  # of what is written
+        self._names: dict[Node, list[str]] = {}  # as it comes, and by how many ticks later
         self._truths: set[Node] = set()
 
-    def name(self, node: Node, name: str, *, truth: bool = False) -> None:
-        """Call a node by a name from now on."""
-        self._names[node] = name
+    def name(self, node: Node, names: list[str], *, truth: bool = False) -> None:
+        """Call a node by names from now on: the first as it comes, the others for one tick later each."""
+        self._names[node] = names
         if truth:
             self._truths.add(node)
 
-    def stored(self, node: Node, word: Word) -> str:
+    def stored(self, node: Node, word: Word, stage: int) -> str:
         """A node as a port or register takes it: its low bits, where it has a sign bit that they lack."""
+        self._stage = stage
         if node.constant is not None:
             return fitted(node.constant, word)
         if node in self._truths or node.width <= word.width:
-            return self._names[node]
+            return self._text(node)
         return self._bits(node, word.width - 1, 0)
 
     def of(self, node: Node) -> Expression:
-        """The expression of an operation."""
+        """The expression of an operation; of a cut, what its register takes."""
+        self._stage = self._stages[node] - (node.operation == "pipe")
         kept = _wrapped(node)
         if kept is not None:
             return Expression(self._bits(kept, node.width - 1, 0), wiring=True)
         first = node.operands[0]
+        if node.operation == "pipe":
+            return Expression(self._text(first), truth=first in self._truths)
         if node.operation == "narrow":
             return self._narrowed(first, node)
         if node.operation in COMPARISONS:
@@ -112,7 +118,7 @@ class Expressions:
         if _is_bit(node):
             return Expression(self._bits(whole, 0, 0), truth=True, wiring=True)
         if node.width == whole.width:
-            return Expression(self._names[whole], alias=True)
+            return Expression(self._text(whole), alias=True)
         return Expression(self._bits(whole, node.width - 1, 0), wiring=True)
 
     def _compared(self, node: Node) -> Expression:
@@ -120,7 +126,7 @@ class Expressions:
         for truth, other in ((a, b), (b, a)):
             if truth in self._truths and other.constant in (0, 1) and node.operation in ("equal", "not_equal"):
                 same = (node.operation == "equal") == (other.constant == 1)
-                return Expression(f"{'' if same else '!'}{self._names[truth]}", truth=True, alias=same)
+                return Expression(f"{'' if same else '!'}{self._text(truth)}", truth=True, alias=same)
         return Expression(f"{self._number(a)} {_SIGNS[node.operation]} {self._number(b)}", truth=True)
 
     def _bitwise(self, node: Node) -> Expression:
@@ -154,22 +160,25 @@ class Expressions:
 
     def _places(self, node: Node) -> str:
         """A number of places, which Verilog takes without sign."""
-        return str(node.constant) if node.constant is not None else self._names[node]
+        return str(node.constant) if node.constant is not None else self._text(node)
 
     def _number(self, node: Node) -> str:
         if node.constant is not None:
             return literal(node.constant)
-        name = self._names[node]
+        name = self._text(node)
         return f"$signed({{1'b0, {name}}})" if node in self._truths else name
 
     def _truth(self, node: Node) -> str:
         """A node from 0 to 1 as one bit."""
         if node.constant is not None:
             return f"1'b{node.constant}"
-        return self._names[node] if node in self._truths else self._bits(node, 0, 0)
+        return self._text(node) if node in self._truths else self._bits(node, 0, 0)
+
+    def _text(self, node: Node) -> str:
+        return self._names[node][self._stage - self._stages[node]]
 
     def _bits(self, node: Node, high: int, low: int) -> str:
-        return f"{self._names[node]}[{high}]" if high == low else f"{self._names[node]}[{high}:{low}]"
+        return f"{self._text(node)}[{high}]" if high == low else f"{self._text(node)}[{high}:{low}]"
 
 
 def _is_bit(node: Node) -> bool:

@@ -19,7 +19,8 @@ from proofmass.runner.rtl.words import Port, Word
 class Net:
     """One number of an output of the graph: `signal` as "cell.coefficient" or "bank.sums[3]".
 
-    It has a new value every `stride` clocks; where it is `kept`, the last one is seen at all others.
+    It has a new value every `stride` clocks; where it is `kept`, the last one is seen at all others. It comes `stage`
+    ticks later than in the simulation.
     """
 
     name: str
@@ -27,13 +28,15 @@ class Net:
     word: Word
     stride: int = 1
     kept: bool = False
+    stage: int = 0
 
 
 @dataclass(frozen=True)
 class Instance:
     """A block of the graph: `path` is its name there, `stride` the clocks from one of its ticks to the next.
 
-    `inputs` and `outputs` say by the name of the module's port which net it is, or which number.
+    `inputs` and `outputs` say by the name of the module's port which net it is, or which number. It takes its inputs
+    `stage` ticks late.
     """
 
     name: str
@@ -42,6 +45,7 @@ class Instance:
     stride: int
     inputs: Mapping[str, Net | int]
     outputs: Mapping[str, Net]
+    stage: int = 0
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,26 @@ class Machine:
     instances: tuple[Instance, ...]
     order: tuple[Node, ...]
     nets: Mapping[str, Net]  # by signal: what instances give, and the inputs
+
+    @cached_property
+    def latency(self) -> int:
+        """Ticks by which all outputs are late."""
+        return max((self.nets[port.text].stage for port in self.outputs), default=0)
+
+    @cached_property
+    def delays(self) -> Mapping[Net, int]:
+        """How many registers follow a net, for those that take it later than it is there."""
+        found: dict[Net, int] = {}
+        taken = [(net, each.stage) for each in self.instances for net in each.inputs.values() if isinstance(net, Net)]
+        for net, stage in [*taken, *((self.nets[port.text], self.latency) for port in self.outputs)]:
+            if stage > net.stage:
+                found[net] = max(found.get(net, 0), stage - net.stage)
+        return found
+
+    @cached_property
+    def clocked(self) -> bool:
+        """Whether it has the ports clock, reset and enable."""
+        return bool(self.strides or self.delays) or any(each.module.clocked for each in self.instances)
 
     @cached_property
     def modules(self) -> tuple[Module, ...]:
@@ -81,5 +105,7 @@ class Machine:
 
     @property
     def single(self) -> bool:
-        """Whether the module of its one block is all of it."""
-        return len(self.instances) == 1 and not self.strides
+        """Whether the module of its one block is all of it: no input is shared or a number, nothing is kept."""
+        nets = list(self.instances[0].inputs.values())
+        distinct = len(set(nets)) == len(nets) and all(isinstance(net, Net) for net in nets)
+        return len(self.instances) == 1 and not self.strides and distinct

@@ -1,7 +1,8 @@
 """The machine as Verilog-2001: its modules, and a top module that joins them and divides the clock.
 
 Counters make the enables: `tick_512` is high in one of 512 enabled clocks, the first behind a reset among them. A
-kept net has three names: `x_now` from its block, the register `x_kept`, and `x` that is read.
+kept net has three names: `x_now` from its block, the register `x_kept`, and `x` that is read. A net that is taken
+later than it is there has registers `x_late_1`, `x_late_2`...; blocks that are late begin to move when `ready` says so.
 """
 
 from collections.abc import Iterator
@@ -26,23 +27,30 @@ def top_name(machine: Machine) -> str:
     return machine.modules[0].name if machine.single else machine.name
 
 
-def clocked(machine: Machine) -> bool:
-    """Whether the whole has the ports clock, reset and enable."""
-    return bool(machine.strides) or any(each.module.registers for each in machine.instances)
-
-
 class TopNames:
-    """Names of the wires and registers of the top module itself: enables, their counters, and kept nets."""
+    """Names of the wires and registers of the top module itself."""
 
     def __init__(self, machine: Machine) -> None:
         names = Names([*CLOCKING, *(net.name for net in machine.nets.values())])
         for instance in machine.instances:
             names.add(instance.name)
-        self.ticks = {stride: names.add(f"tick_{stride}") for stride in machine.strides}
         kept = [net for net in machine.nets.values() if net.kept]
+        self.ticks = {stride: names.add(f"tick_{stride}") for stride in machine.strides}
+        self.counts = {stride: names.add(f"count_{stride}") for stride in machine.strides}
         self.now = {net: names.add(f"{net.name}_now") for net in kept}
         self.kept = {net: names.add(f"{net.name}_kept") for net in kept}
-        self.counts = {stride: names.add(f"count_{stride}") for stride in machine.strides}
+        latest = max((each.stage for each in machine.instances if each.module.registers), default=0)
+        self.ready = [names.add(f"ready_{k}") for k in range(1, latest + 1)]
+        self.late = {
+            net: [names.add(f"{net.name}_late_{k}") for k in range(1, n + 1)] for net, n in machine.delays.items()
+        }
+        self.outputs = {port.text for port in machine.outputs}
+        self.given = {net: self._given(machine, net, names) for net in machine.nets.values()}
+
+    def _given(self, machine: Machine, net: Net, names: Names) -> str:
+        """What a net is called where it comes from: an output that is late has its name for the last register."""
+        delayed = net.signal in self.outputs and machine.latency > net.stage
+        return names.add(f"{net.name}_early") if delayed else net.name
 
 
 class _Top:
@@ -51,20 +59,23 @@ class _Top:
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
         names = TopNames(machine)
-        self.ticks, self.now, self.kept, self.counts = names.ticks, names.now, names.kept, names.counts
+        self.ticks, self.counts, self.now, self.kept = names.ticks, names.counts, names.now, names.kept
+        self.ready, self.late = names.ready, names.late
+        self.given, self.outputs = names.given, names.outputs
 
     def lines(self) -> Iterator[str]:
         machine = self.machine
         yield f"// {machine.name}: clock enabled at {machine.rate} Hz"
-        yield from header(machine.name, clocked(machine), machine.inputs, machine.outputs)
+        yield from header(machine.name, machine.clocked, machine.inputs, machine.outputs)
         yield from self._enables()
         ports = {port.name for port in (*machine.inputs, *machine.outputs)}
         for net in machine.nets.values():
             if net.kept:
                 yield f"    {declared('wire', net.word, self.now[net])};"
                 yield f"    {declared('reg', net.word, self.kept[net])};"
-            if net.name not in ports:
-                yield f"    {declared('wire', net.word, net.name)};"
+            if self.given[net] not in ports:
+                yield f"    {declared('wire', net.word, self.given[net])};"
+        yield from self._delays()
         for instance in machine.instances:
             yield from self._instance(instance)
         for net in self.now:
@@ -87,17 +98,38 @@ class _Top:
     def _instance(self, instance: Instance) -> Iterator[str]:
         module = instance.module
         rows = []
-        if module.registers:
+        if module.clocked:
             rows = ["        .clock(clock)", "        .reset(reset)"]
-            rows.append(f"        .enable({self.ticks.get(instance.stride, 'enable')})")
+            rows.append(f"        .enable({self._enable(instance)})")
         words = {port.name: port.word for port in module.inputs}
         for port, net in instance.inputs.items():
-            value = fitted(net, words[port]) if isinstance(net, int) else net.name
+            value = fitted(net, words[port]) if isinstance(net, int) else self._taken(net, instance.stage)
             rows.append(f"        .{port}({value})")
-        rows += [f"        .{port}({self.now.get(net, net.name)})" for port, net in instance.outputs.items()]
+        rows += [f"        .{port}({self.now.get(net, self.given[net])})" for port, net in instance.outputs.items()]
         yield f"    {module.name} {instance.name} (  // {type(module.block).__name__} {instance.path}"
         yield ",\n".join(rows)
         yield "    );"
+
+    def _enable(self, instance: Instance) -> str:
+        """Of a block that is late, only from when its first inputs are there."""
+        tick = self.ticks.get(instance.stride, "enable")
+        return f"{tick} && {self.ready[instance.stage - 1]}" if instance.stage and instance.module.registers else tick
+
+    def _taken(self, net: Net, stage: int) -> str:
+        return self.late[net][stage - net.stage - 1] if stage > net.stage else self.given[net]
+
+    def _delays(self) -> Iterator[str]:
+        """Registers of nets that are taken later, and what tells late blocks that their first inputs are there."""
+        for name, before in zip(self.ready, ["1'b1", *self.ready], strict=False):
+            yield f"    reg {name};"
+            yield from self._register(name, Word(0, 1), "enable", before)
+        for net, names in self.late.items():
+            for name, before in zip(names, [self.given[net], *names], strict=False):
+                yield f"    {declared('reg', net.word, name)};"
+                yield "    always @(posedge clock)"
+                yield f"        if (enable) {name} <= {before};"
+            if net.signal in self.outputs and self.given[net] != net.name:
+                yield f"    assign {net.name} = {self._taken(net, self.machine.latency)};"
 
     def _register(self, name: str, word: Word, enable: str, value: str) -> Iterator[str]:
         yield "    always @(posedge clock)"

@@ -18,6 +18,7 @@ from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
 from proofmass.runner.fixed.step_formats import Constant, Format, Within, bounds, leaves, mantissas
 from proofmass.runner.fixed.trace import Traced, trace
 from proofmass.runner.rtl.expressions import operands_of
+from proofmass.runner.rtl.pipeline import Flow, Pipeline, pipelined
 from proofmass.runner.rtl.ranges import register_ranges
 from proofmass.runner.rtl.words import Names, Port, Register, Word
 
@@ -29,7 +30,7 @@ class Module:
     """A block with its numbers: what becomes one Verilog module.
 
     `steps` has each output function and "update" by name, all in one program. The registers take what `following` says
-    at a clock with `enable`, and their starts at one with `reset`.
+    at a clock with `enable`, and their starts at one with `reset`. Outputs come `pipeline.latency` ticks late.
     """
 
     name: str
@@ -60,6 +61,18 @@ class Module:
             if node in needed:
                 needed.update(operands_of(node))
         return sorted((n for n in needed if n.operation != "constant"), key=lambda node: node.number)
+
+    @cached_property
+    def pipeline(self) -> Pipeline:
+        """Stages of the operations; raises `TraceError` for a cut in a feedback."""
+        operands = {node: operands_of(node) for node in self.needed}
+        registers = {register.text: register.name for register in self.registers}
+        return pipelined(Flow(operands, self.results, self.following, registers), self.name)
+
+    @property
+    def clocked(self) -> bool:
+        """Whether it has the ports clock, reset and enable."""
+        return bool(self.registers or self.pipeline.latency)
 
     @cached_property
     def sources(self) -> Mapping[str, Port | Register]:
@@ -103,6 +116,7 @@ def make_module(
             following[registers[-1].name] = _following(steps, each.text, word)
     made = Module(name, block, constants, inputs, tuple(outputs), tuple(registers), steps, results, following)
     _refuse_unknown(made)
+    _ = made.pipeline
     return made
 
 

@@ -13,7 +13,7 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.fixed.step_formats import Format, bounds, filled, mantissas, reference_step
 from proofmass.runner.rtl.machine import Instance, Machine
-from proofmass.runner.rtl.machine_verilog import TopNames, clocked
+from proofmass.runner.rtl.machine_verilog import TopNames
 from proofmass.runner.rtl.modules import Module, entries
 from proofmass.runner.rtl.words import Port, Register, Word
 
@@ -57,7 +57,7 @@ class ModuleReference:
     """One block."""
 
     def __init__(self, module: Module) -> None:
-        self.name, self.clocked = module.name, bool(module.registers)
+        self.name, self.clocked = module.name, module.clocked
         self.inputs, self.outputs, self.registers = module.inputs, module.outputs, module.registers
         self._module = module
 
@@ -76,7 +76,7 @@ class MachineReference:
     """The digital blocks of a graph, wired and scheduled as the graph is."""
 
     def __init__(self, planned: Plan, machine: Machine) -> None:
-        self.name, self.clocked = machine.name, clocked(machine)
+        self.name, self.clocked = machine.name, machine.clocked
         self.inputs, self.outputs = machine.inputs, machine.outputs
         self._planned, self._machine, self._names = planned, machine, TopNames(machine)
         self._instances = {each.path: each for each in machine.instances}

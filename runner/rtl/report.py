@@ -24,6 +24,7 @@ from proofmass.runner.rtl.words import Port
 
 _COSTS = {
     "register_bits": "register bits",
+    "pipeline_bits": "pipeline bits",
     "adder_bits": "adder bits",
     "comparator_bits": "comparator bits",
     "multiplexer_bits": "multiplexer bits",
@@ -49,11 +50,17 @@ def report_data(
         "top": top_name(machine),
         "clock_hz": float(machine.rate),
         "clock": write_rate(machine.rate),
+        "latency": machine.latency,
         "vectors": vectors,
         "inputs": [_port(port) for port in machine.inputs],
         "outputs": [_port(port) for port in machine.outputs],
         "instances": [
-            {"block": each.path, "module": each.module.name, "clocks_per_tick": each.stride}
+            {
+                "block": each.path,
+                "module": each.module.name,
+                "clocks_per_tick": each.stride,
+                "ticks_late": each.stage,
+            }
             for each in machine.instances
         ],
         "modules": [_module(module) for module in machine.modules],
@@ -89,12 +96,13 @@ def save_report(graph: Graph, data: Mapping[str, Any], folder: Path) -> list[Pat
 
 
 def cost_text(cost: Mapping[str, Any]) -> str:
-    """The cost in one line: "381 register bits, 1273 adder bits, multipliers 32 x 24 (2)"."""
-    parts = [f"{cost[key]} {_COSTS[key]}" for key in ("register_bits", "adder_bits")]
+    """The cost in one line: "381 register bits, 1273 adder bits, multipliers 32 x 24 (2)"; zeros are left out."""
+    parts = [f"{cost[key]} {_COSTS[key]}" for key in ("register_bits", "pipeline_bits", "adder_bits")]
+    parts = [part for part in parts if not part.startswith("0 ")]
     for key in ("multipliers", "constant_multipliers"):
         if cost[key]:
             parts.append(f"{_COSTS[key]} {_shapes(cost[key])}")
-    return ", ".join(parts)
+    return ", ".join(parts) or "wires alone"
 
 
 def _port(port: Port) -> dict[str, Any]:
@@ -117,6 +125,7 @@ def _module(module: Module) -> dict[str, Any]:
     return {
         "name": module.name,
         "kind": type(module.block).__name__,
+        "latency": module.pipeline.latency,
         "parameters": {name: str(getattr(module.block, name)) for name in module.block.parameters},
         "inputs": [_port(port) for port in module.inputs],
         "outputs": [_port(port) for port in module.outputs],
@@ -130,8 +139,10 @@ def _module(module: Module) -> dict[str, Any]:
 
 def _summary(data: Mapping[str, Any]) -> str:
     blocks = len(data["instances"])
+    late = data["latency"]
     return (
-        f"Module {data['top']} of {blocks} block{'s' if blocks > 1 else ''}, a tick at {data['clock']}; "
+        f"Module {data['top']} of {blocks} block{'s' if blocks > 1 else ''}, a tick at {data['clock']}, "
+        f"outputs {late} tick{'' if late == 1 else 's'} late; "
         f"before synthesis {cost_text(data['cost'])}. "
         f"The test bench plays {data['vectors']:,} clocks of the simulation."
     )

@@ -6,17 +6,17 @@ differences and FAIL.
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from proofmass.runner.rtl.expressions import fitted
 from proofmass.runner.rtl.machine import Machine
-from proofmass.runner.rtl.machine_verilog import clocked, top_name
+from proofmass.runner.rtl.machine_verilog import top_name
 from proofmass.runner.rtl.vectors import Column, Vectors
 from proofmass.runner.rtl.verilog import declared
-from proofmass.runner.rtl.words import Port
+from proofmass.runner.rtl.words import Names, Port
 
 SHOWN = 10  # differences
+_OWN = ("clock", "reset", "n", "wrong", "stimuli", "applied", "expected", "awaited", "machine")  # names of the bench
 
 
-def test_bench(machine: Machine, vectors: Vectors) -> dict[str, str]:
+def bench_files(machine: Machine, vectors: Vectors) -> dict[str, str]:
     """The files of the bench by name: its Verilog, and the vectors that it reads from the folder it runs in."""
     name = top_name(machine)
     files = {f"{name}_bench.v": "\n".join(_lines(machine, vectors.clocks)) + "\n"}
@@ -27,7 +27,10 @@ def test_bench(machine: Machine, vectors: Vectors) -> dict[str, str]:
 
 
 def _lines(machine: Machine, clocks: int) -> Iterator[str]:
-    name = top_name(machine)
+    name, late = top_name(machine), machine.latency
+    names = Names(_OWN)
+    found = {port.name: names.add(port.name) for port in machine.outputs}
+    before, due, at = (f"if (n < {clocks}) ", f"n >= {late} && ", f"n - {late}") if late else ("", "", "n")
     yield "`timescale 1ns / 1ps"
     yield f"module {name}_bench;"
     yield "    reg clock, reset;"
@@ -38,25 +41,26 @@ def _lines(machine: Machine, clocks: int) -> Iterator[str]:
     yield f"    reg [{_width(machine.outputs) - 1}:0] expected [0:{clocks - 1}];"
     yield f"    reg [{_width(machine.outputs) - 1}:0] awaited;"
     for port in machine.outputs:
-        yield f"    {declared('wire', port.word, port.name)};"
-    yield from _instance(machine)
+        yield f"    {declared('wire', port.word, found[port.name])};"
+    yield from _instance(machine, found)
     yield "    initial begin"
     if machine.inputs:
         yield f'        $readmemh("{name}_inputs.hex", stimuli);'
     yield f'        $readmemh("{name}_outputs.hex", expected);'
     yield "        wrong = 0; clock = 0; reset = 1;"
     yield "        #5 clock = 1; #5 clock = 0; reset = 0;"
-    yield f"        for (n = 0; n < {clocks}; n = n + 1) begin"
+    yield f"        for (n = 0; n < {clocks + late}; n = n + 1) begin"
     if machine.inputs:
-        yield "            applied = stimuli[n];"
-    yield "            awaited = expected[n];"
+        yield f"            {before}applied = stimuli[n];"
+    yield f"            awaited = expected[{at}];"
     yield "            #4;"
     for port, place in _places(machine.outputs):
-        yield f"            if ({port.name} !== awaited{place}) begin"
-        yield "                wrong = wrong + 1;"
+        wire = found[port.name]
         told = f"$signed(awaited{place})" if port.word.signed else f"awaited{place}"
+        yield f"            if ({due}{wire} !== awaited{place}) begin"
+        yield "                wrong = wrong + 1;"
         yield f"                if (wrong <= {SHOWN})"
-        yield f'                    $display("clock %0d: {port.name} is %0d, not %0d", n, {port.name}, {told});'
+        yield f'                    $display("clock %0d: {port.name} is %0d, not %0d", n, {wire}, {told});'
         yield "            end"
     yield "            #1 clock = 1; #5 clock = 0;"
     yield "        end"
@@ -67,14 +71,10 @@ def _lines(machine: Machine, clocks: int) -> Iterator[str]:
     yield "endmodule"
 
 
-def _instance(machine: Machine) -> Iterator[str]:
-    rows = [".clock(clock)", ".reset(reset)", ".enable(1'b1)"] if clocked(machine) else []
+def _instance(machine: Machine, found: Mapping[str, str]) -> Iterator[str]:
+    rows = [".clock(clock)", ".reset(reset)", ".enable(1'b1)"] if machine.clocked else []
     rows += [f".{port.name}(applied{place})" for port, place in _places(machine.inputs)]
-    rows += [f".{port.name}({port.name})" for port in machine.outputs]
-    if machine.single:
-        (instance,) = machine.instances
-        words = {port.name: port.word for port in instance.module.inputs}
-        rows += [f".{p}({fitted(net, words[p])})" for p, net in instance.inputs.items() if isinstance(net, int)]
+    rows += [f".{port.name}({found[port.name]})" for port in machine.outputs]
     yield f"    {top_name(machine)} machine ("
     yield ",\n".join(f"        {row}" for row in rows)
     yield "    );"
