@@ -281,6 +281,7 @@ def report(**options: Any) -> int:
     show_default=True,
     help="Mark sums, so that synthesis makes carry chains of them.",
 )
+@click.option("--prove", is_flag=True, help="Prove for all inputs and registers that the Verilog does what Python does.")
 @set_option
 @blocks_option
 @json_option

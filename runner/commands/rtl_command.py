@@ -16,6 +16,7 @@ def write_rtl(
     out: Path,
     ticks: int | None,
     keep_adders: bool,
+    prove: bool,
     changes: tuple[str, ...],
     own: Path | None,
     as_json: bool,
@@ -24,6 +25,7 @@ def write_rtl(
     from proofmass.runner.rtl.bench import bench_files
     from proofmass.runner.rtl.compose import compose
     from proofmass.runner.rtl.machine_verilog import machine_text, top_name
+    from proofmass.runner.rtl.prove_machine import proof_lines, proofs_data, prove_machine
     from proofmass.runner.rtl.report import cost_text, report_data, save_report
     from proofmass.runner.rtl.vectors import simulated
 
@@ -31,17 +33,21 @@ def write_rtl(
     planned = plan(loaded, wide=True)
     machine = compose(planned, names, graph.stem)
     vectors = simulated(planned, machine, ticks)
-    files = {f"{top_name(machine)}.v": machine_text(machine, keep_adders=keep_adders)}
+    verilog = machine_text(machine, keep_adders=keep_adders)
+    files = {f"{top_name(machine)}.v": verilog}
     files |= bench_files(machine, vectors)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         (out / name).write_text(text, encoding="utf-8")
-    data = report_data(loaded, machine, vectors.clocks)
+    proofs = list(prove_machine(planned, machine, verilog)) if prove else None
+    data = report_data(loaded, machine, vectors.clocks, proofs=proofs_data(proofs) if proofs else None)
     written = [*files, *(path.name for path in save_report(loaded, data, out))]
     if as_json:
         click.echo(json.dumps(data, indent=2))
     else:
         for module in data["modules"]:
             click.echo(f"{module['name']}: {cost_text(module['cost'])}")
+        for line in proof_lines(proofs) if proofs else ():
+            click.echo(line)
     click.echo(f"written to {out}: {', '.join(written)}", err=as_json)
-    return 0
+    return 1 if any(proof.counter_examples or proof.undecided for proof in proofs or ()) else 0
