@@ -60,7 +60,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the an
 @click.option("--duration", help='How long, for example "2 s"; both ends are run.')
 @click.option("--samples", type=click.IntRange(1), help="How many ticks of the base rate, instead of a duration.")
 @click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the noise.")
-@click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True)
+@click.option("--engine", type=click.Choice(["auto", "python", "compiled", "cxxrtl"]), default="auto", show_default=True)
 @set_option
 @click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for traces, plot and report.")

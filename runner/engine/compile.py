@@ -11,9 +11,7 @@ import dis
 import hashlib
 import os
 import re
-import stat
 import sys
-import tempfile
 import threading
 import types
 from collections.abc import Callable, Iterator
@@ -25,6 +23,7 @@ from typing import Any
 import llvmlite.binding as llvm
 
 from proofmass.blocks.problem import ModelError, Problem
+from proofmass.runner.engine.cache import keep, kept
 from proofmass.runner.engine.generate import Generated
 
 SYMBOL = "proofmass_loop"
@@ -33,14 +32,6 @@ _nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 _loading = threading.Lock()  # Numba's settings are those of the process
-
-
-def cache_folder() -> Path:
-    """The folder of compiled loops: `PROOFMASS_CACHE`, or `proofmass` in the user's cache folder."""
-    named = os.environ.get("PROOFMASS_CACHE")
-    if named:
-        return Path(named)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "proofmass"
 
 
 def key_of(generated: Generated, argument_kinds: tuple[str, ...]) -> str:
@@ -60,7 +51,7 @@ def content_of(generated: Generated) -> str:
 
 def is_cached(key: str) -> bool:
     """Whether the loop can run without compiling."""
-    return key in _loaded or _read(key) is not None
+    return key in _loaded or kept(f"{key}.o") is not None
 
 
 def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
@@ -71,11 +62,11 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
     key = key_of(generated, argument_kinds)
     with _loading:
         if key not in _loaded:
-            code = _read(key)
+            code = kept(f"{key}.o")
             function = _linked(code, argument_kinds) if code else None
             if function is None:
                 code = _compiled(generated, argument_kinds)
-                _keep(key, code, generated.listing)
+                keep(f"{key}.o", code, {f"{key}.py": generated.listing})
                 function = _linked(code, argument_kinds)
             _loaded[key] = function
     return _loaded[key][1]
@@ -178,8 +169,8 @@ def _settings_of_numba(rows: bool, lanes: bool) -> Iterator[None]:
     operations round a loop of scalars slow. Only with `lanes` are vectors as wide as the processor has them: rows are
     too short for it.
     """
-    kept = {name: value for name, value in os.environ.items() if name.startswith("NUMBA_")}
-    for name in kept:
+    own = {name: value for name, value in os.environ.items() if name.startswith("NUMBA_")}
+    for name in own:
         del os.environ[name]
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
     os.environ["NUMBA_SLP_VECTORIZE"] = "1" if rows else "0"
@@ -192,7 +183,7 @@ def _settings_of_numba(rows: bool, lanes: bool) -> Iterator[None]:
         yield
     finally:
         del os.environ["NUMBA_DISABLE_INTEL_SVML"], os.environ["NUMBA_SLP_VECTORIZE"]
-        os.environ.update(kept)
+        os.environ.update(own)
         config.reload_config()
         config.USING_SVML, codegen._tm = vector_library, machine
 
@@ -288,48 +279,3 @@ def _linked(code: bytes, argument_kinds: tuple[str, ...]) -> tuple[Any, Callable
             raise RuntimeError(f"the compiled loop returned status {status}")
 
     return (engine, nothing), call
-
-
-def _read(key: str) -> bytes | None:
-    """Object file of a key, when it is there, the user's own, and undamaged."""
-    folder = cache_folder()
-    try:
-        if not _is_ours(folder):
-            return None
-        data = (folder / f"{key}.o").read_bytes()
-    except OSError:
-        return None
-    digest, code = data[:32], data[32:]
-    return code if hashlib.sha256(code).digest() == digest else None
-
-
-def _keep(key: str, code: bytes, source: str) -> None:
-    """Write the object file and, for readers, the source beside it; a folder that cannot be written is no error."""
-    folder = cache_folder()
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if _is_ours(folder):
-            _publish(folder / f"{key}.py", source.encode())
-            _publish(folder / f"{key}.o", hashlib.sha256(code).digest() + code)
-    except OSError:
-        return
-
-
-def _publish(path: Path, data: bytes) -> None:
-    handle, temporary = tempfile.mkstemp(dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def _is_ours(folder: Path) -> bool:
-    """Whether nobody else can put machine code there."""
-    facts = folder.stat()
-    mine = not hasattr(os, "getuid") or facts.st_uid == os.getuid()
-    return mine and not facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH)

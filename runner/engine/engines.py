@@ -6,7 +6,7 @@ from proofmass.runner.engine.interpret import Interpreter
 from proofmass.runner.engine.memory import Engine, Memory
 from proofmass.runner.engine.planned import Plan
 
-EngineName = Literal["auto", "python", "compiled"]
+EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
 
 LANES = (64, 32, 16, 8)  # to choose from
 INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
@@ -43,6 +43,10 @@ def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -
     """An engine that starts from a memory."""
     if name == "python":
         return Interpreter(planned, seed, run, memory.copy())
+    if name == "cxxrtl":
+        from proofmass.runner.rtl.co_simulation import CoSimulation
+
+        return CoSimulation(planned, seed, run, memory.copy())
     from proofmass.runner.engine.native import CompiledLoop
 
     return CompiledLoop(planned, seed, run, memory)

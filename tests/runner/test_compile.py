@@ -21,6 +21,7 @@ from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.engine import compile as compiler
+from proofmass.runner.engine.cache import cache_folder
 from proofmass.runner.engine.generate import generate
 from proofmass.runner.engine.native import argument_kinds
 from proofmass.runner.engine.plan import plan
@@ -307,9 +308,7 @@ def test_no_fused_multiply_add_and_no_vector_library(name: str, tmp_path: Path) 
     planned = plan(read_graph(LIBRARY / f"{name}.toml"))
     generated = generate(planned)
     compiler.load(generated, argument_kinds(generated, planned))
-    data = (
-        compiler.cache_folder() / f"{compiler.key_of(generated, argument_kinds(generated, planned))}.o"
-    ).read_bytes()
+    data = (cache_folder() / f"{compiler.key_of(generated, argument_kinds(generated, planned))}.o").read_bytes()
     (tmp_path / "loop.o").write_bytes(data[33:])  # behind a hash and a letter
     text = subprocess.run(
         ["objdump", "-dt", str(tmp_path / "loop.o")], capture_output=True, text=True, check=True

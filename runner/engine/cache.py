@@ -1,0 +1,64 @@
+"""Machine code kept in the user's own folder: read only where nobody else could have written it, and undamaged."""
+
+import hashlib
+import os
+import stat
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+_NOTHING: Mapping[str, str] = {}
+
+
+def cache_folder() -> Path:
+    """The folder of compiled loops: `PROOFMASS_CACHE`, or `proofmass` in the user's cache folder."""
+    named = os.environ.get("PROOFMASS_CACHE")
+    if named:
+        return Path(named)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "proofmass"
+
+
+def kept(name: str) -> bytes | None:
+    """The code kept under a name, when it is there, the user's own, and undamaged."""
+    folder = cache_folder()
+    try:
+        if not _is_ours(folder):
+            return None
+        data = (folder / name).read_bytes()
+    except OSError:
+        return None
+    digest, code = data[:32], data[32:]
+    return code if hashlib.sha256(code).digest() == digest else None
+
+
+def keep(name: str, code: bytes, beside: Mapping[str, str] = _NOTHING) -> None:
+    """Write code and, for readers, texts beside it; a folder that cannot be written is no error."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if _is_ours(folder):
+            for other, text in beside.items():
+                _publish(folder / other, text.encode())
+            _publish(folder / name, hashlib.sha256(code).digest() + code)
+    except OSError:
+        return
+
+
+def _publish(path: Path, data: bytes) -> None:
+    handle, temporary = tempfile.mkstemp(dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether nobody else can put machine code there."""
+    facts = folder.stat()
+    mine = not hasattr(os, "getuid") or facts.st_uid == os.getuid()
+    return mine and not facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
