@@ -13,13 +13,8 @@ def test_ports_formats_registers_and_cost_are_said() -> None:
     graph = loop_at_rates()
     machine, vectors = made(graph)
     data = report_data(graph, machine, vectors.clocks)
-    assert (data["top"], data["clock"], data["clock_hz"], data["latency"], data["vectors"]) == (
-        "top",
-        "6 kHz",
-        6e3,
-        0,
-        121,
-    )
+    assert (data["top"], data["clock"], data["clock_hz"]) == ("top", "6 kHz", 6e3)
+    assert (data["latency"], data["vectors"]) == (0, 121)
     (port,) = data["inputs"]
     assert (port["name"], port["signal"], port["format"]) == ("quantiser_output", "quantiser.output", "(16, 12)")
     assert (port["lowest"], port["highest"], port["signed"]) == (-32768, 32767, True)
@@ -55,7 +50,8 @@ def test_the_page_has_all_of_it_and_what_others_found(tmp_path: Path) -> None:
     HTMLParser().feed(page)
     for text in ("Hardware of loop", "(17, 12)", "Proofs", "proved", "Resources", "x.total", "outputs 0 ticks late"):
         assert text in page
-    assert "http" not in page
+    assert "http:" not in page
+    assert "https:" not in page
 
 
 def test_the_cost_in_one_line() -> None:
