@@ -7,7 +7,7 @@ Between these loops a variable lives in its place in memory, one lane beside the
 its run alone.
 """
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from proofmass.blocks.declare import Block
@@ -77,26 +77,39 @@ class LaneGenerator(LoopGenerator):
         self.shared = {variable(node) for node in plan.recorded}  # by all lanes: nothing writes to them
         self.rows = {variable(node): shape for node, (_, shape) in self.vectors.items() if node not in plan.recorded}
 
-    def _arranged(self, before: list[str], flags: list[str], tick: list[str], after: list[str]) -> list[str]:
+    def _arranged(self, before: list[str], flags: Mapping[str, str], tick: list[str], after: list[str]) -> list[str]:
         arrays = {*self.rows, *(f"{part.name}_{key}" for part in self.parts for key in part.scratch)}
         rows = (f"{name} = {name}__lanes[lane]" for name in self.rows)
-        self.before = statements([*rows, *before, *flags, *self.checks], arrays)
-        ticks = statements(["time = tick * period", *tick], arrays)
-        moved = {name for s in (*self.before, *ticks) for name in s.writes}
+        kept = (f"{flag} = {place}" for flag, place in flags.items())  # what a call of the loop found, the next knows
+        self.before = statements([*rows, *before, *kept, *self.checks], arrays)
+        ticks, measured = statements(["time = tick * period", *tick], arrays), statements(self._measured())
+        moved = {name for s in (*self.before, *ticks, *measured) for name in s.writes}
         self.back: dict[str, list[str]] = {}  # lines that write a variable back
         for statement in statements(after):
             for name in statement.reads & moved:
                 self.back.setdefault(name, []).extend(statement.lines)
-        self.varying = self._closure([*self.before, *ticks])
-        segments = self._segments(ticks)
-        read = {name for segment in segments if segment.each for name in segment.exposed()}
-        read |= {variable(measure.node) for measure in self.plan.measures if not measure.reduced}
+        self.varying = self._closure([*self.before, *ticks, *measured])
+        segments, behind = self._segments(ticks), self._segments(measured)
+        read = {name for segment in (*segments, *behind) if segment.each for name in segment.exposed()}
+        read |= {variable(measure.node) for measure in self.plan.measures}
         body = [line for segment in segments for line in self._lines(segment, read)]
         once = [line for s in self.before if self.varying.isdisjoint(s.writes) for line in s.lines]
         each = [s for s in self.before if not self.varying.isdisjoint(s.writes) and not self._is_given(s)]
         first = list(self._lines(Segment("", True, True, each), read)) if each else []
         ticks_of_all = ["for tick in range(first, last):", *_indented(body)]
-        return ["lane = 0", *once, *first, *ticks_of_all, *self._last()]
+        values = [line for segment in behind for line in self._lines(segment, read)]
+        return ["lane = 0", *once, *first, *ticks_of_all, *values, *self._last()]
+
+    def _measured(self) -> Iterator[str]:
+        """Values of the measures that blocks reduce, behind the last tick: each where its wire stands."""
+        for name, port in dict.fromkeys(measure.node for measure in self.plan.measures if measure.reduced):
+            behaviour = self.plan.blocks[name].output_functions[port]
+            function = self.named(self.plan.blocks[name], port, behaviour.function)
+            ticks = f"-(-last // {self.plan.schedule.divisors[name]})"
+            given = (
+                ticks if argument == "tick" else self.argument(name, port, argument) for argument in behaviour.arguments
+            )
+            yield f"{variable((name, port))} = {function}({', '.join([f'{word(name)}__c', *given])})"
 
     def _constants_of(self, name: str) -> Iterator[str]:
         """Constants of a varied block follow from its parameters, in its lane."""

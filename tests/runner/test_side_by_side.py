@@ -38,8 +38,10 @@ def test_in_any_company(study: Study) -> None:
     sensors, numbers = SensorRuns(study, "compiled", 8), np.random.default_rng(3).permutation(12).tolist()
     for first in range(0, 12, 5):
         some = numbers[first : first + 5]
-        for run in sensors.runs(some, threading.Event()):
-            assert run.values == (alone["bias"][run.run, run.epoch], alone["noise"][run.run, run.epoch])
+        found = sensors.runs(some, threading.Event())
+        assert found.numbers.tolist() == some
+        for place, name in enumerate(alone.values):
+            assert found.values[:, :, place].tolist() == alone[name][some].tolist()
 
 
 def test_sensors_that_fail_fail_alone(tmp_path: Path) -> None:
