@@ -18,6 +18,7 @@ import threading
 import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -125,14 +126,18 @@ def _code_described(code: types.CodeType) -> Iterator[str]:
 
 def _read_by(function: types.FunctionType) -> dict[str, Any]:
     """Global values and values of enclosing functions that a function reads, by name."""
-    names, codes = set[str](), [function.__code__]
-    while codes:
-        code = codes.pop()
-        names |= {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
-        codes += [constant for constant in code.co_consts if isinstance(constant, types.CodeType)]
+    names = _global_names(function.__code__)
     found = {name: function.__globals__[name] for name in names if name in function.__globals__}
     cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     return found | {name: cell.cell_contents for name, cell in cells}
+
+
+@lru_cache(maxsize=4096)
+def _global_names(code: types.CodeType) -> frozenset[str]:
+    """Names that code, and code within it, reads from outside of itself."""
+    found = {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+    within = (_global_names(constant) for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return frozenset(found.union(*within))
 
 
 def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
@@ -207,7 +212,7 @@ def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
         cells = tuple(types.CellType(read[name]) for name in value.__code__.co_freevars)
         globals_ = value.__globals__ | read
         copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__, cells)
-        small = not value.__module__.startswith("proofmass.runner")  # a block's; solvers are large and called often
+        small = not value.__module__.startswith("proofmass.runner.continuous")  # solvers are large and called often
         jitted[value] = _numba().njit(copied, error_model="numpy", forceinline=small, no_cpython_wrapper=True)
     return jitted[value]
 

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from proofmass.blocks.declare import Block
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.generate import Generated, LoopGenerator
+from proofmass.runner.engine.lane_deviates import normal_deviates
 from proofmass.runner.engine.pieces import FLOATS, INTEGERS, fields, variable, word
+from proofmass.runner.engine.pieces import array as array_of
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.statements import Statement, statements
 
 _RUN = "run"  # the number of the run, which noise follows from
-_APART = ("normal_deviate",)  # functions whose branches may keep the compiler from vector instructions
 
 
 def generate_lanes(plan: Plan, varied: Collection[Node], lanes: int) -> Generated:
@@ -73,6 +74,7 @@ class LaneGenerator(LoopGenerator):
         super().__init__(plan, lanes)
         self.varied = {name for name, _ in varied}
         self.computed = self.varied - settled_before(plan, varied)  # blocks whose constants the lanes compute
+        self.deviates: dict[str, tuple[str, str]] = {}  # stream and sample of variables that are normal deviates
         self.checks: list[str] = []  # of constants that a run alone would refuse
         self.shared = {variable(node) for node in plan.recorded}  # by all lanes: nothing writes to them
         self.rows = {variable(node): shape for node, (_, shape) in self.vectors.items() if node not in plan.recorded}
@@ -122,6 +124,13 @@ class LaneGenerator(LoopGenerator):
         made = (f"{word(name)}__c.{f}" for f, kind in fields(block.constants_class()) if kind is float)
         self.checks += [f"not_finite += {value} - {value}" for value in made]
 
+    def deviate(self, name: str) -> str:
+        """As for one run; `_drawn` draws it for all lanes together."""
+        drawn = self.stream_and_sample(name)
+        self.names["normal_deviates"] = normal_deviates
+        self.deviates[f"{word(name)}__normal"] = drawn
+        return f"{word(name)}__normal = normal_deviates(seed, {_RUN}, {', '.join(drawn)})"
+
     def _closure(self, every: list[Statement]) -> frozenset[str]:
         """The variables that may differ from run to run."""
         varying = {_RUN, *(f"{word(name)}__{key}" for name in self.varied for key in ("c", "x"))}
@@ -141,7 +150,7 @@ class LaneGenerator(LoopGenerator):
             place = len(made)
             while not each and place and made[place - 1].each and made[place - 1].ignores(statement):
                 place -= 1
-            if place and made[place - 1].takes(one):
+            if place and made[place - 1].takes(one) and not (self._deviate(made[place - 1]) or self._deviate(one)):
                 made[place - 1].statements.append(statement)
             else:
                 made.insert(place, one)
@@ -149,18 +158,38 @@ class LaneGenerator(LoopGenerator):
 
     def _stands_apart(self, statement: Statement) -> bool:
         """Whether it stays out of the arithmetic; what a group is stepped with cannot leave the loop of its steps."""
-        return not statement.reads.isdisjoint(_APART) or any(name.endswith("_context") for name in statement.writes)
+        return any(name in self.deviates or name.endswith("_context") for name in statement.writes)
+
+    def _deviate(self, segment: Segment) -> str:
+        """The variable of a segment that draws normal deviates, which has no other statement."""
+        return next((name for name in segment.written() if name in self.deviates), "")
 
     def _lines(self, segment: Segment, read: Collection[str]) -> Iterator[str]:
         """A segment as source; `read` are the variables that any segment takes from their places."""
         lines = [line for statement in segment.statements for line in statement.lines]
-        if segment.each:
+        if self._deviate(segment):
+            lines = [self._drawn(self._deviate(segment))]
+        elif segment.each:
             loaded = [line for name in sorted(segment.exposed() & self.varying) for line in self._place(name)[0]]
             kept = [line for name in sorted(segment.written() & set(read)) for line in self._place(name)[1]]
             lines = [f"for lane in range({self.lanes}):", *_indented([*loaded, *lines, *kept])]
         if segment.guard:
             lines = [f"if {segment.guard}:", *_indented(lines)]
         yield from lines
+
+    def _drawn(self, name: str) -> str:
+        """The call that draws the deviates of all lanes."""
+        self._place(name)
+        rows = [self._row("uniform", float), self._row("far", float), self._row("place", int), self._row(name, float)]
+        return f"normal_deviates(seed, runs, {', '.join([*self.deviates[name], *rows])})"
+
+    def _row(self, name: str, kind: type) -> str:
+        """The places of a variable in all lanes."""
+        key = ("lanes", name)
+        if key not in self.constants.kinds:
+            self.constant(key, kind, 0)
+        first = self.constants.kinds[key][1] * self.lanes
+        return f"{array_of(kind)}[{first} : {first + self.lanes}]"
 
     def _last(self) -> Iterator[str]:
         """What is the same in all lanes, written back to each."""
