@@ -19,7 +19,6 @@ import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ import llvmlite.binding as llvm
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.engine.generate import Generated
+from proofmass.runner.engine.versions import version
 
 SYMBOL = "proofmass_loop"
 _DESTRUCTOR = "NRT_MemInfo_call_dtor"  # of arrays that own their memory: the loop has none
@@ -95,6 +95,8 @@ def _described(name: str, value: Any, seen: dict[types.FunctionType, int]) -> It
     The functions as they are in memory count, not their files: a file may have been edited since it was imported.
     """
     value = getattr(value, "py_func", value)  # compiled by Numba already, by its author
+    if hasattr(value, "cache_info"):  # what `functools` keeps results of
+        value = value.__wrapped__
     if isinstance(value, types.FunctionType):
         known = value in seen
         yield f"{name} is function {seen.setdefault(value, len(seen))}"

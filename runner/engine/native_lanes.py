@@ -1,5 +1,6 @@
 """The compiled loop of several runs side by side, on arrays that hold everything that moves in each."""
 
+import math
 import threading
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
@@ -17,6 +18,7 @@ from proofmass.runner.engine.pieces import array as array_of
 from proofmass.runner.engine.planned import Plan
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
+_LINE = 64  # bytes of a cache line, and of the widest vector
 _RUN_ARGUMENT = 3  # of the loop: first, last, seed, run
 
 
@@ -72,7 +74,7 @@ class Lanes:
         recorded = compiled.plan.recorded
         own = self._copied({node: rows for node, rows in compiled.vectors.items() if node not in recorded})
         self._vectors = {node: own.get(node, rows) for node, rows in compiled.vectors.items()}
-        self._scratch = np.empty(compiled.generated.scratch * compiled.lanes + 1)
+        self._scratch = aligned((compiled.generated.scratch * compiled.lanes + 1,), np.dtype(float))
         self._set(values)
         if compiled.settled:
             for number, plan in enumerate(plans):
@@ -80,13 +82,18 @@ class Lanes:
 
     def _copied(self, rows: Mapping[Any, Array]) -> dict[Any, Array]:
         """The same rows for every group."""
-        return {key: np.repeat(of_one[None], self._groups, axis=0) for key, of_one in rows.items()}
+        copies: dict[Any, Array] = {}
+        for key, of_one in rows.items():
+            copies[key] = aligned((self._groups, *of_one.shape), of_one.dtype)
+            copies[key][:] = of_one
+        return copies
 
     def _padded(self, given: Array) -> Array:
         """A number for every lane of every group; lanes without a run do as the first one."""
-        padded = np.full(self._groups * self._compiled.lanes, given[0])
-        padded[: self._count] = given
-        return padded.reshape(self._groups, self._compiled.lanes)
+        padded = aligned((self._groups, self._compiled.lanes), given.dtype)
+        padded[:] = given[0]
+        padded.reshape(-1)[: self._count] = given
+        return padded
 
     def _set(self, values: Mapping[Node, Array]) -> None:
         """The varied parameters."""
@@ -143,6 +150,15 @@ class Lanes:
 
     def _of_runs(self, rows: Array) -> Array:
         return rows.reshape(-1)[: self._count]
+
+
+def aligned(shape: tuple[int, ...], dtype: Any) -> Array:
+    """An empty array that begins with a cache line, so that no vector lies in two of them."""
+    size = math.prod(shape) * dtype.itemsize
+    room = np.empty(size + _LINE, dtype=np.uint8)
+    first = -room.ctypes.data % _LINE
+    line: Array = room[first : first + size].view(dtype)
+    return line.reshape(shape)
 
 
 def _rows(slots: Slots, values: Mapping[Any, Any], lanes: int) -> dict[str, Array]:
