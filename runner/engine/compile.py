@@ -32,6 +32,7 @@ SYMBOL = "proofmass_loop"
 _DESTRUCTOR = "NRT_MemInfo_call_dtor"  # of arrays that own their memory: the loop has none
 _nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
+_OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # nothing but LLVM calls them
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 _loading = threading.Lock()  # Numba's settings are those of the process
 
@@ -152,7 +153,6 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
             "float*": numba.types.CPointer(numba.float64),
         }
         signature = numba.void(*(kinds[kind] for kind in argument_kinds))
-        options = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         try:
             jitted: dict[types.FunctionType, Any] = {}
             names = {name: _jit(value, jitted) for name, value in generated.names.items()}
@@ -160,9 +160,9 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
             exec(compile(generated.source, "<generated loop>", "exec"), namespace)
             for name in generated.functions:
                 inlined = name in generated.inlined
-                own = numba.njit(namespace[name], error_model="numpy", forceinline=inlined, no_cpython_wrapper=True)
+                own = numba.njit(namespace[name], forceinline=inlined, **_OPTIONS)
                 namespace[name] = own
-            loop = numba.njit(signature, **options)(namespace["loop"])
+            loop = numba.njit(signature, **_OPTIONS)(namespace["loop"])
         except Exception as error:
             raise ModelError([_not_compiled(error)]) from error
         made = loop.overloads[loop.signatures[0]]
@@ -215,7 +215,7 @@ def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
         globals_ = value.__globals__ | read
         copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__, cells)
         small = not value.__module__.startswith("proofmass.runner.continuous")  # solvers are large and called often
-        jitted[value] = _numba().njit(copied, error_model="numpy", forceinline=small, no_cpython_wrapper=True)
+        jitted[value] = _numba().njit(copied, forceinline=small, **_OPTIONS)
     return jitted[value]
 
 
