@@ -34,6 +34,10 @@ _nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # nothing but LLVM calls them
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
+Functions = dict[
+    tuple[Any, ...], tuple[dict[str, Any], Any]
+]  # by function and settings: what it reads; as Numba has it
+_functions: Functions = {}
 _loading = threading.Lock()  # Numba's settings are those of the process
 
 
@@ -76,7 +80,7 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
             code = _read(key)
             function = _linked(code, argument_kinds) if code else None
             if function is None:
-                code = _compiled(generated, argument_kinds)
+                code = _compiled(generated, argument_kinds, _functions)
                 _keep(key, code, generated.listing)
                 function = _linked(code, argument_kinds)
             _loaded[key] = function
@@ -143,8 +147,9 @@ def _global_names(code: types.CodeType) -> frozenset[str]:
     return frozenset(found.union(*within))
 
 
-def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
-    with _settings_of_numba(bool(generated.vectors), bool(generated.lanes)):
+def _compiled(generated: Generated, argument_kinds: tuple[str, ...], functions: Functions) -> bytes:
+    mode = bool(generated.vectors), bool(generated.lanes)
+    with _settings_of_numba(*mode):
         numba = _numba()
         kinds = {
             "int": numba.int64,
@@ -155,7 +160,7 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
         signature = numba.void(*(kinds[kind] for kind in argument_kinds))
         try:
             jitted: dict[types.FunctionType, Any] = {}
-            names = {name: _jit(value, jitted) for name, value in generated.names.items()}
+            names = {name: _jit(value, mode, functions, jitted) for name, value in generated.names.items()}
             namespace: dict[str, Any] = {"carray": numba.carray, **names}
             exec(compile(generated.source, "<generated loop>", "exec"), namespace)
             for name in generated.functions:
@@ -204,19 +209,32 @@ def _settings_of_numba(rows: bool, lanes: bool) -> Iterator[None]:
         config.USING_SVML, codegen._tm = vector_library, machine
 
 
-def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
-    """A function compiled with everything that it calls; other values as they are."""
+def _jit(value: Any, mode: tuple[bool, bool], functions: Functions, jitted: dict[types.FunctionType, Any]) -> Any:
+    """A function compiled with everything that it calls, in one of the settings of Numba; other values as they are.
+
+    A function of a module is kept for later loops, and made anew when what it calls or reads has been changed.
+    """
     value = getattr(value, "py_func", value)
     if not isinstance(value, types.FunctionType):
         return value
     if value not in jitted:
-        read = {name: _jit(other, jitted) for name, other in _read_by(value).items()}
-        cells = tuple(types.CellType(read[name]) for name in value.__code__.co_freevars)
-        globals_ = value.__globals__ | read
-        copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__, cells)
-        small = not value.__module__.startswith("proofmass.runner.continuous")  # solvers are large and called often
-        jitted[value] = _numba().njit(copied, forceinline=small, **_OPTIONS)
+        read = {name: _jit(other, mode, functions, jitted) for name, other in _read_by(value).items()}
+        before, kept = functions.get((value, *mode), ({}, None))
+        if kept is None or before.keys() != read.keys() or any(before[name] is not read[name] for name in read):
+            kept = _compiled_later(value, read)
+            if getattr(sys.modules.get(value.__module__), value.__name__, None) is value:
+                functions[value, *mode] = read, kept
+        jitted[value] = kept
     return jitted[value]
+
+
+def _compiled_later(function: types.FunctionType, read: dict[str, Any]) -> Any:
+    """The function with these values in the place of what it reads; Numba compiles it when its types are known."""
+    cells = tuple(types.CellType(read[name]) for name in function.__code__.co_freevars)
+    globals_ = function.__globals__ | read
+    copied = types.FunctionType(function.__code__, globals_, function.__name__, function.__defaults__, cells)
+    small = not function.__module__.startswith("proofmass.runner.continuous")  # solvers are large and called often
+    return _numba().njit(copied, forceinline=small, **_OPTIONS)
 
 
 def _not_compiled(error: Exception) -> Problem:
