@@ -18,15 +18,14 @@ FEWEST = 30  # sensors before a study may stop
 
 
 class RunningMeans:
-    """Means of the measures that `stop` names, or else of the first one, per point of the sweep and epoch."""
+    """Means of the measures, those that `stop` names first, per point of the sweep and epoch."""
 
     def __init__(self, study: Study, measures: tuple[PlannedMeasure, ...]) -> None:
         self._study, self._epochs, self._width = study, len(study.epochs), len(measures)
-        watched = [(i, m) for i, m in enumerate(measures) if m.name in study.stop] or [(0, measures[0])]
-        self._places = [i for i, _ in watched]
-        self._watched = [m for _, m in watched]
-        self._asked = np.array([study.stop.get(m.name, math.inf) for m in self._watched])
-        shape = study.points, self._epochs, len(watched)
+        self._places = sorted(range(len(measures)), key=lambda place: measures[place].name not in study.stop)
+        self._measures = [measures[place] for place in self._places]
+        self._asked = np.array([study.stop.get(m.name, math.inf) for m in self._measures])
+        shape = study.points, self._epochs, self._width
         self._first = np.full(shape, np.nan)
         self._sums = np.zeros((3, *shape))  # number of values, their sum, the sum of their squares
         self._early = together([], self._epochs, self._width)  # runs that came before their turn
@@ -48,16 +47,18 @@ class RunningMeans:
             self._count(held.values[:ready, :, self._places].reshape(-1, *self._first.shape))
 
     def text(self) -> str:
-        """The mean that is known least, as it is now."""
+        """Of each measure the mean that is known least, as it is now."""
         count, total, _ = self._sums
         if count.max() < 2:
             return ""
-        halves = self._halves(self._sums)
-        least = np.unravel_index(np.argmax(halves / np.where(np.isfinite(self._asked), self._asked, 1.0)), halves.shape)
-        measure, half = self._watched[least[2]], float(halves[least])
-        mean = float(self._first[least] + total[least] / count[least]) if count[least] else math.nan
-        unit = f" {measure.unit}" if measure.unit != "1" else ""
-        return f"{measure.name} {concise(mean, (mean - half, mean + half))}{unit}"
+        halves, texts = self._halves(self._sums), []
+        for place, measure in enumerate(self._measures):
+            at = (*np.unravel_index(np.argmax(halves[..., place]), halves.shape[:2]), place)
+            half = float(halves[at])
+            mean = float(self._first[at] + total[at] / count[at]) if count[at] else math.nan
+            unit = f" {measure.unit}" if measure.unit != "1" else ""
+            texts.append(f"{measure.name} {concise(mean, (mean - half, mean + half))}{unit}")
+        return ", ".join(texts)
 
     def _count(self, values: Array) -> None:
         """Sensors in their order, by point, epoch and measure: to the end of the study, or until enough is known."""

@@ -71,7 +71,7 @@ def test_what_it_shows(study: Study) -> None:
     runs = (SensorRun(run, epoch, (0.0, float(run // 2)), "") for run in range(60) for epoch in range(3))
     means.add(outcomes_of(runs, 3, 2))
     half = stats.t.ppf(0.975, 29) * np.std(np.arange(30.0), ddof=1) / math.sqrt(30)
-    assert means.text() == f"noise 14.5({round(10 * half)})"
+    assert means.text() == f"noise 14.5({round(10 * half)}), bias 0"
     assert not means.enough
 
 
