@@ -53,7 +53,8 @@ class RunningMeans:
             return ""
         halves, texts = self._halves(self._sums), []
         for place, measure in enumerate(self._measures):
-            at = (*np.unravel_index(np.argmax(halves[..., place]), halves.shape[:2]), place)
+            point, epoch = divmod(int(np.argmax(halves[..., place])), self._epochs)
+            at = point, epoch, place
             half = float(halves[at])
             mean = float(self._first[at] + total[at] / count[at]) if count[at] else math.nan
             unit = f" {measure.unit}" if measure.unit != "1" else ""
