@@ -2,6 +2,7 @@
 
 1,000 sensors of 50,000 samples, eight parameters of each drawn anew, two numbers of each kept. The C computes one run
 after the other, compiled without contraction to fused multiply-add; a ratio is of the minima over interleaved rounds.
+What a run takes besides its samples (drawing, discretisation, measures, ledger) is seen in studies of two samples.
 """
 
 import argparse
@@ -10,6 +11,7 @@ import dataclasses
 import json
 import tempfile
 import time
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -45,7 +47,8 @@ def main() -> None:
     print(f"W3, {arguments.runs:,} runs of {arguments.samples:,} samples, ns per run-sample, ratio to the scalar C")
     for name, seconds in row["ns"].items():
         print(f"{name:28} {seconds:8.2f} {seconds / row['ns']['scalar C']:8.3f}")
-    print(f"set-up and bookkeeping of a run: {row['outside_us']:.0f} us, {row['outside_share']:.1%} of its loop")
+    print(f"start of a study: {row['start_ms']:.0f} ms")
+    print(f"a run besides its samples: {row['outside_us']:.2f} us, {row['outside_share']:.2%} of its loop")
     print(f"two threads: {row['two_threads']:.2f} times one")
     print(f"largest difference to the C: mean {row['mean_difference']:.2g}, std {row['std_difference']:.2g} codes")
 
@@ -79,7 +82,7 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
         sensors = SensorRuns(study, "compiled", width)
         compiled = sensors.together.compiled
         given = {tuple(name.split(".")): np.array([v[name] for v in drawn[:width]]) for name in drawn[0]}
-        lanes = Lanes(compiled, study.seed, range(width), given, [sensors.plan] * width)
+        lanes = Lanes(compiled, study.seed, range(width), given)
         began = time.perf_counter()
         lanes.advance(samples)
         return (time.perf_counter() - began) / width
@@ -88,6 +91,10 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
         began = time.perf_counter()
         found.append(run_study(study, engine="compiled", threads=threads))
         return (time.perf_counter() - began) / runs
+
+    def of_one_sample(count: int) -> float:
+        short = workload(count, 2)
+        return min(_seconds(lambda: run_study(short, engine="compiled", threads=1)) for _ in range(rounds))
 
     found: list[Any] = []
     times: dict[str, list[float]] = {}
@@ -102,15 +109,23 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
                 times.setdefault(f"study, threads: {threads}", []).append(whole(threads))
         c(library, runs)
     best = {name: min(each) for name, each in times.items()}
-    outside = best["study, threads: 1"] - best["loop of 64 lanes"]
+    few, many = of_one_sample(1024), of_one_sample(9216)
+    outside = (many - few) / 8192
     return {
         "ns": {name: seconds * 1e9 / samples for name, seconds in best.items()},
+        "start_ms": (few - 1024 * outside) * 1e3,
         "outside_us": outside * 1e6,
         "outside_share": outside / best["loop of 64 lanes"],
         "two_threads": best["study, threads: 1"] / best["study, threads: 2"],
         "mean_difference": float(np.abs(found[0]["mean"][:, 0] - result[:, 0]).max()),
         "std_difference": float(np.abs(found[0]["std"][:, 0] - result[:, 1]).max()),
     }
+
+
+def _seconds(function: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    function()
+    return time.perf_counter() - began
 
 
 def _row(study: Study, values: dict[str, float]) -> list[float]:

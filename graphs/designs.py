@@ -11,6 +11,7 @@ two of the names of all spread parameters.
 """
 
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -48,14 +49,19 @@ class Design:
         if self.kind == "random":
             return uniform_deviate(self.seed, sensor, stream, 0)
         if self.kind == "latin_hypercube":
-            stratum = permuted(sensor, self.sensors, self.seed, stream)
-            return min((stratum + uniform_deviate(self.seed, sensor, stream, 0)) / self.sensors, _LARGEST)
+            stratum = permuted(sensor, self.sensors, half_of_bits(self.sensors), self.seed, stream)
+            uniform: float = self.within(stratum, uniform_deviate(self.seed, sensor, stream, 0))
+            return uniform
         place = self.names.index(name)
         if self.kind == "sobol":
             return self._shifted(sensor, place, stream)
         number, member = divmod(sensor, self.group)
         from_b = member == 1 or member == place + 2
         return self._shifted(number, place + len(self.names) * from_b, stream)
+
+    def within(self, stratum: Any, uniform: Any, least: Callable[[Any, Any], Any] = min) -> Any:
+        """A deviate in one of the strata of a Latin hypercube."""
+        return least((stratum + uniform) / self.sensors, _LARGEST)
 
     def _shifted(self, number: int, dimension: int, stream: int) -> float:
         word0, word1, _, _ = philox(self.seed & 0xFFFFFFFF, self.seed >> 32, dimension, 0, stream, 0xFFFFFFFF)
@@ -73,16 +79,20 @@ class Design:
         return (points * 2.0**_BITS).astype("uint64")
 
 
-def permuted(number: int, size: int, seed: int, stream: int) -> int:
+def half_of_bits(size: int) -> int:
+    """Half of the smallest even number of bits, at least two, that hold every number below a size."""
+    return max(1, (size - 1).bit_length() + 1 >> 1)
+
+
+def permuted(number: int, size: int, half: int, seed: int, stream: int) -> int:
     """Where a random permutation of `size` numbers puts one of them, without the others.
 
-    A Feistel network over the smallest even number of bits, its rounds keyed by Philox, until it falls below the size
+    A Feistel network over words of `half_of_bits(size)`, its rounds keyed by Philox, until it falls below the size
     (Black and Rogaway, "Ciphers with arbitrary finite domains", CT-RSA 2002, cycle-walking).
 
-    >>> sorted(permuted(k, 7, 1, 2) for k in range(7))
+    >>> sorted(permuted(k, 7, 2, 1, 2) for k in range(7))
     [0, 1, 2, 3, 4, 5, 6]
     """
-    half = max(1, (size - 1).bit_length() + 1 >> 1)
     mask = (1 << half) - 1
     while True:
         left, right = number >> half, number & mask

@@ -5,7 +5,7 @@ only: the bits are the same on every machine.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
@@ -62,7 +62,7 @@ class Spread:
         """The probability of a truncated normal distribution as one of the whole."""
         return self._tail + uniform * (1.0 - 2.0 * self._tail)
 
-    def of_normal(self, nominal: float, deviate: float) -> float:
+    def of_normal(self, nominal: float, deviate: float, exponential: Callable[[float], float] = exponential) -> float:
         """The value for a standard normal deviate; for the shapes that are `NORMAL`."""
         if self.shape == "lognormal":
             return nominal * exponential(self.width * deviate)

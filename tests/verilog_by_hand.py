@@ -76,7 +76,7 @@ class ModuleByHand:
 
     def settled(self, values: Mapping[str, int]) -> dict[str, int]:
         """The bits of every wire, once nothing changes any more."""
-        now = {name: 0 for name in self.kinds} | self.held
+        now = dict.fromkeys(self.kinds, 0) | self.held
         now |= {name: value & _ones(self._kind(("name", name)).width) for name, value in values.items()}
         while True:
             before = dict(now)

@@ -16,7 +16,7 @@ import threading
 import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,18 @@ import llvmlite.binding as llvm
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.engine.cache import keep, kept
 from proofmass.runner.engine.generate import Generated
+from proofmass.runner.engine.versions import version
 
 SYMBOL = "proofmass_loop"
 _DESTRUCTOR = "NRT_MemInfo_call_dtor"  # of arrays that own their memory: the loop has none
 _nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
+_OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # nothing but LLVM calls them
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
+Functions = dict[
+    tuple[Any, ...], tuple[dict[str, Any], Any]
+]  # by function and settings: what it reads; as Numba has it
+_functions: Functions = {}
 _loading = threading.Lock()  # Numba's settings are those of the process
 
 
@@ -65,7 +71,7 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
             code = kept(f"{key}.o")
             function = _linked(code, argument_kinds) if code else None
             if function is None:
-                code = _compiled(generated, argument_kinds)
+                code = _compiled(generated, argument_kinds, _functions)
                 keep(f"{key}.o", code, {f"{key}.py": generated.listing})
                 function = _linked(code, argument_kinds)
             _loaded[key] = function
@@ -85,6 +91,8 @@ def _described(name: str, value: Any, seen: dict[types.FunctionType, int]) -> It
     The functions as they are in memory count, not their files: a file may have been edited since it was imported.
     """
     value = getattr(value, "py_func", value)  # compiled by Numba already, by its author
+    if hasattr(value, "cache_info"):  # what `functools` keeps results of
+        value = value.__wrapped__
     if isinstance(value, types.FunctionType):
         known = value in seen
         yield f"{name} is function {seen.setdefault(value, len(seen))}"
@@ -116,18 +124,23 @@ def _code_described(code: types.CodeType) -> Iterator[str]:
 
 def _read_by(function: types.FunctionType) -> dict[str, Any]:
     """Global values and values of enclosing functions that a function reads, by name."""
-    names, codes = set[str](), [function.__code__]
-    while codes:
-        code = codes.pop()
-        names |= {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
-        codes += [constant for constant in code.co_consts if isinstance(constant, types.CodeType)]
+    names = _global_names(function.__code__)
     found = {name: function.__globals__[name] for name in names if name in function.__globals__}
     cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     return found | {name: cell.cell_contents for name, cell in cells}
 
 
-def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
-    with _settings_of_numba(bool(generated.vectors), bool(generated.lanes)):
+@lru_cache(maxsize=4096)
+def _global_names(code: types.CodeType) -> frozenset[str]:
+    """Names that code, and code within it, reads from outside of itself."""
+    found = {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+    within = (_global_names(constant) for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return frozenset(found.union(*within))
+
+
+def _compiled(generated: Generated, argument_kinds: tuple[str, ...], functions: Functions) -> bytes:
+    mode = bool(generated.vectors), bool(generated.lanes)
+    with _settings_of_numba(*mode):
         numba = _numba()
         kinds = {
             "int": numba.int64,
@@ -136,17 +149,16 @@ def _compiled(generated: Generated, argument_kinds: tuple[str, ...]) -> bytes:
             "float*": numba.types.CPointer(numba.float64),
         }
         signature = numba.void(*(kinds[kind] for kind in argument_kinds))
-        options = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         try:
             jitted: dict[types.FunctionType, Any] = {}
-            names = {name: _jit(value, jitted) for name, value in generated.names.items()}
+            names = {name: _jit(value, mode, functions, jitted) for name, value in generated.names.items()}
             namespace: dict[str, Any] = {"carray": numba.carray, **names}
             exec(compile(generated.source, "<generated loop>", "exec"), namespace)
             for name in generated.functions:
                 inlined = name in generated.inlined
-                own = numba.njit(namespace[name], error_model="numpy", forceinline=inlined, no_cpython_wrapper=True)
+                own = numba.njit(namespace[name], forceinline=inlined, **_OPTIONS)
                 namespace[name] = own
-            loop = numba.njit(signature, **options)(namespace["loop"])
+            loop = numba.njit(signature, **_OPTIONS)(namespace["loop"])
         except Exception as error:
             raise ModelError([_not_compiled(error)]) from error
         made = loop.overloads[loop.signatures[0]]
@@ -188,19 +200,32 @@ def _settings_of_numba(rows: bool, lanes: bool) -> Iterator[None]:
         config.USING_SVML, codegen._tm = vector_library, machine
 
 
-def _jit(value: Any, jitted: dict[types.FunctionType, Any]) -> Any:
-    """A function compiled with everything that it calls; other values as they are."""
+def _jit(value: Any, mode: tuple[bool, bool], functions: Functions, jitted: dict[types.FunctionType, Any]) -> Any:
+    """A function compiled with everything that it calls, in one of the settings of Numba; other values as they are.
+
+    A function of a module is kept for later loops, and made anew when what it calls or reads has been changed.
+    """
     value = getattr(value, "py_func", value)
     if not isinstance(value, types.FunctionType):
         return value
     if value not in jitted:
-        read = {name: _jit(other, jitted) for name, other in _read_by(value).items()}
-        cells = tuple(types.CellType(read[name]) for name in value.__code__.co_freevars)
-        globals_ = value.__globals__ | read
-        copied = types.FunctionType(value.__code__, globals_, value.__name__, value.__defaults__, cells)
-        small = not value.__module__.startswith("proofmass.runner")  # a block's; solvers are large and called often
-        jitted[value] = _numba().njit(copied, error_model="numpy", forceinline=small, no_cpython_wrapper=True)
+        read = {name: _jit(other, mode, functions, jitted) for name, other in _read_by(value).items()}
+        before, kept = functions.get((value, *mode), ({}, None))
+        if kept is None or before.keys() != read.keys() or any(before[name] is not read[name] for name in read):
+            kept = _compiled_later(value, read)
+            if getattr(sys.modules.get(value.__module__), value.__name__, None) is value:
+                functions[value, *mode] = read, kept
+        jitted[value] = kept
     return jitted[value]
+
+
+def _compiled_later(function: types.FunctionType, read: dict[str, Any]) -> Any:
+    """The function with these values in the place of what it reads; Numba compiles it when its types are known."""
+    cells = tuple(types.CellType(read[name]) for name in function.__code__.co_freevars)
+    globals_ = function.__globals__ | read
+    copied = types.FunctionType(function.__code__, globals_, function.__name__, function.__defaults__, cells)
+    small = not function.__module__.startswith("proofmass.runner.continuous")  # solvers are large and called often
+    return _numba().njit(copied, forceinline=small, **_OPTIONS)
 
 
 def _not_compiled(error: Exception) -> Problem:

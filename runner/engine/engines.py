@@ -8,7 +8,7 @@ from proofmass.runner.engine.planned import Plan
 
 EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
 
-LANES = (64, 32, 16, 8)  # to choose from
+LANES = (64, 32, 16)  # to choose from; loops over 8 are taken apart by the compiler and get no vectors
 INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
@@ -36,7 +36,7 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
 
 def lanes_for(runs: int) -> int:
     """How many lanes suit so many compiled runs: the most that are filled several times over; 0 for a few runs."""
-    return next((lanes for lanes in LANES if runs >= 4 * lanes), LANES[-1] if runs >= LANES[-1] else 0)
+    return next((lanes for lanes in LANES if runs >= 4 * lanes), LANES[-1] if 2 * runs >= LANES[-1] else 0)
 
 
 def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -> Engine:

@@ -72,11 +72,10 @@ class LoopGenerator(Pieces):
         """The whole of it."""
         before = list(self._unpacked())
         tick = [*self._outputs(), *self._probes(), *self._updates(), *self._groups()]
-        after, flags = [*self._packed()], ["not_finite = 0.0"]
-        after += [f"{self.memory.at(FLOATS, self.memory.counts[FLOATS])} = not_finite"]
+        flags = {"not_finite": self.memory.at(FLOATS, self.memory.counts[FLOATS])}
         if self.digital.refuses:
-            flags += ["refused = 0"]
-            after += [f"{self.memory.at(INTEGERS, self.memory.counts[INTEGERS])} = refused"]
+            flags["refused"] = self.memory.at(INTEGERS, self.memory.counts[INTEGERS])
+        after = [*self._packed(), *(f"{place} = {flag}" for flag, place in flags.items())]
         body = self._arranged(before, flags, tick, after)
         functions = [line for part in self.parts for line in part.functions()]
         own = [line[4 : line.index("(")] for line in functions if line.startswith("def ")]
@@ -97,11 +96,12 @@ class LoopGenerator(Pieces):
             self.lanes,
         )
 
-    def _arranged(self, before: list[str], flags: list[str], tick: list[str], after: list[str]) -> list[str]:
-        """The body of the loop's function: what is read first, the ticks, what is written back."""
+    def _arranged(self, before: list[str], flags: Mapping[str, str], tick: list[str], after: list[str]) -> list[str]:
+        """The body of the loop's function: what is read first, the ticks, what is written back; `flags` by place."""
+        zeros = [f"{flag} = {'0.0' if flag == 'not_finite' else '0'}" for flag in flags]
         rows = [f"row_{i} = 0" for i, probe in enumerate(self.plan.probes) if probe.stride > 1]
         ticks = ["time = tick * period", *tick]
-        return [*before, "", *rows, *flags, "for tick in range(first, last):", *(f"    {x}" for x in ticks), *after]
+        return [*before, "", *rows, *zeros, "for tick in range(first, last):", *(f"    {x}" for x in ticks), *after]
 
     def _scratch(self) -> int:
         return sum(sum(part.scratch.values()) for part in self.parts)

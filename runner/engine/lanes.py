@@ -7,18 +7,19 @@ Between these loops a variable lives in its place in memory, one lane beside the
 its run alone.
 """
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from proofmass.blocks.declare import Block
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.generate import Generated, LoopGenerator
+from proofmass.runner.engine.lane_deviates import normal_deviates
 from proofmass.runner.engine.pieces import FLOATS, INTEGERS, fields, variable, word
+from proofmass.runner.engine.pieces import array as array_of
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.statements import Statement, statements
 
 _RUN = "run"  # the number of the run, which noise follows from
-_APART = ("normal_deviate",)  # functions whose branches may keep the compiler from vector instructions
 
 
 def generate_lanes(plan: Plan, varied: Collection[Node], lanes: int) -> Generated:
@@ -73,30 +74,44 @@ class LaneGenerator(LoopGenerator):
         super().__init__(plan, lanes)
         self.varied = {name for name, _ in varied}
         self.computed = self.varied - settled_before(plan, varied)  # blocks whose constants the lanes compute
+        self.deviates: dict[str, tuple[str, str]] = {}  # stream and sample of variables that are normal deviates
         self.checks: list[str] = []  # of constants that a run alone would refuse
         self.shared = {variable(node) for node in plan.recorded}  # by all lanes: nothing writes to them
         self.rows = {variable(node): shape for node, (_, shape) in self.vectors.items() if node not in plan.recorded}
 
-    def _arranged(self, before: list[str], flags: list[str], tick: list[str], after: list[str]) -> list[str]:
+    def _arranged(self, before: list[str], flags: Mapping[str, str], tick: list[str], after: list[str]) -> list[str]:
         arrays = {*self.rows, *(f"{part.name}_{key}" for part in self.parts for key in part.scratch)}
         rows = (f"{name} = {name}__lanes[lane]" for name in self.rows)
-        self.before = statements([*rows, *before, *flags, *self.checks], arrays)
-        ticks = statements(["time = tick * period", *tick], arrays)
-        moved = {name for s in (*self.before, *ticks) for name in s.writes}
+        kept = (f"{flag} = {place}" for flag, place in flags.items())  # what a call of the loop found, the next knows
+        self.before = statements([*rows, *before, *kept, *self.checks], arrays)
+        ticks, measured = statements(["time = tick * period", *tick], arrays), statements(self._measured())
+        moved = {name for s in (*self.before, *ticks, *measured) for name in s.writes}
         self.back: dict[str, list[str]] = {}  # lines that write a variable back
         for statement in statements(after):
             for name in statement.reads & moved:
                 self.back.setdefault(name, []).extend(statement.lines)
-        self.varying = self._closure([*self.before, *ticks])
-        segments = self._segments(ticks)
-        read = {name for segment in segments if segment.each for name in segment.exposed()}
-        read |= {variable(measure.node) for measure in self.plan.measures if not measure.reduced}
+        self.varying = self._closure([*self.before, *ticks, *measured])
+        segments, behind = self._segments(ticks), self._segments(measured)
+        read = {name for segment in (*segments, *behind) if segment.each for name in segment.exposed()}
+        read |= {variable(measure.node) for measure in self.plan.measures}
         body = [line for segment in segments for line in self._lines(segment, read)]
         once = [line for s in self.before if self.varying.isdisjoint(s.writes) for line in s.lines]
         each = [s for s in self.before if not self.varying.isdisjoint(s.writes) and not self._is_given(s)]
         first = list(self._lines(Segment("", True, True, each), read)) if each else []
         ticks_of_all = ["for tick in range(first, last):", *_indented(body)]
-        return ["lane = 0", *once, *first, *ticks_of_all, *self._last()]
+        values = [line for segment in behind for line in self._lines(segment, read)]
+        return ["lane = 0", *once, *first, *ticks_of_all, *values, *self._last()]
+
+    def _measured(self) -> Iterator[str]:
+        """Values of the measures that blocks reduce, behind the last tick: each where its wire stands."""
+        for name, port in dict.fromkeys(measure.node for measure in self.plan.measures if measure.reduced):
+            behaviour = self.plan.blocks[name].output_functions[port]
+            function = self.named(self.plan.blocks[name], port, behaviour.function)
+            ticks = f"-(-last // {self.plan.schedule.divisors[name]})"
+            given = (
+                ticks if argument == "tick" else self.argument(name, port, argument) for argument in behaviour.arguments
+            )
+            yield f"{variable((name, port))} = {function}({', '.join([f'{word(name)}__c', *given])})"
 
     def _constants_of(self, name: str) -> Iterator[str]:
         """Constants of a varied block follow from its parameters, in its lane."""
@@ -108,6 +123,13 @@ class LaneGenerator(LoopGenerator):
         yield self.driven(name)
         made = (f"{word(name)}__c.{f}" for f, kind in fields(block.constants_class()) if kind is float)
         self.checks += [f"not_finite += {value} - {value}" for value in made]
+
+    def deviate(self, name: str) -> str:
+        """As for one run; `_drawn` draws it for all lanes together."""
+        drawn = self.stream_and_sample(name)
+        self.names["normal_deviates"] = normal_deviates
+        self.deviates[f"{word(name)}__normal"] = drawn
+        return f"{word(name)}__normal = normal_deviates(seed, {_RUN}, {', '.join(drawn)})"
 
     def _closure(self, every: list[Statement]) -> frozenset[str]:
         """The variables that may differ from run to run."""
@@ -128,7 +150,7 @@ class LaneGenerator(LoopGenerator):
             place = len(made)
             while not each and place and made[place - 1].each and made[place - 1].ignores(statement):
                 place -= 1
-            if place and made[place - 1].takes(one):
+            if place and made[place - 1].takes(one) and not (self._deviate(made[place - 1]) or self._deviate(one)):
                 made[place - 1].statements.append(statement)
             else:
                 made.insert(place, one)
@@ -136,18 +158,38 @@ class LaneGenerator(LoopGenerator):
 
     def _stands_apart(self, statement: Statement) -> bool:
         """Whether it stays out of the arithmetic; what a group is stepped with cannot leave the loop of its steps."""
-        return not statement.reads.isdisjoint(_APART) or any(name.endswith("_context") for name in statement.writes)
+        return any(name in self.deviates or name.endswith("_context") for name in statement.writes)
+
+    def _deviate(self, segment: Segment) -> str:
+        """The variable of a segment that draws normal deviates, which has no other statement."""
+        return next((name for name in segment.written() if name in self.deviates), "")
 
     def _lines(self, segment: Segment, read: Collection[str]) -> Iterator[str]:
         """A segment as source; `read` are the variables that any segment takes from their places."""
         lines = [line for statement in segment.statements for line in statement.lines]
-        if segment.each:
+        if self._deviate(segment):
+            lines = [self._drawn(self._deviate(segment))]
+        elif segment.each:
             loaded = [line for name in sorted(segment.exposed() & self.varying) for line in self._place(name)[0]]
             kept = [line for name in sorted(segment.written() & set(read)) for line in self._place(name)[1]]
             lines = [f"for lane in range({self.lanes}):", *_indented([*loaded, *lines, *kept])]
         if segment.guard:
             lines = [f"if {segment.guard}:", *_indented(lines)]
         yield from lines
+
+    def _drawn(self, name: str) -> str:
+        """The call that draws the deviates of all lanes."""
+        self._place(name)
+        rows = [self._row("uniform", float), self._row("far", float), self._row("place", int), self._row(name, float)]
+        return f"normal_deviates(seed, runs, {', '.join([*self.deviates[name], *rows])})"
+
+    def _row(self, name: str, kind: type) -> str:
+        """The places of a variable in all lanes."""
+        key = ("lanes", name)
+        if key not in self.constants.kinds:
+            self.constant(key, kind, 0)
+        first = self.constants.kinds[key][1] * self.lanes
+        return f"{array_of(kind)}[{first} : {first + self.lanes}]"
 
     def _last(self) -> Iterator[str]:
         """What is the same in all lanes, written back to each."""

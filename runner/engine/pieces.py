@@ -96,11 +96,15 @@ class Pieces:
         return f"{word(name)}__c = {function}({parameters}, {word(name)}__period)"
 
     def deviate(self, name: str) -> str:
+        """The line that draws the deviate of a block."""
         self.names["normal_deviate"] = normal_deviate
+        return f"{word(name)}__normal = normal_deviate(seed, run, {', '.join(self.stream_and_sample(name))})"
+
+    def stream_and_sample(self, name: str) -> tuple[str, str]:
+        """What besides seed and run the deviate of a block follows from."""
         divisor = self.plan.schedule.divisors[name]
-        tick = "tick" if divisor == 1 else f"tick // {divisor}"
         stream = self.constant((name, "stream"), int, self.plan.stream(name))
-        return f"{word(name)}__normal = normal_deviate(seed, run, {stream}, {tick})"
+        return stream, "tick" if divisor == 1 else f"tick // {divisor}"
 
     def constant(self, key: Any, kind: type, value: Any) -> str:
         if isinstance(value, tuple):

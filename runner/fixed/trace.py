@@ -158,6 +158,11 @@ class _Tracer:
         """An operation on what is known of its operands on this path."""
         return self.program.make(operation, *(self._known(node) for node in operands))
 
+    def cut(self, node: Node) -> Node:
+        """A pipeline cut: one of a value, whatever is known of it on this path."""
+        whole = node.operands[0] if node.operation == "narrow" else node
+        return self._known(self.program.make("pipe", whole))
+
     def select(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
         """A selection; either value has the interval that it has where it is chosen."""
         return self._selected(self._known(condition), chosen, otherwise)
@@ -368,7 +373,7 @@ class Signal:
 
     def cut(self) -> "Signal":
         """The signal behind a pipeline cut."""
-        return self._made("pipe", self)  # type: ignore[no-any-return]
+        return Signal(self._tracer, self._tracer.cut(self.node))
 
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
         """The value of a rule that never decreases, with the interval between its values at both ends."""

@@ -4,10 +4,10 @@ import dataclasses
 import hashlib
 import platform
 from datetime import UTC, datetime
-from importlib.metadata import version
 
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_writer import write_graph
+from proofmass.runner.engine.versions import version
 
 
 def graph_hash(graph: Graph) -> str:

@@ -1,8 +1,8 @@
-"""Ranges of plain integers in registers: the least intervals that hold their start and every step from inside them.
+"""Ranges of plain integers in registers: intervals that hold their start and that no step from inside them leaves.
 
-An interval that a step leaves is made wider, up to the next constant of the step or the next power of two;
-once no step leaves it, steps from it make it narrower again. A counter `0 if n == 1022 else n + 1` is found to be
-0 to 1022, and a register behind a mask what the mask leaves.
+An interval that a step leaves is made wider: first to what the step reaches, then up to the next constant of the step
+or the next power of two. Once no step leaves it, steps from it make it narrower again. So a counter
+`0 if n == 1022 else n + 1` is found to be 0 to 1022, and a register behind a mask what the mask leaves.
 """
 
 from bisect import bisect_left
@@ -13,17 +13,18 @@ from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
 
 _POWERS = (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 56, 62)
+_EXACT = 2  # steps followed before intervals are made wider than what is reached
 _NARROWINGS = 4
 
 Step = Callable[[Mapping[str, Interval]], tuple[Program, Mapping[str, list[Node]]]]  # its values after a step
 
 
 def register_ranges(name: str, starts: Mapping[str, Interval], step: Step) -> dict[str, Interval]:
-    """The interval of each register, from those of its start; raises `TraceError` for one that grows without bound."""
+    """The interval of each register from that of its start; raises `TraceError` for one that grows without bound."""
     ranges = dict(starts)
-    grown = True
+    grown, steps = True, 0
     while grown:
-        grown = False
+        grown, steps = False, steps + 1
         program, following = step(ranges)
         lowest, highest = _thresholds(program)
         for text, nodes in following.items():
@@ -33,7 +34,7 @@ def register_ranges(name: str, starts: Mapping[str, Interval], step: Step) -> di
             up = before[1] if high <= before[1] else _next(highest, high)
             if down is None or up is None:
                 _refuse(name, text, nodes, before)
-            ranges[text] = -down, up
+            ranges[text] = (min(low, before[0]), max(high, before[1])) if steps <= _EXACT else (-down, up)
             grown |= ranges[text] != before
     for _ in range(_NARROWINGS):
         _, following = step(ranges)
@@ -61,8 +62,14 @@ def _next(thresholds: list[int], value: int) -> int | None:
     return thresholds[i] if i < len(thresholds) else None
 
 
+def _reach(node: Node) -> int:
+    return max(abs(node.low), abs(node.high))
+
+
 def _refuse(name: str, text: str, nodes: list[Node], before: Interval) -> NoReturn:
-    furthest = max(nodes, key=lambda node: max(abs(node.low), abs(node.high)))
+    furthest = max(nodes, key=_reach)
+    while furthest.operation in ("select", "narrow"):
+        furthest = max(furthest.operands[furthest.operation == "select" :], key=_reach)
     hint = "hold it with clip() or a mask, or let it start again behind an `if`; or make it a FixedValue with a format"
     raise TraceError(
         f"{text} grows without bound",

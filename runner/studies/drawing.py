@@ -1,31 +1,35 @@
 """Parameters of many runs at once: the numbers of `Study.drawn`, to the bit, as arrays.
 
-Every deviate is plain arithmetic on whole numbers and floats, which NumPy does with the same bits; where a function
-looks at its argument, it is called for one after the other.
+The functions of one deviate are compiled and applied to arrays; all else is plain arithmetic on whole numbers and
+floats, which NumPy does with the same bits.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.counter_random import central_quantile, is_central, normal_quantile, uniform_deviate
-from proofmass.graphs.designs import stream_of
+from proofmass.blocks.counter_random import normal_deviate, normal_quantile, uniform_deviate
+from proofmass.blocks.elementary import exponential
+from proofmass.graphs.designs import half_of_bits, permuted, stream_of
+from proofmass.graphs.distributions import Spread
 from proofmass.graphs.graph import split
 from proofmass.graphs.study import Study
+from proofmass.runner.engine.elementwise import Elementwise
+from proofmass.runner.engine.result import Array
 
-Array = np.ndarray[Any, np.dtype[Any]]
-_uniform_deviate: Any = uniform_deviate  # of arrays too
-_central_quantile: Any = central_quantile
-_is_central: Any = is_central
+_KEY = {"seed": int, "run": int, "stream": int, "sample": int}
+uniform_deviates = Elementwise(uniform_deviate, _KEY, float)
+normal_deviates = Elementwise(normal_deviate, _KEY, float)
+normal_quantiles = Elementwise(normal_quantile, {"probability": float}, float)
+exponentials = Elementwise(exponential, {"x": float}, float)
+permutations = Elementwise(permuted, {"number": int, "size": int, "half": int, "seed": int, "stream": int}, int)
 
 
-def drawn_together(study: Study, numbers: Sequence[int]) -> dict[str, Array]:
+def drawn_together(study: Study, runs: Array) -> dict[str, Array]:
     """Parameters of some runs by `block.parameter` of the flat graph: an array with a row for each epoch."""
-    runs = np.array(numbers, dtype=np.int64)
-    points = [study.point(number) for number in numbers] if study.sweep else []
-    drawn = {name: _rows(study, np.array([point[name] for point in points])) for name in study.sweep}
-    deviates = dict(zip(study.spread, _deviates(study, runs // study.points), strict=True))
+    sensors = runs // study.points
+    drawn = {name: _rows(study, value) for name, value in _points(study, runs).items()}
+    deviates = {name: _deviates(study, sensors, name) for name in study.spread}
     correlation: Any = study.correlation
     normals = correlation.applied({n: normal_quantiles(deviates[n]) for n in correlation.names})
     for name in dict.fromkeys([*study.spread, *study.drift]):
@@ -37,50 +41,43 @@ def drawn_together(study: Study, numbers: Sequence[int]) -> dict[str, Array]:
             value = _spread(study.spread[name], value, deviates[name])
         drawn[name] = _rows(study, value)
         if name in study.drift:
-            peers = np.array([study.peer(number) // study.points for number in numbers], dtype=np.int64)
+            peers: Any = study.peer(runs) // study.points  # type: ignore[arg-type]
             law: Any = study.drift[name]
             aged = law.aged(value, study.epochs, study.seed, peers, stream_of("drift", name), normal_deviates)
             drawn[name] = np.array(aged)
     return drawn
 
 
-def normal_deviates(seed: int, runs: Array, stream: int, sample: int) -> Array:
-    """`normal_deviate` of many runs."""
-    return normal_quantiles(_uniform_deviate(seed, runs, stream, sample))
-
-
-def normal_quantiles(probabilities: Array) -> Array:
-    """`normal_quantile` of many probabilities."""
-    q = probabilities - 0.5
-    central = _is_central(q)
-    quantiles: Array = _central_quantile(np.where(central, q, 0.0))
-    quantiles[~central] = [normal_quantile(each) for each in probabilities[~central].tolist()]
-    return quantiles
-
-
 def _rows(study: Study, values: Array) -> Array:
     return np.tile(values, (len(study.epochs), 1))
 
 
-def _deviates(study: Study, sensors: Array) -> Array:
-    """Uniform deviates: a row for each spread parameter."""
-    design = study.designed
+def _points(study: Study, runs: Array) -> dict[str, Array]:
+    """What the parameters of the sweep are."""
+    every = [study.point(number) for number in range(study.points)] if study.sweep else []
+    return {name: np.array([point[name] for point in every])[runs % study.points] for name in study.sweep}
+
+
+def _deviates(study: Study, sensors: Array, name: str) -> Array:
+    """Uniform deviates of one parameter."""
+    design, stream = study.designed, stream_of("spread", name)
     if design.kind == "random":
-        streams = np.array([[stream_of("spread", name)] for name in study.spread], dtype=np.int64).reshape(-1, 1)
-        return np.asarray(_uniform_deviate(study.seed, sensors, streams, 0))
-    return np.array([[design.deviate(sensor, name) for sensor in sensors.tolist()] for name in study.spread])
+        return uniform_deviates(study.seed, sensors, stream, 0)
+    if design.kind == "latin_hypercube":
+        strata = permutations(sensors, study.runs, half_of_bits(study.runs), study.seed, stream)
+        return np.asarray(design.within(strata, uniform_deviates(study.seed, sensors, stream, 0), np.minimum))
+    return np.array([design.deviate(sensor, name) for sensor in sensors.tolist()])
 
 
-def _spread(spread: Any, nominal: Array, uniforms: Array) -> Array:
-    if spread.shape == "uniform":
-        return np.asarray(spread.at(nominal, uniforms))
-    if spread.shape == "normal":
+def _spread(spread: Spread, nominal: Any, uniforms: Any) -> Array:
+    """`Spread.at` of many sensors."""
+    if spread.shape == "normal" or spread.shape == "lognormal":
         normals = normal_quantiles(spread.inside(uniforms))
         return _of_normals(spread, nominal, np.maximum(-spread.truncated, np.minimum(normals, spread.truncated)))
+    if spread.shape == "uniform":
+        return np.asarray(spread.at(nominal, uniforms))
     return np.array([spread.at(*each) for each in zip(nominal.tolist(), uniforms.tolist(), strict=True)])
 
 
 def _of_normals(spread: Any, nominal: Array, normals: Array) -> Array:
-    if spread.shape == "normal":
-        return np.asarray(spread.of_normal(nominal, normals))
-    return np.array([spread.of_normal(*each) for each in zip(nominal.tolist(), normals.tolist(), strict=True)])
+    return np.asarray(spread.of_normal(nominal, normals, exponentials))

@@ -35,11 +35,12 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
             raise ModelError([Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint)])
     study = read_study(folder / STUDY_FILE, own)
     measures = SensorRuns(study, "python").plan.measures
-    ledger = Ledger(folder / FILE, (measure.name for measure in measures), {"study": study.text()})
+    names = (measure.name for measure in measures)
+    ledger = Ledger(folder / FILE, names, len(study.epochs), {"study": study.text()})
     try:
         means = RunningMeans(study, measures)
-        means.add(ledger.runs(means.end))
-        kept = collected(measures, len(study.epochs), ledger.runs(means.end))
+        means.add(ledger.outcomes(means.end))
+        kept = collected(measures, ledger.outcomes(means.end))
     finally:
         ledger.close()
     return StudyResult(

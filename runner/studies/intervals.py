@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from proofmass.runner.engine.result import Array
 
 LEVEL = 0.95
@@ -23,16 +25,16 @@ def part_interval(good: int, runs: int) -> Interval:
     return low, 1.0 if good == runs else (middle + half) / (1.0 + share)
 
 
-def half_of_mean(runs: int, deviation: float) -> float:
-    """Half of Student's interval of a mean: t s / sqrt(n); infinite for one run."""
+def halves_of_means(runs: Array, deviations: Array) -> Array:
+    """Half of Student's intervals of means, t s / sqrt(n), each of two values or more."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(runs - 1, 0.5 + 0.5 * LEVEL)) * deviation / math.sqrt(runs) if runs > 1 else math.inf
+    return np.asarray(stdtrit(runs - 1, 0.5 + 0.5 * LEVEL) * deviations / np.sqrt(runs))
 
 
 def mean_interval(values: Array) -> Interval:
     """Student's interval of the mean."""
-    half = half_of_mean(len(values), float(values.std(ddof=1)) if len(values) > 1 else 0.0)
+    half = float(halves_of_means(np.array(len(values)), values.std(ddof=1))) if len(values) > 1 else math.inf
     return float(values.mean()) - half, float(values.mean()) + half
 
 

@@ -1,8 +1,7 @@
 """The outcome of a study: every measure of every sensor at every epoch, statistics and yield."""
 
 import hashlib
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,7 @@ from proofmass.runner.studies.intervals import (
     part_interval,
     percentile_interval,
 )
-from proofmass.runner.studies.sensor_runs import SensorRun
+from proofmass.runner.studies.outcomes import Outcomes
 
 if TYPE_CHECKING:
     import xarray
@@ -142,16 +141,7 @@ class StudyResult:
         return own | dict(self.provenance)
 
 
-def collected(measures: tuple[PlannedMeasure, ...], epochs: int, runs: Iterable[SensorRun]) -> dict[str, Any]:
-    """Numbers, values and faults of the runs that are there at every epoch, in their order."""
-    numbers, rows, faults = list[int](), list[list[float]](), dict[tuple[int, int], str]()
-    nothing = [math.nan] * len(measures)
-    for run in runs:
-        if run.epoch == 0:
-            numbers.append(run.run)
-        rows.append(nothing if run.values is None else list(run.values))
-        if run.fault:
-            faults[run.run, run.epoch] = run.fault
-    table = np.array(rows, dtype=float).reshape(len(numbers), epochs, len(measures))
-    values = {measure.name: table[:, :, i] for i, measure in enumerate(measures)}
-    return {"numbers": np.array(numbers, dtype=np.int64), "values": values, "faults": faults}
+def collected(measures: tuple[PlannedMeasure, ...], outcomes: Outcomes) -> dict[str, Any]:
+    """Numbers, values and faults of runs as a result has them."""
+    values = {measure.name: outcomes.values[:, :, i] for i, measure in enumerate(measures)}
+    return {"numbers": outcomes.numbers, "values": values, "faults": outcomes.faults}

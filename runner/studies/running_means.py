@@ -1,90 +1,88 @@
 """Means of a study while it runs, and whether they are known well enough to stop.
 
 Runs are counted in the order of their numbers, whatever the order in which they arrive, so that a study stops after the
-same run however many threads it has. Means and deviations are Welford's.
+same run however many threads or workers it has. Sums are of what values differ from the first one.
 """
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+
+import numpy as np
 
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.planned import PlannedMeasure
-from proofmass.runner.studies.intervals import concise, half_of_mean
-from proofmass.runner.studies.sensor_runs import SensorRun
+from proofmass.runner.engine.result import Array
+from proofmass.runner.studies.intervals import concise, halves_of_means
+from proofmass.runner.studies.outcomes import Outcomes, together
 
 FEWEST = 30  # sensors before a study may stop
 
 
-@dataclass
-class _Mean:
-    runs: int = 0
-    mean: float = 0.0
-    squares: float = 0.0
-
-    def add(self, value: float) -> None:
-        self.runs += 1
-        before = self.mean
-        self.mean += (value - before) / self.runs
-        self.squares += (value - before) * (value - self.mean)
-
-    def half(self) -> float:
-        """Half of the confidence interval."""
-        return half_of_mean(self.runs, math.sqrt(self.squares / (self.runs - 1))) if self.runs > 1 else math.inf
-
-
 class RunningMeans:
-    """Means of the measures that `stop` names, or else of the first one, per point of the sweep and epoch."""
+    """Means of the measures, those that `stop` names first, per point of the sweep and epoch."""
 
     def __init__(self, study: Study, measures: tuple[PlannedMeasure, ...]) -> None:
-        self._study = study
-        self._watched = [(i, m) for i, m in enumerate(measures) if m.name in study.stop] or [(0, measures[0])]
-        epochs = range(len(study.epochs))
-        self._means = {
-            (point, epoch, i): _Mean() for i, _ in self._watched for point in range(study.points) for epoch in epochs
-        }
-        self._early: dict[tuple[int, int], SensorRun] = {}  # runs that came before their turn
-        self._next = (0, 0)
+        self._study, self._epochs, self._width = study, len(study.epochs), len(measures)
+        self._places = sorted(range(len(measures)), key=lambda place: measures[place].name not in study.stop)
+        self._measures = [measures[place] for place in self._places]
+        self._asked = np.array([study.stop.get(m.name, math.inf) for m in self._measures])
+        shape = study.points, self._epochs, self._width
+        self._first = np.full(shape, np.nan)
+        self._sums = np.zeros((3, *shape))  # number of values, their sum, the sum of their squares
+        self._early = together([], self._epochs, self._width)  # runs that came before their turn
+        self._sensors = 0  # that are counted
         self.end = study.runs * study.points  # number of runs that the study needs
         self.enough = False
 
-    def add(self, runs: Iterable[SensorRun]) -> None:
+    def add(self, arrived: Outcomes) -> None:
         """Count runs; those after the last one that is needed are left out."""
-        for arrived in runs:
-            self._early[arrived.run, arrived.epoch] = arrived
-            while not self.enough and self._next in self._early:
-                self._count(self._early.pop(self._next))
+        if self.enough:
+            return
+        points = self._study.points
+        held = together([self._early, arrived], self._epochs, self._width)
+        held = held.chosen(np.argsort(held.numbers, kind="stable"))
+        in_turn = held.numbers == self._sensors * points + np.arange(len(held.numbers))
+        ready = int(in_turn.sum()) // points * points
+        self._early = held.chosen(np.arange(ready, len(held.numbers)))
+        if ready:
+            self._count(held.values[:ready, :, self._places].reshape(-1, *self._first.shape))
 
     def text(self) -> str:
-        """The mean that is known least, as it is now."""
-        if all(mean.runs < 2 for mean in self._means.values()):
+        """Of each measure the mean that is known least, as it is now."""
+        count, total, _ = self._sums
+        if count.max() < 2:
             return ""
-        name, least = max(
-            ((m, self._means[key]) for i, m in self._watched for key in self._means if key[2] == i),
-            key=lambda pair: pair[1].half() / (self._study.stop.get(pair[0].name) or 1.0),
-        )
-        half = least.half()
-        unit = f" {name.unit}" if name.unit != "1" else ""
-        return f"{name.name} {concise(least.mean, (least.mean - half, least.mean + half))}{unit}"
+        halves, texts = self._halves(self._sums), []
+        for place, measure in enumerate(self._measures):
+            point, epoch = divmod(int(np.argmax(halves[..., place])), self._epochs)
+            at = point, epoch, place
+            half = float(halves[at])
+            mean = float(self._first[at] + total[at] / count[at]) if count[at] else math.nan
+            unit = f" {measure.unit}" if measure.unit != "1" else ""
+            texts.append(f"{measure.name} {concise(mean, (mean - half, mean + half))}{unit}")
+        return ", ".join(texts)
 
-    def _count(self, run: SensorRun) -> None:
-        epochs, points = len(self._study.epochs), self._study.points
-        if run.values is not None:
-            for i, _ in self._watched:
-                if math.isfinite(run.values[i]):
-                    self._means[run.run % points, run.epoch, i].add(run.values[i])
-        number = run.run + (run.epoch + 1) // epochs
-        self._next = number, (run.epoch + 1) % epochs
-        sensors, rest = divmod(number, points)
-        if self._study.stop and self._next[1] == 0 and rest == 0 and sensors >= FEWEST and self._known():
-            self.end, self.enough = number, True
-            self._early.clear()
+    def _count(self, values: Array) -> None:
+        """Sensors in their order, by point, epoch and measure: to the end of the study, or until enough is known."""
+        sound = np.isfinite(values)
+        at_first = np.take_along_axis(values, np.argmax(sound, axis=0)[None], axis=0)[0]
+        self._first = np.where(np.isnan(self._first) & sound.any(axis=0), at_first, self._first)
+        apart = np.where(sound, values - self._first, 0.0)
+        added = np.stack([sound.astype(float), apart, apart * apart], axis=1)
+        added[0] += self._sums
+        sums = np.cumsum(added, axis=0)
+        last = len(values)
+        if self._study.stop:
+            known = (self._halves(np.moveaxis(sums, 1, 0)) <= self._asked).all(axis=(1, 2, 3))
+            known &= self._sensors + 1 + np.arange(last) >= FEWEST
+            if known.any():
+                last = int(np.argmax(known)) + 1
+                self.end, self.enough = (self._sensors + last) * self._study.points, True
+        self._sums = sums[last - 1]
+        self._sensors += last
 
-    def _known(self) -> bool:
-        """Whether every mean is known as well as it was asked for."""
-        return all(
-            self._means[key].half() <= self._study.stop[m.name]
-            for i, m in self._watched
-            for key in self._means
-            if key[2] == i
-        )
+    def _halves(self, sums: Array) -> Array:
+        """Half of the confidence interval of each mean; infinite for one value or none."""
+        count, total, squares = sums
+        many = np.maximum(count, 2.0)
+        variance = np.maximum(squares - total * total / many, 0.0) / (many - 1.0)
+        return np.where(count > 1, halves_of_means(many, np.sqrt(variance)), np.inf)

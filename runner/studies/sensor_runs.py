@@ -8,7 +8,7 @@ import dataclasses
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,21 +25,15 @@ from proofmass.runner.engine.result import Array
 from proofmass.runner.studies.drawing import drawn_together
 from proofmass.runner.studies.margins_per_run import margin_measures, margins_at
 from proofmass.runner.studies.measuring import refuse_late, value_of
+from proofmass.runner.studies.outcomes import Outcomes, SensorRun, outcomes_of
 
 if TYPE_CHECKING:
     from proofmass.runner.engine.native import CompiledPlan
     from proofmass.runner.studies.side_by_side import SideBySide
 
 CHUNK = 1 << 18  # ticks between looks at Ctrl-C
-
-
-class SensorRun(NamedTuple):
-    """What one run gave at one epoch: values of the measures in the order of their names, or why there are none."""
-
-    run: int
-    epoch: int
-    values: tuple[float, ...] | None
-    fault: str = ""
+PART = 1 << 24  # ticks of all runs that are handed to a thread together
+PART_BYTES = 1 << 25  # of memory, at most, that these runs take
 
 
 class SensorRuns:
@@ -76,25 +70,48 @@ class SensorRuns:
 
         return content_of(generate(self.plan))
 
-    def runs(self, numbers: Sequence[int], stop: threading.Event) -> list[SensorRun]:
-        """Some runs at each epoch, side by side where the engine has lanes.
+    def parts(self, numbers: Array, threads: int) -> Iterator[Array]:
+        """Runs in parts for `runs`: enough in each that what is done once a part counts little, as many a thread."""
+        size = 1
+        if self.together is not None:
+            epochs, groups = len(self.study.epochs), -(-len(numbers) // self.lanes)
+            largest = min(
+                PART // (self.ticks * self.lanes * epochs), PART_BYTES // (self.together.compiled.size * epochs)
+            )
+            parts = threads * -(-groups // (threads * max(1, largest)))
+            size = self.lanes * max(1, -(-groups // max(1, parts)))
+        for first in range(0, len(numbers), size):
+            yield numbers[first : first + size]
+
+    def runs(self, numbers: Sequence[int] | Array, stop: threading.Event) -> Outcomes:
+        """Some runs at all epochs, side by side where the engine has lanes.
 
         Raises `StoppedError` soon after the event is set, where they are side by side.
         """
+        epochs, measures = len(self.study.epochs), len(self.measures)
         if self.together is None:
-            return [done for number in numbers for done in self.run(number)]
-        drawn, found = drawn_together(self.study, numbers), list[SensorRun]()
-        left = {number: dict(self._unset) for number in numbers}
-        every = range(len(self.study.epochs))
-        for epochs in ([epoch] for epoch in every) if self._unset else [every]:
-            which = [(number, epoch) for number in numbers for epoch in epochs]
-            values = {name: rows[[*epochs]].T.ravel() for name, rows in drawn.items()}
-            values |= {name: np.array([left[number][name] for number, _ in which]) for name in self._unset}
-            for run in self._abreast(which, values, stop):
-                found.append(run)
-                if self.study.calibrated(run.run)[run.epoch]:
-                    left[run.run] |= self._left_by(run)
-        return sorted(found, key=lambda run: run[:2])
+            return outcomes_of((done for number in map(int, numbers) for done in self.run(number)), epochs, measures)
+        which = np.array(numbers, dtype=np.int64)
+        drawn = drawn_together(self.study, which)
+        found = Outcomes(which, np.full((len(which), epochs, measures), np.nan), {})
+        left = {name: np.full(len(which), value) for name, value in self._unset.items()}
+        intervals = len(self.study.recalibration.every)
+        calibrated = np.array([self.study.calibrated(number) for number in range(intervals)])[which % intervals]
+        for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
+            values = {name: rows[some] for name, rows in drawn.items()}
+            values |= {name: now[None] for name, now in left.items()}
+            self._abreast(found, range(epochs)[some], values, stop)
+            if left:
+                self._carry(found, some.start, calibrated[:, some.start], left)
+        return found
+
+    def _carry(self, found: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> None:
+        """What calibrations of some runs left in the registers: nothing new where one failed."""
+        failed = {number for number, at in found.faults if at == epoch}
+        new = calibrated & ~np.isin(found.numbers, list(failed))
+        names = [measure.name for measure in self.measures]
+        for name, measure in self.study.recalibration.carried.items():
+            left[name] = np.where(new, found.values[:, epoch, names.index(measure)], left[name])
 
     def run(self, number: int) -> list[SensorRun]:
         """One run at each epoch; what a calibration measures is what parameters of the later epochs are."""
@@ -122,16 +139,24 @@ class SensorRuns:
         return {name: measured[measure] for name, measure in self.study.recalibration.carried.items()}
 
     def _abreast(
-        self, which: Sequence[tuple[int, int]], values: Mapping[str, Array], stop: threading.Event
-    ) -> Iterator[SensorRun]:
-        """Runs and epochs side by side, with a number of each parameter for each."""
-        noise = [noise_run(self.study, *each) for each in which]
-        found = self.together.measured(values, noise, stop) if self.together else []
-        for place, (each, measures) in enumerate(zip(which, found, strict=True)):
-            if measures is not None and not self.study.margins:
-                yield SensorRun(*each, measures)
-            else:
-                yield self._at(*each, {name: float(given[place]) for name, given in values.items()}, measures)
+        self, found: Outcomes, epochs: Sequence[int], values: Mapping[str, Array], stop: threading.Event
+    ) -> None:
+        """Runs at some epochs side by side, with a number of each parameter for each epoch and run."""
+        assert self.together is not None
+        shape = len(epochs), len(found.numbers)
+        noise = np.array([noise_run(self.study, found.numbers, epoch) for epoch in epochs]).ravel()
+        flat = {name: np.broadcast_to(rows, shape).ravel() for name, rows in values.items()}
+        measured, sound = self.together.measured(flat, noise, stop)
+        own = found.values[:, epochs[0] : epochs[-1] + 1]
+        own[..., : measured.shape[1]] = np.moveaxis(measured.reshape(*shape, -1), 0, 1)
+        for place in range(len(noise)) if self.study.margins else np.flatnonzero(~sound).tolist():
+            at, run = divmod(place, shape[1])
+            given = {name: float(each[place]) for name, each in flat.items()}
+            known = tuple(measured[place].tolist()) if sound[place] else None
+            done = self._at(int(found.numbers[run]), epochs[at], given, known)
+            own[run, at] = np.nan if done.values is None else done.values
+            if done.fault:
+                found.faults[done.run, done.epoch] = done.fault
 
     def _at(
         self, number: int, epoch: int, values: dict[str, float], measured: tuple[float, ...] | None = None
@@ -172,6 +197,6 @@ class SensorRuns:
         return CompiledPlan(self.plan)
 
 
-def noise_run(study: Study, run: int, epoch: int) -> int:
+def noise_run(study: Study, run: Any, epoch: int) -> Any:
     """The number by which the noise of a run and epoch differs from that of all others that are not its peers."""
     return study.peer(run) * len(study.epochs) + epoch

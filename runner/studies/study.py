@@ -2,30 +2,32 @@
 
 import contextlib
 import dataclasses
-import itertools
 import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+
+import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem, shown
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.engines import EngineName
 from proofmass.runner.engine.interrupts import StoppedError, interrupts
 from proofmass.runner.engine.plan import plan, varied
-from proofmass.runner.engine.result import Result
+from proofmass.runner.engine.result import Array, Result
 from proofmass.runner.engine.simulate import simulate_plan
 from proofmass.runner.output.provenance import graph_text, provenance
 from proofmass.runner.studies.folder import keep_study
 from proofmass.runner.studies.ledger import FILE, Ledger
 from proofmass.runner.studies.margins_per_run import margin_measures, margins_at
 from proofmass.runner.studies.measuring import Measured
+from proofmass.runner.studies.outcomes import Outcomes
 from proofmass.runner.studies.result import StudyResult, collected
 from proofmass.runner.studies.running_means import RunningMeans
-from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns, noise_run
+from proofmass.runner.studies.sensor_runs import SensorRuns, noise_run
 
 BATCH_SECONDS = 0.2  # of runs that are kept together
 StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, a mean as it is now
@@ -63,17 +65,15 @@ def run_study(
     if folder is not None:
         Path(folder).mkdir(parents=True, exist_ok=True)
         path = Path(folder) / FILE
-    ledger = Ledger(path, (measure.name for measure in sensors.measures), facts)
+    ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts)
     try:
         if folder is not None:
             keep_study(study, Path(folder))
-        done, means = ledger.done(len(study.epochs)), RunningMeans(study, sensors.measures)
-        means.add(ledger.runs(total))
-        left = (number for number in range(total) if number not in done)
-        needed = itertools.takewhile(lambda _: not means.enough, left)
-        before = sum(number < total for number in done)
-        _fill(ledger, sensors, needed, before, means, threads or _processors(), progress)
-        kept = collected(sensors.measures, len(study.epochs), ledger.runs(means.end))
+        kept, means = ledger.outcomes(total), RunningMeans(study, sensors.measures)
+        means.add(kept)
+        left = np.setdiff1d(np.arange(total), kept.numbers, assume_unique=True)
+        _fill(ledger, sensors, left, means, threads or _processors(), progress)
+        found = collected(sensors.measures, ledger.outcomes(means.end))
     finally:
         ledger.close()
     return StudyResult(
@@ -83,7 +83,7 @@ def run_study(
         seconds=time.perf_counter() - began,
         engine=sensors.engine,
         provenance=provenance(study.graph, sensors.engine),
-        **kept,
+        **found,
     )
 
 
@@ -116,20 +116,19 @@ def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:
 def _fill(
     ledger: Ledger,
     sensors: SensorRuns,
-    left: Iterable[int],
-    done: int,
+    left: Array,
     means: RunningMeans,
     threads: int,
     progress: StudyProgress | None,
 ) -> None:
     """Do the runs that are left; they are written together, batch by batch, and at the latest when it ends."""
-    batch: list[SensorRun] = []
-    written = time.perf_counter()
+    batch: list[Outcomes] = []
+    done, written = means.end - len(left), time.perf_counter()
     with interrupts() as interrupted:
-        for runs in _in_order(sensors, left, threads, interrupted):
-            means.add(runs)
-            batch += runs
-            done += len(runs) // len(sensors.study.epochs)
+        for outcomes in _in_order(sensors, left, means, threads, interrupted):
+            means.add(outcomes)
+            batch.append(outcomes)
+            done += len(outcomes.numbers)
             if time.perf_counter() - written > BATCH_SECONDS:
                 ledger.keep(batch)
                 batch, written = [], time.perf_counter()
@@ -141,16 +140,16 @@ def _fill(
 
 
 def _in_order(
-    sensors: SensorRuns, left: Iterable[int], threads: int, interrupted: threading.Event
-) -> Iterator[list[SensorRun]]:
-    """Results in the order of the runs, computed in threads ahead of whom they are for."""
-    numbers, waiting = iter(left), deque[Future[list[SensorRun]]]()
+    sensors: SensorRuns, left: Array, means: RunningMeans, threads: int, interrupted: threading.Event
+) -> Iterator[Outcomes]:
+    """Results in the order of the runs, computed in threads ahead of whom they are for, until enough is known."""
     threads = threads if sensors.engine == "compiled" else 1  # plain Python gains nothing
+    parts, waiting = iter(sensors.parts(left, threads)), deque[Future[Outcomes]]()
     with ThreadPoolExecutor(threads) as pool, contextlib.suppress(StoppedError):
         while True:
-            while len(waiting) <= threads and not interrupted.is_set():
-                some = list(itertools.islice(numbers, max(1, sensors.lanes)))
-                if not some:
+            while len(waiting) <= threads and not interrupted.is_set() and not means.enough:
+                some = next(parts, None)
+                if some is None:
                     break
                 waiting.append(pool.submit(sensors.runs, some, interrupted))
             if not waiting:

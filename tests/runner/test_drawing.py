@@ -30,7 +30,7 @@ def study(tmp_path: Path) -> Study:
 
 
 def assert_same(study: Study, numbers: list[int]) -> None:
-    together = drawn_together(study, numbers)
+    together = drawn_together(study, np.array(numbers))
     for place, number in enumerate(numbers):
         for epoch, values in enumerate(study.drawn(number)):
             assert {name: float(rows[epoch, place]).hex() for name, rows in together.items()} == {

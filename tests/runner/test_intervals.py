@@ -9,7 +9,7 @@ from scipy import stats
 from proofmass.runner.studies.intervals import (
     concise,
     deviation_interval,
-    half_of_mean,
+    halves_of_means,
     mean_interval,
     part_interval,
     percentile_interval,
@@ -38,7 +38,9 @@ def test_means_against_scipy() -> None:
     values = np.random.default_rng(1).normal(3.0, 2.0, 17)
     expected = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
     assert mean_interval(values) == pytest.approx((expected.low, expected.high), rel=1e-12)
-    assert half_of_mean(1, 0.0) == math.inf
+    assert mean_interval(values[:1]) == (-math.inf, math.inf)
+    both = halves_of_means(np.array([17.0, 2.0]), np.array([values.std(ddof=1), 1.0]))
+    assert both == pytest.approx([0.5 * (expected.high - expected.low), stats.t.ppf(0.975, 1) / math.sqrt(2.0)])
 
 
 @pytest.mark.parametrize("percent", [1.0, 50.0, 99.0])

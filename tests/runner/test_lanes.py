@@ -14,9 +14,10 @@ from proofmass.runner.engine.native import CompiledLoop, CompiledPlan
 from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.studies.measuring import value_of
 from tests.graph_texts import LIBRARY
 
-LANES, RUNS, TICKS = 8, 5, 700
+LANES, RUNS, TICKS = 4, 7, 700
 # A linear group with measures, Runge-Kutta, noise with integer code, correlation cells, a recording:
 GRAPHS = (
     "scale_factor_drift",
@@ -65,13 +66,17 @@ def test_of_the_library(name: str) -> None:
     lanes = Lanes(CompiledLanes(planned, set(given), LANES), 7, range(RUNS), given, plans)
     for until in (1, TICKS // 2, TICKS):  # in chunks of any length
         lanes.advance(until)
-    memories = list(lanes.memories(list(planned.blocks)))
     one = CompiledPlan(planned)
     different = set()
     for number, alone in enumerate(plans):
         loop = CompiledLoop(alone, 7, number, start(alone), one)
         assert lanes.sound()[number] == loop.advance(TICKS, ())
-        found = memories[number].states
-        assert repr(found) == repr(loop.memory().states)
+        memory, found = loop.memory(), dict[tuple[str, ...], Any]()
+        for name, state in memory.states.items():
+            for field in () if state is None else state._fields:
+                found[name, "x", field] = lanes.value((name, "x", field))[number].item()
+                assert repr(found[name, "x", field]) == repr(getattr(state, field)), (name, field)
+        for measure in (each for each in planned.measures if each.first < TICKS):
+            assert lanes.value(measure.node)[number] == value_of(alone, measure, memory), measure.name
         different.add(repr(found))
     assert len(different) == RUNS

@@ -10,8 +10,9 @@ from scipy import stats
 
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
+from proofmass.runner.studies.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.running_means import FEWEST, RunningMeans
-from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns
+from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.study import run_study
 from tests.study_texts import STUDY
 
@@ -55,20 +56,22 @@ def test_it_stops_at_the_same_run_in_every_order(study: Study) -> None:
     expected = by_definition(study, runs)
     assert FEWEST < expected < len(runs)
     for seed in range(4):
-        shuffled = runs.copy()
+        shuffled = list(range(study.runs * study.points))
         random.Random(seed).shuffle(shuffled)
         means = RunningMeans(study, measures)
-        for first in range(0, len(runs), 7):
-            means.add(shuffled[first : first + 7])
+        for first in range(0, len(shuffled), 7):
+            some = sorted(shuffled[first : first + 7])
+            means.add(outcomes_of((run for run in runs if run.run in some), len(study.epochs), 2))
         assert (means.end, means.enough) == (expected, True)
 
 
 def test_what_it_shows(study: Study) -> None:
     means = RunningMeans(study, SensorRuns(study, "python").plan.measures)
     assert means.text() == ""
-    means.add(SensorRun(run, epoch, (0.0, float(run // 2)), "") for run in range(60) for epoch in range(3))
+    runs = (SensorRun(run, epoch, (0.0, float(run // 2)), "") for run in range(60) for epoch in range(3))
+    means.add(outcomes_of(runs, 3, 2))
     half = stats.t.ppf(0.975, 29) * np.std(np.arange(30.0), ddof=1) / math.sqrt(30)
-    assert means.text() == f"noise 14.5({round(10 * half)})"
+    assert means.text() == f"noise 14.5({round(10 * half)}), bias 0"
     assert not means.enough
 
 

@@ -38,8 +38,10 @@ def test_in_any_company(study: Study) -> None:
     sensors, numbers = SensorRuns(study, "compiled", 8), np.random.default_rng(3).permutation(12).tolist()
     for first in range(0, 12, 5):
         some = numbers[first : first + 5]
-        for run in sensors.runs(some, threading.Event()):
-            assert run.values == (alone["bias"][run.run, run.epoch], alone["noise"][run.run, run.epoch])
+        found = sensors.runs(some, threading.Event())
+        assert found.numbers.tolist() == some
+        for place, name in enumerate(alone.values):
+            assert found.values[:, :, place].tolist() == alone[name][some].tolist()
 
 
 def test_sensors_that_fail_fail_alone(tmp_path: Path) -> None:
@@ -80,7 +82,7 @@ def test_an_interruption_ends_them(study: Study) -> None:
 
 
 @pytest.mark.parametrize(
-    ("runs", "lanes"), [(1, 0), (7, 0), (8, 8), (63, 8), (64, 16), (255, 32), (256, 64), (10**6, 64)]
+    ("runs", "lanes"), [(1, 0), (7, 0), (8, 16), (63, 16), (127, 16), (255, 32), (256, 64), (10**6, 64)]
 )
 def test_lanes_are_filled_several_times(runs: int, lanes: int) -> None:
     assert lanes_for(runs) == lanes

@@ -16,7 +16,8 @@ from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.engine.engines import EngineName
 from proofmass.runner.studies.ledger import FILE, Ledger
-from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns
+from proofmass.runner.studies.outcomes import SensorRun, outcomes_of
+from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.study import replay, run_study
 from tests.study_texts import STUDY
 
@@ -112,17 +113,31 @@ def test_the_ledger_keeps_every_bit(tmp_path: Path) -> None:
     values = (-0.0, 5e-324, 1.7976931348623157e308, 0.1, -3.0)
     names = [f"m{i}" for i in range(len(values))]
     for _ in range(2):
-        ledger = Ledger(tmp_path / FILE, names, {"graph": "a"})
-        ledger.keep([_run(values)])
+        ledger = Ledger(tmp_path / FILE, names, 1, {"graph": "a"})
+        ledger.keep([outcomes_of([SensorRun(3, 0, values)], 1, len(values))])
         ledger.close()
-    ledger = Ledger(tmp_path / FILE, names, {"graph": "a"})
-    (kept,) = ledger.runs(10)
+    ledger = Ledger(tmp_path / FILE, names, 1, {"graph": "a"})
+    kept = ledger.outcomes(10)
     ledger.close()
-    assert [v.hex() for v in kept.values or ()] == [v.hex() for v in values]
+    assert kept.numbers.tolist() == [3]
+    assert [v.hex() for v in kept.values[0, 0].tolist()] == [v.hex() for v in values]
 
 
-def _run(values: tuple[float, ...]) -> SensorRun:
-    return SensorRun(3, 0, values)
+def test_the_ledger_keeps_each_run_once_in_whatever_order(tmp_path: Path) -> None:
+    dice = np.random.default_rng(2)
+    ledger = Ledger(tmp_path / FILE, ["m"], 2, {"graph": "a"})
+    for _ in range(60):
+        some = dice.permutation(200)[: dice.integers(0, 40)].tolist()
+        runs = [SensorRun(n, epoch, (n + 0.5 * epoch,)) for n in some for epoch in (0, 1)]
+        runs = [run._replace(values=None, fault="lost") if run.run == 77 else run for run in runs]
+        ledger.keep([outcomes_of(runs, 2, 1)])
+    assert ledger.done().tolist() == list(range(200))
+    kept = ledger.outcomes(150)
+    assert kept.faults == {(77, 0): "lost", (77, 1): "lost"}
+    expected = np.arange(150.0)[:, None] + [0.0, 0.5]
+    expected[77] = np.nan
+    assert np.array_equal(kept.values[:, :, 0], expected, equal_nan=True)
+    ledger.close()
 
 
 def test_killed_again_and_again_it_ends_with_the_same_bits(tmp_path: Path) -> None:
@@ -163,7 +178,7 @@ def _count(path: Path) -> int:
         return 0
     data = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
     try:
-        return int(data.execute("SELECT COUNT(*) FROM runs").fetchone()[0])
+        return int(data.execute("SELECT TOTAL(runs) FROM stretches").fetchone()[0])
     except sqlite3.OperationalError:
         return 0
     finally:

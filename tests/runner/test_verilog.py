@@ -60,9 +60,9 @@ def compare(module: Module, ticks: int) -> None:
         if tick >= module.pipeline.latency:
             assert found == late[tick - module.pipeline.latency], f"tick {tick}"
     if not module.pipeline.latency:
-        assert {
-            name: hardware.number(bits, hardware.kinds[name]) for name, bits in hardware.held.items()
-        } == {register.name: reference.held[register.text] for register in module.registers}
+        assert {name: hardware.number(bits, hardware.kinds[name]) for name, bits in hardware.held.items()} == {
+            register.name: reference.held[register.text] for register in module.registers
+        }
 
 
 @pytest.mark.parametrize("block", DIGITAL, ids=repr)
@@ -126,10 +126,8 @@ def test_every_operation_has_the_widths_and_signs_that_it_needs() -> None:
 
 def test_rules_of_verilog_of_which_the_text_makes_no_use() -> None:
     """The interpreter here is one: a literal that is a bit short counts as positive among wider numbers."""
-    text = "\n".join(
-        ["module trap (", "    input wire signed [7:0] x,", "    output wire signed [11:0] y", ");"]
-        + ["    assign y = x + -8'sd128;", "endmodule"]
-    )
+    ports = ["    input wire signed [7:0] x,", "    output wire signed [11:0] y"]
+    text = "\n".join(["module trap (", *ports, ");", "    assign y = x + -8'sd128;", "endmodule"])
     assert ModuleByHand(text).clock({"x": 1}) == {"y": 129}
     assert ModuleByHand(text.replace("-8'sd128", "8'sh80")).clock({"x": 1}) == {"y": -127}
 
@@ -185,7 +183,7 @@ def test_lines_name_the_python_that_made_them_and_wires_are_as_wide_as_their_val
     line = next(line for line in text.splitlines() if "product" in line and "wire" in line)
     assert re.fullmatch(
         r"    wire signed \[30:0\] product_\d+ = error \* 12'sd1471;  // fixed_stiffness_controller.py:64"
-        r"  correction = \(x\.correction \+ c\.gain \* x\.error\)\.to\(p\.correction_format, p\.rounding, p\.overflow\)",
+        r"  correction = \(x\.correction \+ c\.gain \* x\.error\)\.to\(.*\)",
         line,
     )
     lines = text.splitlines()
