@@ -60,7 +60,9 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the an
 @click.option("--duration", help='How long, for example "2 s"; both ends are run.')
 @click.option("--samples", type=click.IntRange(1), help="How many ticks of the base rate, instead of a duration.")
 @click.option("--seed", type=click.IntRange(0, 2**62), help="Seed of the noise.")
-@click.option("--engine", type=click.Choice(["auto", "python", "compiled", "cxxrtl"]), default="auto", show_default=True)
+@click.option(
+    "--engine", type=click.Choice(["auto", "python", "compiled", "cxxrtl"]), default="auto", show_default=True
+)
 @set_option
 @click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for traces, plot and report.")
@@ -281,7 +283,15 @@ def report(**options: Any) -> int:
     show_default=True,
     help="Mark sums, so that synthesis makes carry chains of them.",
 )
-@click.option("--prove", is_flag=True, help="Prove for all inputs and registers that the Verilog does what Python does.")
+@click.option(
+    "--prove", is_flag=True, help="Prove for all inputs and registers that the Verilog does what Python does."
+)
+@click.option(
+    "--synth",
+    "family",
+    type=click.Choice(["xc2vp", "xc7", "ice40", "ecp5"]),
+    help="Count lookup tables, flip-flops and multipliers in this family.",
+)
 @set_option
 @blocks_option
 @json_option
@@ -291,7 +301,7 @@ def rtl(**options: Any) -> int:
     \b
     proofmass rtl graphs/library/self_calibration_fixed.toml -o hardware
     cd hardware && iverilog -o bench self_calibration_fixed*.v && vvp bench
-    proofmass rtl sensor.toml --block controller -o hardware
+    proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
     """
     from proofmass.runner.commands.rtl_command import write_rtl
 

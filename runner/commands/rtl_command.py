@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -17,6 +18,7 @@ def write_rtl(
     ticks: int | None,
     keep_adders: bool,
     prove: bool,
+    family: Any,
     changes: tuple[str, ...],
     own: Path | None,
     as_json: bool,
@@ -27,6 +29,7 @@ def write_rtl(
     from proofmass.runner.rtl.machine_verilog import machine_text, top_name
     from proofmass.runner.rtl.prove_machine import proof_lines, proofs_data, prove_machine
     from proofmass.runner.rtl.report import cost_text, report_data, save_report
+    from proofmass.runner.rtl.synth import synthesized
     from proofmass.runner.rtl.vectors import simulated
 
     loaded = changed(read_graph(graph, own_blocks(own)), changes, ())
@@ -40,7 +43,15 @@ def write_rtl(
     for name, text in files.items():
         (out / name).write_text(text, encoding="utf-8")
     proofs = list(prove_machine(planned, machine, verilog)) if prove else None
-    data = report_data(loaded, machine, vectors.clocks, proofs=proofs_data(proofs) if proofs else None)
+    modules = dict.fromkeys((*(module.name for module in machine.modules), top_name(machine)))
+    resources = {name: synthesized(verilog, name, family) for name in modules} if family else {}
+    data = report_data(
+        loaded,
+        machine,
+        vectors.clocks,
+        proofs=proofs_data(proofs) if proofs else None,
+        resources={name: found.as_data() for name, found in resources.items()} if resources else None,
+    )
     written = [*files, *(path.name for path in save_report(loaded, data, out))]
     if as_json:
         click.echo(json.dumps(data, indent=2))
@@ -49,5 +60,7 @@ def write_rtl(
             click.echo(f"{module['name']}: {cost_text(module['cost'])}")
         for line in proof_lines(proofs) if proofs else ():
             click.echo(line)
+        for name, found in resources.items():
+            click.echo(f"{name}: {found}")
     click.echo(f"written to {out}: {', '.join(written)}", err=as_json)
     return 1 if any(proof.counter_examples or proof.undecided for proof in proofs or ()) else 0

@@ -19,7 +19,7 @@ from proofmass.runner.rtl.smt_cuts import Cuts
 from proofmass.runner.rtl.smt_implementation import Implementation, read_implementation
 from proofmass.runner.rtl.smt_integer import SmtInteger, Specification, conjunction
 from proofmass.runner.rtl.smt_solver import Answer, Solver, Term
-from proofmass.runner.rtl.words import Port, Register, Word
+from proofmass.runner.rtl.words import Register, Word
 
 _AT_ONCE = 0.3  # seconds for a goal as it stands, before others are tried
 SECONDS = 30.0  # for a goal in all
@@ -55,9 +55,7 @@ class Proof:
         return self.goals - len(self.undecided) - len(self.counter_examples)
 
 
-def prove(
-    reference: Reference, verilog: str, guesses: Collection[Interval] = (), seconds: float = SECONDS
-) -> Proof:
+def prove(reference: Reference, verilog: str, guesses: Collection[Interval] = (), seconds: float = SECONDS) -> Proof:
     """Compare the module `reference.name` of a Verilog text with its reference; `seconds` are those of a goal.
 
     `guesses` are ranges that values may have, which help where a goal is hard and are proved themselves.
@@ -145,7 +143,9 @@ class _Sides:
 
     def _goals(self, present: Mapping[str, SmtInteger]) -> Iterator[_Goal]:
         clock = self.reference.clock(present, self.specification.merged)
-        reset, enable = (f"(= {self.implementation.terms[n]} #b1)" for n in self.controls) if self.controls else ("", "true")
+        reset, enable = (
+            (f"(= {self.implementation.terms[n]} #b1)" for n in self.controls) if self.controls else ("", "true")
+        )
         for port in self.reference.outputs:
             value = self.specification.lift(clock.outputs[port.name])
             term = self.implementation.terms[port.name]
@@ -199,7 +199,9 @@ def _check_names(reference: Reference, implementation: Implementation) -> None:
             kind = "register" if isinstance(each, Register) else "port"
             message = f"the Verilog has no such {kind}"
             problems.append(
-                Problem(message=message, key=f"{reference.name}.{each.name}", got=got, expected=f"{each.word.width} bits")
+                Problem(
+                    message=message, key=f"{reference.name}.{each.name}", got=got, expected=f"{each.word.width} bits"
+                )
             )
     if problems:
         raise ModelError(problems)

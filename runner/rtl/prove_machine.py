@@ -16,7 +16,9 @@ PIPELINED = "its cuts make it late, and what is proved is one clock: compare it 
 def prove_machine(planned: Plan, machine: Machine, verilog: str) -> Iterator[Proof]:
     """Prove the text of a machine, module by module and then the whole; raises `ModelError` as `prove` does."""
     guesses = {(node.low, node.high) for module in machine.modules for node in module.live}
-    references: list[tuple[Reference, int]] = [(ModuleReference(each), each.pipeline.latency) for each in machine.modules]
+    references: list[tuple[Reference, int]] = [
+        (ModuleReference(each), each.pipeline.latency) for each in machine.modules
+    ]
     if not machine.single:
         references.append((MachineReference(planned, machine), machine.latency))
     for reference, latency in references:

@@ -166,5 +166,8 @@ def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, A
 
     values = merge(run)
     if name in module.block.outputs:
-        found = [name + text[len(head) :] if (head := text.partition("[")[0]) in ("out", "return") else text for text in found]
+        found = [
+            name + text[len(head) :] if (head := text.partition("[")[0]) in ("out", "return") else text
+            for text in found
+        ]
     return dict(zip(found, values, strict=True))

@@ -106,7 +106,7 @@ class Cuts:
             inside = word.low <= low <= min(row) and max(row) <= high <= word.high
             if inside and (low, high) != (word.low, word.high) and tried < _TRIED:
                 tried += 1
-                if self._holds(self._within(term, low, high), (0,1)):
+                if self._holds(self._within(term, low, high), (0, 1)):
                     return low, high
         return word.low, word.high
 

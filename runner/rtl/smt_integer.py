@@ -20,7 +20,7 @@ class Specification:
     def __init__(self) -> None:
         self.lines: list[str] = []
         self.obligations: list[str] = []  # conditions that must always hold
-        self.cuts: list["SmtInteger"] = []  # words worth proving on their own: products and choices
+        self.cuts: list[SmtInteger] = []  # words worth proving on their own: products and choices
         self._names: dict[str, str] = {}
         self._script: Sequence[bool] = ()
         self._taken: list[tuple[SmtInteger, bool]] = []

@@ -36,9 +36,7 @@ class Solver:
         """The term of a text."""
         return self._parser.parse_term(text)
 
-    def prove(
-        self, condition: Term, assumptions: Sequence[Term], seconds: float, shown: Mapping[str, Term]
-    ) -> Answer:
+    def prove(self, condition: Term, assumptions: Sequence[Term], seconds: float, shown: Mapping[str, Term]) -> Answer:
         """Whether a condition holds wherever the assumptions do; `shown` are terms whose values are wanted if not."""
         solver = self._solver([*assumptions, self.make("NOT", condition)], seconds)
         result = solver.check_sat()

@@ -84,12 +84,20 @@ def synthesized(verilog: str, top: str, family: Family) -> Resources:
         (folder / "module.v").write_text(verilog)
         (folder / "narrow.v").write_text(NARROW)
         (folder / "swapped.v").write_text(SWAPPED)
-        commands = ["read_verilog module.v", f"hierarchy -check -top {top}", "proc", "flatten", "opt", *_NARROW_PRODUCTS]
+        commands = [
+            "read_verilog module.v",
+            f"hierarchy -check -top {top}",
+            "proc",
+            "flatten",
+            "opt",
+            *_NARROW_PRODUCTS,
+        ]
         run_yosys(folder, [*commands, f"{_COMMANDS[family]} {top}", "opt_clean", "write_json netlist.json"])
         netlist = json.loads((folder / "netlist.json").read_text())["modules"][top]
         counts = Counter(cell["type"] for cell in netlist["cells"].values())
         found = {
-            kind: sum(n for cell, n in counts.items() if re.fullmatch(pattern, cell)) for kind, pattern in _KINDS.items()
+            kind: sum(n for cell, n in counts.items() if re.fullmatch(pattern, cell))
+            for kind, pattern in _KINDS.items()
         }
         if family == "ecp5":  # a carry cell there is two lookup tables
             found["luts"] = counts["LUT4"] + 2 * found["carries"]
@@ -109,9 +117,7 @@ def _routed(folder: Path, family: str) -> dict[str, Any]:
         return {"clock_mhz": None, "clock_from": f"pip install yowasp-nextpnr-{family} to have it placed and routed"}
     arguments = [placer, *_PLACERS[family], "--json", "netlist.json", "--seed", str(SEED), "--timing-allow-fail"]
     try:
-        ended = subprocess.run(
-            arguments, cwd=folder, capture_output=True, text=True, check=False, timeout=_SECONDS
-        )
+        ended = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False, timeout=_SECONDS)
     except subprocess.TimeoutExpired:
         return {"clock_mhz": None, "clock_from": f"not routed within {_SECONDS} s"}
     found = re.findall(r"Max frequency for clock.*?: ([0-9.]+) MHz", ended.stderr)
