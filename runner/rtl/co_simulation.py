@@ -106,7 +106,7 @@ def _held(machine: Machine, memory: Memory, ticks: int) -> Iterator[int]:
         known = {f"x.{field}": value for field, value in zip(fields, state or (), strict=True)}
         for register in instance.module.registers:
             buffer = memory.buffers.get((instance.path, register.text.partition("[")[0]))
-            yield int(known[register.text] if buffer is None else buffer[_place(register.text)])  # type: ignore[arg-type]
+            yield int(known[register.text] if buffer is None else buffer[_place(register.text)])
     if machine.single:
         return
     for net in machine.nets.values():

@@ -18,8 +18,8 @@ from proofmass.runner.rtl.words import Names, Port
 def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
     """The machine of the digital blocks of a graph, or of some of them; raises `ModelError` with every problem.
 
-    `only` names blocks, or subgraphs for all in them. Outputs are what other blocks, probes and measures read, and of named
-    blocks also what nothing reads.
+    `only` names blocks, or subgraphs for all in them. Outputs are what other blocks, probes and measures read, and
+    of named blocks also what nothing reads.
     """
     paths = _chosen(planned, only)
     return _Composer(planned, BlockModules(planned, paths).named(), bool(only)).machine(name or planned.graph.name)
@@ -79,7 +79,7 @@ class _Composer:
         self.order = tuple(node for node in schedule.order if node[0] in modules and node[1])
         self.drivers = {target: source for target, source in schedule.drivers.items() if target[0] in modules}
         outside = {source for target, source in schedule.drivers.items() if target[0] not in modules}
-        outside |= {each.node for each in (*planned.probes, *planned.measures)}
+        outside |= {probe.node for probe in planned.probes} | {measure.node for measure in planned.measures}
         self.outside = outside | (set(self.order) - set(schedule.drivers.values()) if all_outputs else set())
         self.stages = block_stages(modules, self.drivers)
         self.names = Names(CLOCKING)

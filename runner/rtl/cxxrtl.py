@@ -44,7 +44,8 @@ class Model:
 
     def __init__(self, reference: Reference, verilog: str) -> None:
         self.inputs, self.outputs, self.registers = reference.inputs, reference.outputs, reference.registers
-        wide = [each.name for each in (*self.inputs, *self.outputs, *self.registers) if each.word.width > 64]
+        words = {each.name: each.word for each in (*reference.held, *self.outputs)}
+        wide = [name for name, word in words.items() if word.width > 64]
         if wide:
             message = "the model takes and gives numbers of at most 64 bits"
             raise ModelError([Problem(message=message, key=reference.name, got=", ".join(wide))])
@@ -139,7 +140,9 @@ def _wrapper(reference: Reference) -> Iterator[str]:
     bits = [*(("clock", "enable", "reset") if reference.clocked else ())]
     yield '#include "module.cc"'
     yield f"typedef cxxrtl_design::{_member(reference.name)} model;"
-    yield "static int64_t signed_of(uint64_t bits, int width) { return (int64_t)(bits << (64 - width)) >> (64 - width); }"
+    yield "static int64_t signed_of(uint64_t bits, int width) {"
+    yield "    return (int64_t)(bits << (64 - width)) >> (64 - width);"
+    yield "}"
     yield "static void rise(model *m) {"
     yield from ("    m->p_clock.set<bool>(true); m->step(); m->p_clock.set<bool>(false); m->step();",) * bool(bits)
     yield "}"

@@ -19,7 +19,7 @@ from proofmass.runner.rtl.smt_cuts import Cuts
 from proofmass.runner.rtl.smt_implementation import Implementation, read_implementation
 from proofmass.runner.rtl.smt_integer import SmtInteger, Specification, conjunction
 from proofmass.runner.rtl.smt_solver import Answer, Solver, Term
-from proofmass.runner.rtl.words import Register, Word
+from proofmass.runner.rtl.words import Port, Register, Word
 
 _AT_ONCE = 0.3  # seconds for a goal as it stands, before others are tried
 SECONDS = 30.0  # for a goal in all
@@ -91,7 +91,7 @@ class _Sides:
         self.implementation = read_implementation(verilog, reference.name)
         _check_names(reference, self.implementation)
         self.specification = Specification()
-        self.held: dict[str, Word] = {each.name: each.word for each in (*reference.inputs, *reference.registers)}
+        self.held: dict[str, Word] = {each.name: each.word for each in reference.held}
         self.controls = CLOCKING[1:] if reference.clocked else ()
         bits = {name: self._bits(name, word) for name, word in self.held.items()}
         assumed = [bits[name].within(word.low, word.high) for name, word in self.held.items()]
@@ -191,17 +191,18 @@ def _replayed(reference: Reference, name: str, stimulus: Mapping[str, int]) -> s
 def _check_names(reference: Reference, implementation: Implementation) -> None:
     """Refuse a text without a port or register of the reference, or with other bits."""
     problems = []
-    for each in (*reference.inputs, *reference.outputs, *reference.registers):
-        found = implementation.widths.get(each.name)
-        is_there = each.name in implementation.following or not isinstance(each, Register)
-        if found != each.word.width or not is_there:
-            got = f"{found} bits" if found and is_there else "nothing"
-            kind = "register" if isinstance(each, Register) else "port"
-            message = f"the Verilog has no such {kind}"
-            problems.append(
-                Problem(
-                    message=message, key=f"{reference.name}.{each.name}", got=got, expected=f"{each.word.width} bits"
-                )
-            )
+    for kind, each in _declared(reference):
+        found = (
+            implementation.widths.get(each.name) if kind == "port" or each.name in implementation.following else None
+        )
+        if found != each.word.width:
+            message, key = f"the Verilog has no such {kind}", f"{reference.name}.{each.name}"
+            got, expected = f"{found} bits" if found else "nothing", f"{each.word.width} bits"
+            problems.append(Problem(message=message, key=key, got=got, expected=expected))
     if problems:
         raise ModelError(problems)
+
+
+def _declared(reference: Reference) -> Iterator[tuple[str, Port | Register]]:
+    yield from (("port", each) for each in (*reference.inputs, *reference.outputs))
+    yield from (("register", each) for each in reference.registers)

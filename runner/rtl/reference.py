@@ -4,9 +4,10 @@ Only the functions, the graph and its schedule are asked, as the interpreter ask
 """
 
 import inspect
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from proofmass.blocks.fixed_point import where
 from proofmass.graphs.schedule import Node
@@ -29,8 +30,8 @@ class Clock:
     following: Values
 
 
-class Reference(Protocol):
-    """A module, or a whole machine, by the functions of its blocks. Registers have the names that they have when flat."""
+class Reference(ABC):
+    """A module, or a whole machine, by the functions of its blocks; registers have the names of a flat netlist."""
 
     name: str
     clocked: bool
@@ -38,9 +39,14 @@ class Reference(Protocol):
     outputs: tuple[Port, ...]
     registers: tuple[Register, ...]
 
+    @property
+    def held(self) -> tuple[Port | Register, ...]:
+        """Inputs and registers: what a clock depends on."""
+        return (*self.inputs, *self.registers)
+
+    @abstractmethod
     def clock(self, present: Values, merge: Merge) -> Clock:
         """Outputs and following registers for what inputs and registers are."""
-        ...
 
 
 def reference_of(planned: Plan, machine: Machine) -> Reference:
@@ -53,7 +59,7 @@ def as_it_runs(run: Callable[[], list[Any]]) -> list[Any]:
     return run()
 
 
-class ModuleReference:
+class ModuleReference(Reference):
     """One block."""
 
     def __init__(self, module: Module) -> None:
@@ -63,7 +69,7 @@ class ModuleReference:
 
     def clock(self, present: Values, merge: Merge) -> Clock:
         """Outputs and following registers for what inputs and registers are."""
-        texts = {each.text: present[each.name] for each in (*self.inputs, *self.registers)}
+        texts = {each.text: present[each.name] for each in self.held}
         outputs = {}
         for name in self._module.block.outputs:
             found = _call(self._module, name, texts, merge)
@@ -72,7 +78,7 @@ class ModuleReference:
         return Clock(outputs, _stepped(self._module, texts, merge))
 
 
-class MachineReference:
+class MachineReference(Reference):
     """The digital blocks of a graph, wired and scheduled as the graph is."""
 
     def __init__(self, planned: Plan, machine: Machine) -> None:
@@ -166,8 +172,11 @@ def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, A
 
     values = merge(run)
     if name in module.block.outputs:
-        found = [
-            name + text[len(head) :] if (head := text.partition("[")[0]) in ("out", "return") else text
-            for text in found
-        ]
+        found = [_named(text, name) for text in found]
     return dict(zip(found, values, strict=True))
+
+
+def _named(text: str, name: str) -> str:
+    """The text of an output, which a function returns or writes into `out`."""
+    head, bracket, rest = text.partition("[")
+    return name + bracket + rest if head in ("out", "return") else text

@@ -1,10 +1,10 @@
 """Goals made shallow: words that both sides of a proof have in common are proved equal and made unknown.
 
 A tower of products is beyond any solver as it stands. But the two sides compute it in like steps: words with equal
-values in random samples are proved equal, operands first, and each such pair is then replaced by one unknown word of the
-same range. What holds for all values of the unknown words holds for those that they stand for; what fails for some of
-them may hold nevertheless. Ranges of the unknown words are guessed, from those that the tracer gave to its values, and
-each is proved before it is used.
+values in random samples are proved equal, operands first, and each such pair is then replaced by one unknown word of
+the same range. What holds for all values of the unknown words holds for those that they stand for; what fails for
+some of them may hold nevertheless. Ranges of the unknown words are guessed, from those that the tracer gave to its
+values, and each is proved before it is used.
 """
 
 import random

@@ -278,31 +278,29 @@ class SmtInteger:
 
     def select(self, chosen: Any, otherwise: Any) -> "SmtInteger":
         """`chosen` where the value is not 0, else `otherwise`."""
-        chosen, otherwise = self.specification.lift(chosen), self.specification.lift(otherwise)
+        first, second = self.specification.lift(chosen), self.specification.lift(otherwise)
         if self.low > 0 or self.high < 0 or self.low == self.high:
-            return chosen if self.low else otherwise
-        if chosen.text == otherwise.text:
-            return chosen
-        low, high = min(chosen.low, otherwise.low), max(chosen.high, otherwise.high)
+            return first if self.low else second
+        if first.text == second.text:
+            return first
+        low, high = min(first.low, second.low), max(first.high, second.high)
         width = signed_width(low, high)
-        return self.specification.word(
-            f"(ite {self.holds} {chosen.resized(width)} {otherwise.resized(width)})", low, high
-        )
+        return self.specification.word(f"(ite {self.holds} {first.resized(width)} {second.resized(width)})", low, high)
 
-    def minimum(self, other: Any) -> "SmtInteger":
+    def minimum(self, other: Any) -> Any:
         """The smaller of the two."""
         other = self.specification.lift(other)
         low, high = min(self.low, other.low), min(self.high, other.high)
         return self._chosen(self <= other, other, low, high)
 
-    def maximum(self, other: Any) -> "SmtInteger":
+    def maximum(self, other: Any) -> Any:
         """The greater of the two."""
         other = self.specification.lift(other)
         low, high = max(self.low, other.low), max(self.high, other.high)
         return self._chosen(self >= other, other, low, high)
 
-    def _chosen(self, condition: "SmtInteger", other: "SmtInteger", low: int, high: int) -> "SmtInteger":
-        both = condition.select(self, other)
+    def _chosen(self, condition: Any, other: "SmtInteger", low: int, high: int) -> "SmtInteger":
+        both: SmtInteger = condition.select(self, other)
         return both if (both.low, both.high) == (low, high) else self._fitted(both.text, both.width, low, high)
 
     def monotone(self, rule: Callable[[Any], Any]) -> Any:

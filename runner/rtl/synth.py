@@ -102,26 +102,28 @@ def synthesized(verilog: str, top: str, family: Family) -> Resources:
         if family == "ecp5":  # a carry cell there is two lookup tables
             found["luts"] = counts["LUT4"] + 2 * found["carries"]
             found["multipliers"] = counts["MULT18X18D"]
+        clock: float | None
         if family == "xc2vp":
             clock, told = 1e3 / longest_path(netlist), "an estimate from the longest path, delays not checked"
-            return Resources(family, **found, clock_mhz=clock, clock_from=told)
-        return Resources(family, **found, **_routed(folder, family))
+        else:
+            clock, told = _routed(folder, family)
+        return Resources(family=family, clock_mhz=clock, clock_from=told, **found)
 
 
-def _routed(folder: Path, family: str) -> dict[str, Any]:
+def _routed(folder: Path, family: str) -> tuple[float | None, str]:
     """The clock that nextpnr finds; its netlist is named from its own folder, as its sandboxed build wants it."""
     if family not in _PLACERS:
-        return {"clock_mhz": None, "clock_from": "nothing open places and routes this family"}
+        return None, "nothing open places and routes this family"
     placer = shutil.which(f"nextpnr-{family}") or shutil.which(f"yowasp-nextpnr-{family}")
     if placer is None:
-        return {"clock_mhz": None, "clock_from": f"pip install yowasp-nextpnr-{family} to have it placed and routed"}
+        return None, f"pip install yowasp-nextpnr-{family} to have it placed and routed"
     arguments = [placer, *_PLACERS[family], "--json", "netlist.json", "--seed", str(SEED), "--timing-allow-fail"]
     try:
         ended = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False, timeout=_SECONDS)
     except subprocess.TimeoutExpired:
-        return {"clock_mhz": None, "clock_from": f"not routed within {_SECONDS} s"}
+        return None, f"not routed within {_SECONDS} s"
     found = re.findall(r"Max frequency for clock.*?: ([0-9.]+) MHz", ended.stderr)
     if not found:
-        return {"clock_mhz": None, "clock_from": "nextpnr names no path from register to register"}
+        return None, "nextpnr names no path from register to register"
     told = f"{Path(placer).name}, seed {SEED}, from register to register"
-    return {"clock_mhz": float(found[-1]), "clock_from": told}
+    return float(found[-1]), told

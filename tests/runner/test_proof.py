@@ -1,8 +1,9 @@
-"""Proofs of Verilog: blocks and the composed calibration, mutants of the text, and counter-examples that Python replays."""
+"""Proofs of Verilog: blocks, the composed calibration, mutants of the text, and counter-examples."""
 
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -72,12 +73,22 @@ def test_the_composed_calibration_is_proved() -> None:
 
 # -- mutants -------------------------------------------------------------------------------------------------------
 
-CHANGES = (  # a token of a line, and what takes its place
-    (r" \+ ", " - "), (r" - ", " + "), (r" \* ", " + "), (r" < ", " <= "), (r" <= (?=\w+;)", " < "), (r" > ", " < "),
-    (r" == ", " != "), (r" & ", " | "), (r" \^ ", " & "), (r" \? (\w+) : (\S+);", r" ? \2 : \1;"),
+CHANGES: tuple[tuple[str, Any], ...] = (  # a token of a line, and what takes its place
+    (r" \+ ", " - "),
+    (r" - ", " + "),
+    (r" \* ", " + "),
+    (r" < ", " <= "),
+    (r" <= (?=\w+;)", " < "),
+    (r" > ", " < "),
+    (r" == ", " != "),
+    (r" & ", " | "),
+    (r" \^ ", " & "),
+    (r" \? (\w+) : (\S+);", r" ? \2 : \1;"),
     (r"'sd(\d+)", lambda found: f"'sd{int(found[1]) ^ 1}"),
-    (r"\[(\d+):(\d+)\];", lambda found: f"[{found[1]}:{int(found[2]) + 1}];"), (r"else if \(enable\)", "else if (!enable)"), (r"<<< (\d+)", lambda found: f"<<< {int(found[1]) - 1}"),
-)  # fmt: skip
+    (r"\[(\d+):(\d+)\];", lambda found: f"[{found[1]}:{int(found[2]) + 1}];"),
+    (r"else if \(enable\)", "else if (!enable)"),
+    (r"<<< (\d+)", lambda found: f"<<< {int(found[1]) - 1}"),
+)
 MUTATED = (
     ShiftRegister(),
     ChipCounter(),
@@ -105,7 +116,7 @@ def mutants(text: str) -> Iterator[str]:
         lines = rest.split("\n")
         for i, line in enumerate(lines):
             before, slashes, comment = line.partition("  //")
-            changed, count = re.subn(pattern, instead, before, count=1)  # type: ignore[call-overload]
+            changed, count = re.subn(pattern, instead, before, count=1)
             if count and changed != before and "reg " not in before:
                 yield ");\n".join([code, "\n".join([*lines[:i], changed + slashes + comment, *lines[i + 1 :]])])
                 break
