@@ -7,6 +7,7 @@ where it would step those blocks it clocks the model. The model has no count of 
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import split
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.interpret import Interpreter
@@ -28,6 +29,13 @@ class CoSimulation(Interpreter):
 
     def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
         self._machine = compose(plan)
+        if self._machine.latency:
+            message, got = (
+                "hardware with pipeline cuts is late, and the graph would see that",
+                f"{self._machine.latency} ticks",
+            )
+            hint = "run it with --engine python, and the hardware in its bench"
+            raise ModelError([Problem(message=message, got=got, hint=hint)])
         self._paths = {instance.path for instance in self._machine.instances}
         self._model = Model(reference_of(plan, self._machine), machine_text(self._machine))
         self._clock = int(plan.schedule.base_rate / self._machine.rate)  # ticks from one to the next
