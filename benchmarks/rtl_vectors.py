@@ -2,7 +2,8 @@
 
     python benchmarks/rtl_vectors.py [vectors] [graph ...]
 
-For each module of the digital part of the graphs: whether all outputs are equal, and clocks a second of both.
+For each module of the digital part of the graphs: whether all outputs are equal, and clocks a second of both. Then
+every angle of 20 bits through the pipelined exponential and through the one within a tick, which is proved.
 """
 
 import random
@@ -12,6 +13,12 @@ from time import perf_counter
 
 import numpy as np
 
+from proofmass.blocks.fixed_cordic_exponential import FixedCordicExponential
+from proofmass.blocks.fixed_cordic_exponential_pipeline import FixedCordicExponentialPipeline
+from proofmass.blocks.fixed_point import Fixed
+from proofmass.blocks.fixed_quantiser import FixedQuantiser
+from proofmass.blocks.sine import Sine
+from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.rtl.compose import compose
@@ -31,6 +38,33 @@ def main() -> None:
         machine = compose(plan(read_graph(path), wide=True))
         for module in machine.modules:
             print(f"{path.stem}: {compared(module, vectors)}", flush=True)
+    print(exponentials())
+
+
+def exponentials() -> str:
+    """All angles, and by how many ticks the pipeline is late."""
+    angles = np.arange(1 << 20)
+    found = []
+    for kind in (FixedCordicExponential, FixedCordicExponentialPipeline):
+        graph = Graph(
+            name="exponential",
+            rate=1000,
+            blocks={
+                "sine": Sine(),
+                "angle": FixedQuantiser(output_format=Fixed(20, 20, signed=False)),
+                "exponential": kind(fraction_bits=20),
+            },
+            wires=["sine.output -> angle.input", "angle.output -> exponential.angle"],
+            probes=["exponential.exponential"],
+        )
+        (module,) = compose(plan(graph)).modules
+        model = Model(ModuleReference(module), module_text(module))
+        found.append(model.run({"angle": np.concatenate([angles, np.zeros(64, np.int64)])}, len(angles) + 64))
+    now, later = (next(iter(each.values())) for each in found)
+    late = next((n for n in range(64) if np.array_equal(now[: len(angles)], later[n : n + len(angles)])), None)
+    return f"pipelined exponential: {len(angles):,} angles " + (
+        "DIFFERENT" if late is None else f"equal, {late} ticks late"
+    )
 
 
 def compared(module: Module, vectors: int) -> str:

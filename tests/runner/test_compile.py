@@ -20,8 +20,8 @@ from proofmass.blocks.negation import Negation
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner.engine import cache as machine_code
 from proofmass.runner.engine import compile as compiler
-from proofmass.runner.engine.cache import cache_folder
 from proofmass.runner.engine.generate import generate
 from proofmass.runner.engine.native import argument_kinds
 from proofmass.runner.engine.plan import plan
@@ -263,7 +263,7 @@ def test_a_folder_that_cannot_be_written_is_no_error(
         raise OSError(28, "No space left on device")
 
     forget()
-    monkeypatch.setattr(compiler.tempfile, "mkstemp", full)  # type: ignore[attr-defined]
+    monkeypatch.setattr(machine_code.tempfile, "mkstemp", full)  # type: ignore[attr-defined]
     assert answer(amplifier()) == 6.0
     assert not objects(cache)
 
@@ -308,7 +308,9 @@ def test_no_fused_multiply_add_and_no_vector_library(name: str, tmp_path: Path) 
     planned = plan(read_graph(LIBRARY / f"{name}.toml"))
     generated = generate(planned)
     compiler.load(generated, argument_kinds(generated, planned))
-    data = (cache_folder() / f"{compiler.key_of(generated, argument_kinds(generated, planned))}.o").read_bytes()
+    data = (
+        machine_code.cache_folder() / f"{compiler.key_of(generated, argument_kinds(generated, planned))}.o"
+    ).read_bytes()
     (tmp_path / "loop.o").write_bytes(data[33:])  # behind a hash and a letter
     text = subprocess.run(
         ["objdump", "-dt", str(tmp_path / "loop.o")], capture_output=True, text=True, check=True
