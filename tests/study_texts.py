@@ -154,14 +154,16 @@ runs = 6
 RECORDING = "time,volts\n0,1\n0.01,1.5\n0.02,-2\n"
 
 TRIPLE = '''\
-"""Three times the input; where the file `deadly` says so, a danger of 1 ends the process."""
+"""Three times the input; a danger of 1 ends the process where there is a file `deadly`."""
 
 import os
+import time
 from pathlib import Path
 
 from proofmass import Block, Input, param
 
 FACTOR = 3.0
+DEADLY = Path("FOLDER") / "deadly"
 
 
 class Triple(Block):
@@ -175,5 +177,8 @@ class Triple(Block):
 @Triple.output("1")
 def output(p: Triple, input: float) -> float:
     """Three times it."""
+    if p.danger == 1.0 and DEADLY.exists():
+        time.sleep(0.5)  # by then its nanny knows it, and starts another
+        os._exit(1)
     return FACTOR * input
 '''

@@ -23,7 +23,7 @@ AHEAD = 2  # chunks a thread of a worker that wait or run
 LOOKS = 0.01  # seconds between looks at what has arrived
 COUNTS = 1.0  # seconds between counts of the workers
 NO_WORKER_SECONDS = 60.0  # in which a cluster without workers may get some
-ATTEMPTS = 2  # at a chunk whose workers have died, by Dask's count, again and again
+SUSPECTS = 3  # chunks whose workers died, with which a study goes on; then each is tried with nothing beside it
 
 
 def runs_on_workers(
@@ -56,7 +56,7 @@ class _Chunks:
         self._parcel = client.submit(handed_on, packed(sensors), pure=False)
         self._size = max(1, sensors.lanes)
         self._under_way = dict[Any, tuple[int, ...]]()  # by future
-        self._attempts = dict[tuple[int, ...], int]()
+        self._suspects, self._alone = list[tuple[int, ...]](), set[tuple[int, ...]]()
         self._threads, self._counted, self._last_seen = 0, -COUNTS, time.monotonic()
 
     def runs(self, numbers: Iterator[int], interrupted: threading.Event) -> Iterator[list[SensorRun]]:
@@ -65,9 +65,11 @@ class _Chunks:
             while True:
                 if not interrupted.is_set():
                     self._submit(numbers)
+                if not self._under_way:
+                    return
                 arrived = [future for future in self._under_way if future.done()]
                 yield from filter(None, map(self._arrived, arrived))
-                if interrupted.is_set() or not self._under_way:
+                if interrupted.is_set():
                     return
                 if not arrived:
                     interrupted.wait(LOOKS)
@@ -79,10 +81,14 @@ class _Chunks:
     def _submit(self, numbers: Iterator[int]) -> None:
         """Keep every thread of the cluster supplied."""
         self._count_threads()
-        while len(self._under_way) < max(1, AHEAD * self._threads):
+        while len(self._under_way) < max(1, AHEAD * self._threads) and len(self._suspects) < SUSPECTS:
             some = tuple(itertools.islice(numbers, self._size))
             if not some:
-                return
+                break
+            self._begin(some)
+        if self._suspects and not self._under_way:
+            some = self._suspects.pop()
+            self._alone.add(some)
             self._begin(some)
 
     def _begin(self, some: tuple[int, ...]) -> None:
@@ -102,7 +108,7 @@ class _Chunks:
             raise self._failed(message, f"under way were {self._named()}" if self._under_way else "", hint)
 
     def _arrived(self, future: Any) -> list[SensorRun] | None:
-        """The runs of a chunk, or none where it has to be repeated. Raises `RunError`."""
+        """The runs of a chunk; none where workers died of it and it is a suspect now. Raises `RunError`."""
         from distributed import KilledWorker
         from distributed.client import FutureCancelledError
 
@@ -110,11 +116,10 @@ class _Chunks:
         try:
             seconds, runs = future.result()
         except KilledWorker as error:
-            self._attempts[some] = self._attempts.get(some, 1) + 1
-            if self._attempts[some] > ATTEMPTS:
+            if some in self._alone:
                 hint = f"see what one of them does alone: --run {some[0]}"
                 raise self._failed(f"workers that begin with {_named(some)} die", str(error), hint) from None
-            self._begin(some)
+            self._suspects.append(some)  # or it waited behind the one of which they died
             return None
         except FutureCancelledError as error:
             raise self._failed("the scheduler has let the study go", str(error)) from None

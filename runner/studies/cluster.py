@@ -55,7 +55,7 @@ def _local_cluster(distributed: Any, count: int) -> Any:
         n_workers=count or None,
         threads_per_worker=1,
         processes=True,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",  # of its pages; any port that is free
         worker_dashboard_address=None,
         silence_logs=logging.ERROR,
         preload="proofmass.runner.studies.worker",
