@@ -4,17 +4,19 @@ Dask promises that a task is done at least once. A chunk is waited for here unti
 the ledger is written by this process alone.
 """
 
-import itertools
 import threading
 import time
-from collections.abc import Generator, Iterable, Iterator
-from typing import Any
+from collections.abc import Generator, Iterator
+from typing import Any, cast
 
 from proofmass.blocks.problem import Problem
 from proofmass.runner.engine.faults import RunError
+from proofmass.runner.engine.result import Array
 from proofmass.runner.studies.cluster import connected
+from proofmass.runner.studies.outcomes import Outcomes
 from proofmass.runner.studies.parcel import packed
-from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns
+from proofmass.runner.studies.running_means import RunningMeans
+from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.worker import handed_on, run_chunk
 
 CHUNK_SECONDS = 0.25  # that the runs of a chunk take: a task costs Dask about a millisecond
@@ -27,14 +29,15 @@ SUSPECTS = 3  # chunks whose workers died, with which a study goes on; then each
 
 
 def runs_on_workers(
-    dask: str, sensors: SensorRuns, left: Iterable[int], interrupted: threading.Event
-) -> Generator[list[SensorRun], None, None]:
-    """Results as they arrive, until all are there or the event is set. Raises `RunError`, `ModelError`, `OSError`."""
-    numbers = iter(left)
-    first = next(numbers, None)
-    if first is not None:
+    dask: str, sensors: SensorRuns, left: Array, means: RunningMeans, interrupted: threading.Event
+) -> Generator[Outcomes, None, None]:
+    """Results as they arrive, until all are there, enough is known or the event is set.
+
+    Raises `RunError`, `ModelError`, `OSError`.
+    """
+    if len(left):
         with connected(dask) as client:
-            yield from _Chunks(client, sensors, dask).runs(itertools.chain([first], numbers), interrupted)
+            yield from _Chunks(client, sensors, dask, left).runs(means, interrupted)
 
 
 def chunk_size(before: int, seconds: float, lanes: int) -> int:
@@ -51,25 +54,28 @@ def chunk_size(before: int, seconds: float, lanes: int) -> int:
 class _Chunks:
     """The chunks of one study on one cluster."""
 
-    def __init__(self, client: Any, sensors: SensorRuns, dask: str) -> None:
+    def __init__(self, client: Any, sensors: SensorRuns, dask: str, left: Array) -> None:
         self._client, self._lanes, self._dask = client, sensors.lanes, dask
         self._parcel = client.submit(handed_on, packed(sensors), pure=False)
-        self._size = max(1, sensors.lanes)
+        self._size, self._left = max(1, sensors.lanes), left
         self._under_way = dict[Any, tuple[int, ...]]()  # by future
         self._suspects, self._alone = list[tuple[int, ...]](), set[tuple[int, ...]]()
         self._threads, self._counted, self._last_seen = 0, -COUNTS, time.monotonic()
 
-    def runs(self, numbers: Iterator[int], interrupted: threading.Event) -> Iterator[list[SensorRun]]:
+    def runs(self, means: RunningMeans, interrupted: threading.Event) -> Iterator[Outcomes]:
         """Results as they arrive."""
         try:
             while True:
-                if not interrupted.is_set():
-                    self._submit(numbers)
+                if not interrupted.is_set() and not means.enough:
+                    self._submit()
                 if not self._under_way:
                     return
                 arrived = [future for future in self._under_way if future.done()]
-                yield from filter(None, map(self._arrived, arrived))
-                if interrupted.is_set():
+                for future in arrived:
+                    outcomes = self._arrived(future)
+                    if outcomes is not None:
+                        yield outcomes
+                if interrupted.is_set() or means.enough:
                     return
                 if not arrived:
                     interrupted.wait(LOOKS)
@@ -78,18 +84,17 @@ class _Chunks:
         finally:
             self._client.cancel(list(self._under_way))
 
-    def _submit(self, numbers: Iterator[int]) -> None:
+    def _submit(self) -> None:
         """Keep every thread of the cluster supplied."""
         self._count_threads()
-        while len(self._under_way) < max(1, AHEAD * self._threads) and len(self._suspects) < SUSPECTS:
-            some = tuple(itertools.islice(numbers, self._size))
-            if not some:
-                break
-            self._begin(some)
+        most = max(1, AHEAD * self._threads)
+        while len(self._left) and len(self._under_way) < most and len(self._suspects) < SUSPECTS:
+            some, self._left = self._left[: self._size], self._left[self._size :]
+            self._begin(tuple(some.tolist()))
         if self._suspects and not self._under_way:
-            some = self._suspects.pop()
-            self._alone.add(some)
-            self._begin(some)
+            alone = self._suspects.pop()
+            self._alone.add(alone)
+            self._begin(alone)
 
     def _begin(self, some: tuple[int, ...]) -> None:
         self._under_way[self._client.submit(run_chunk, self._parcel, some, pure=False)] = some
@@ -107,14 +112,14 @@ class _Chunks:
             message = f"the scheduler has had no workers for {NO_WORKER_SECONDS:.0f} s"
             raise self._failed(message, f"under way were {self._named()}" if self._under_way else "", hint)
 
-    def _arrived(self, future: Any) -> list[SensorRun] | None:
+    def _arrived(self, future: Any) -> Outcomes | None:
         """The runs of a chunk; none where workers died of it and it is a suspect now. Raises `RunError`."""
         from distributed import KilledWorker
         from distributed.client import FutureCancelledError
 
         some = self._under_way.pop(future)
         try:
-            seconds, runs = future.result()
+            seconds, outcomes = future.result()
         except KilledWorker as error:
             if some in self._alone:
                 hint = f"see what one of them does alone: --run {some[0]}"
@@ -128,7 +133,7 @@ class _Chunks:
             hint = "proofmass of the same version has to be installed for the scheduler and its workers"
             raise self._failed(f"a worker could not do {_named(some)}", said, hint) from None
         self._size = chunk_size(len(some), seconds, self._lanes)
-        return list(runs)
+        return cast(Outcomes, outcomes)
 
     def _named(self) -> str:
         return "; ".join(map(_named, self._under_way.values()))

@@ -34,7 +34,7 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
             hint = f"proofmass montecarlo STUDY.toml --out {folder} makes one"
             raise ModelError([Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint)])
     study = read_study(folder / STUDY_FILE, own)
-    measures = SensorRuns(study, "python").plan.measures
+    measures = SensorRuns(study, "python").measures
     names = (measure.name for measure in measures)
     ledger = Ledger(folder / FILE, names, len(study.epochs), {"study": study.text()})
     try:

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from proofmass.runner.studies.outcomes import Outcomes
 from proofmass.runner.studies.parcel import Parcel, unpacked
-from proofmass.runner.studies.sensor_runs import SensorRun, SensorRuns
+from proofmass.runner.studies.sensor_runs import SensorRuns
 
 _unpacking = threading.Lock()
 
@@ -20,13 +21,13 @@ def handed_on(parcel: Parcel) -> Parcel:
     return parcel
 
 
-def run_chunk(parcel: Parcel, numbers: Sequence[int]) -> tuple[float, list[SensorRun]]:
+def run_chunk(parcel: Parcel, numbers: Sequence[int]) -> tuple[float, Outcomes]:
     """Some runs at each epoch, and the seconds that they took. Raises `ParcelError`, `OSError`."""
     with _unpacking:
         _, sensors = _unpacked(parcel)
     began = time.perf_counter()
-    runs = sensors.runs(numbers, threading.Event())
-    return time.perf_counter() - began, runs
+    outcomes = sensors.runs(numbers, threading.Event())
+    return time.perf_counter() - began, outcomes
 
 
 @functools.lru_cache(maxsize=2)

@@ -1,7 +1,7 @@
 """A study that is killed at random instants loses, doubles and changes no run; disks that refuse are said clearly.
 
-`PROOFMASS_KILLS=200 pytest tests/crash/test_killed_studies.py -s` kills as often: a study in this process, and one of two
-worker processes.
+`PROOFMASS_KILLS=200 pytest tests/crash/test_killed_studies.py -s` kills as often: studies of one process, and
+of one with two workers.
 """
 
 import os
@@ -20,9 +20,10 @@ from proofmass.graphs.study_reader import read_study
 from proofmass.runner.studies.ledger import FILE, Ledger
 from proofmass.runner.studies.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.study import run_study
+from tests.kept_runs import kept
 from tests.study_texts import STUDY
 
-KILLS = int(os.environ.get("PROOFMASS_KILLS", "4"))
+KILLS = int(os.environ.get("PROOFMASS_KILLS", "3"))
 START = 0.4  # seconds in which a study has hardly begun
 LONGEST = 2.5  # seconds that a study lives before it is killed
 LONGEST_OF_WORKERS = 0.6  # seconds that one with workers does, after it has gone on
@@ -31,25 +32,6 @@ LONGEST_OF_WORKERS = 0.6  # seconds that one with workers does, after it has gon
 def command(path: Path, folder: Path, runs: int) -> list[str]:
     words = [sys.executable, "-m", "proofmass", "montecarlo", str(path), "--runs", str(runs), "--engine", "python"]
     return [*words, "--quiet", "--out", str(folder)]
-
-
-def kept(path: Path) -> dict[int, bytes]:
-    """Numbers of each run in the ledger as they are on disk; none before there is one."""
-    if not path.exists():
-        return {}
-    data = sqlite3.connect(path)
-    try:
-        found: dict[int, bytes] = {}
-        for first, runs, held in data.execute("SELECT first, runs, numbers FROM stretches"):
-            length = len(held) // runs
-            for place in range(runs):
-                assert first + place not in found, "a run twice"
-                found[first + place] = held[place * length : (place + 1) * length]
-        return found
-    except sqlite3.OperationalError:
-        return {}
-    finally:
-        data.close()
 
 
 @pytest.mark.parametrize("more", [[], ["--dask", "local:2"]], ids=["alone", "with two workers"])

@@ -6,7 +6,6 @@
 import os
 import random
 import signal
-import sqlite3
 import threading
 from pathlib import Path
 
@@ -18,19 +17,12 @@ from proofmass.runner.studies import chunks
 from proofmass.runner.studies.ledger import FILE
 from proofmass.runner.studies.study import run_study
 from tests.graph_texts import changed
+from tests.kept_runs import kept
 from tests.study_texts import STUDY
 
 KILLS = int(os.environ.get("PROOFMASS_KILLS", "2"))
 CHUNKS = 25  # per kill, of one run each
 PAUSE = 0.4, 1.2  # seconds from one kill to the next
-
-
-def rows(folder: Path) -> list[tuple[object, ...]]:
-    data = sqlite3.connect(folder / FILE)
-    try:
-        return data.execute("SELECT * FROM runs ORDER BY run, epoch").fetchall()
-    finally:
-        data.close()
 
 
 def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -57,4 +49,4 @@ def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     print(f"{len(killed)} workers killed in {len(made.numbers)} chunks")
     assert len(killed) > 1, "nothing was killed on its way"
     assert made.digest == expected.digest
-    assert rows(tmp_path / "there") == rows(tmp_path / "here")
+    assert kept(tmp_path / "there" / FILE) == kept(tmp_path / "here" / FILE)

@@ -1,7 +1,6 @@
 """Runs on Dask workers: the bits of those here, whatever becomes of workers, scheduler and Ctrl-C."""
 
 import socket
-import sqlite3
 import threading
 import time
 from collections.abc import Iterator
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import dask
+import numpy as np
 import pytest
 from distributed import LocalCluster
 
@@ -21,8 +21,10 @@ from proofmass.runner.engine.faults import RunError
 from proofmass.runner.studies import chunks, cluster
 from proofmass.runner.studies.chunks import chunk_size, runs_on_workers
 from proofmass.runner.studies.ledger import FILE
+from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.study import run_study
+from tests.kept_runs import kept
 from tests.study_texts import RECORDED, RECORDING, STUDY, TRIPLE
 
 
@@ -46,14 +48,6 @@ def study(tmp_path: Path) -> Study:
     return read_study(tmp_path / "study.toml")
 
 
-def rows(folder: Path) -> list[tuple[object, ...]]:
-    data = sqlite3.connect(folder / FILE)
-    try:
-        return data.execute("SELECT * FROM runs ORDER BY run, epoch").fetchall()
-    finally:
-        data.close()
-
-
 def own_study(folder: Path) -> Study:
     """A study with a recording and a block of its own, of which some runs are dangerous."""
     (folder / "data").mkdir(exist_ok=True)
@@ -68,7 +62,7 @@ def test_one_digest(engine: Any, study: Study, address: str, tmp_path: Path) -> 
     expected = run_study(study, engine="python", folder=tmp_path / "here")
     made = run_study(study, engine=engine, lanes=8, dask=address, folder=tmp_path / "there")
     assert made.digest == expected.digest
-    assert rows(tmp_path / "there") == rows(tmp_path / "here")
+    assert kept(tmp_path / "there" / FILE) == kept(tmp_path / "here" / FILE)
     run_study(study, engine="python", dask="tcp://127.0.0.1:1", folder=tmp_path / "there")  # nothing is left to do
 
 
@@ -110,11 +104,20 @@ def test_workers_may_come_late(study: Study) -> None:
     assert result.digest == run_study(study, engine="python").digest
 
 
+def test_a_study_that_may_stop_stops_after_the_same_run(address: str, tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY.replace("runs = 6", "runs = 500") + "\n[study.stop]\nbias = 1.0\n")
+    study = read_study(tmp_path / "study.toml")
+    expected = run_study(study, engine="python")
+    made = run_study(study, engine="python", dask=address)
+    assert made.planned_runs == expected.planned_runs < 1000
+    assert made.digest == expected.digest
+
+
 def test_an_interruption_keeps_what_has_arrived(study: Study, address: str, tmp_path: Path) -> None:
     sensors, interrupted = SensorRuns(study, "python"), threading.Event()
-    arriving = runs_on_workers(address, sensors, range(10**6), interrupted)
+    arriving = runs_on_workers(address, sensors, np.arange(10**6), RunningMeans(study, sensors.measures), interrupted)
     first = next(arriving)
-    assert first == sensors.run(first[0].run)
+    assert (first.values == sensors.runs(first.numbers, interrupted).values).all()
     interrupted.set()
     began = time.monotonic()
     assert len(list(arriving)) < 10
@@ -124,7 +127,8 @@ def test_an_interruption_keeps_what_has_arrived(study: Study, address: str, tmp_
 def test_a_scheduler_that_goes_away(study: Study) -> None:
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as made:
         sensors = SensorRuns(study, "python")
-        arriving = runs_on_workers(made.scheduler_address, sensors, range(10**6), threading.Event())
+        means = RunningMeans(study, sensors.measures)
+        arriving = runs_on_workers(made.scheduler_address, sensors, np.arange(10**6), means, threading.Event())
         next(arriving)
     with pytest.raises(RunError, match="the same command goes on"):
         list(arriving)
