@@ -148,28 +148,20 @@ runs = 6
 
 [study.spread]
 "gain.gain" = { normal = 0.1 }
-"triple.danger" = { values = [0, 1] }
 """
 
 RECORDING = "time,volts\n0,1\n0.01,1.5\n0.02,-2\n"
 
 TRIPLE = '''\
-"""Three times the input; a danger of 1 ends the process where there is a file `deadly`."""
+"""Three times the input."""
 
-import os
-import time
-from pathlib import Path
-
-from proofmass import Block, Input, param
+from proofmass import Block, Input
 
 FACTOR = 3.0
-DEADLY = Path("FOLDER") / "deadly"
 
 
 class Triple(Block):
     """Three times the input."""
-
-    danger: float = param("1", "Whether it is dangerous.", default=0.0)
 
     input = Input("1", "Any number.")
 
@@ -177,8 +169,5 @@ class Triple(Block):
 @Triple.output("1")
 def output(p: Triple, input: float) -> float:
     """Three times it."""
-    if p.danger == 1.0 and DEADLY.exists():
-        time.sleep(0.5)  # by then its nanny knows it, and starts another
-        os._exit(1)
     return FACTOR * input
 '''

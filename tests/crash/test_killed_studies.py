@@ -38,7 +38,7 @@ def command(path: Path, folder: Path, runs: int) -> list[str]:
 def test_killed_at_random_instants(more: list[str], tmp_path: Path) -> None:
     path, folder, dice = tmp_path / "study.toml", tmp_path / "out", random.Random(7)
     path.write_text(STUDY)
-    runs = 40 * KILLS
+    runs = (10 if more else 40) * KILLS
     expected = run_study(read_study(path), runs=runs, engine="python", folder=tmp_path / "whole")
     killed, before = 0, dict[int, bytes]()
     while killed < KILLS:

@@ -1,16 +1,17 @@
 """Runs on Dask workers: the bits of those here, whatever becomes of workers, scheduler and Ctrl-C."""
 
+import contextlib
 import socket
 import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-import dask
 import numpy as np
 import pytest
-from distributed import LocalCluster
+from distributed import KilledWorker, LocalCluster
 
 from proofmass.blocks.catalog import load_own_blocks
 from proofmass.blocks.problem import ModelError
@@ -24,16 +25,15 @@ from proofmass.runner.studies.ledger import FILE
 from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.study import run_study
+from proofmass.runner.studies.worker import handed_on, run_chunk
 from tests.kept_runs import kept
 from tests.study_texts import RECORDED, RECORDING, STUDY, TRIPLE
 
 
 @pytest.fixture(scope="module")
 def workers() -> Iterator[Any]:
-    """Two workers, which a nanny starts anew when they die; a task that two of them die of is given up."""
-    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
-        made = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0")
-    with made:
+    """Two workers."""
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as made:
         yield made
 
 
@@ -49,10 +49,10 @@ def study(tmp_path: Path) -> Study:
 
 
 def own_study(folder: Path) -> Study:
-    """A study with a recording and a block of its own, of which some runs are dangerous."""
+    """A study with a recording and a block of its own."""
     (folder / "data").mkdir(exist_ok=True)
     (folder / "data" / "source.csv").write_text(RECORDING)
-    (folder / "triple.py").write_text(TRIPLE.replace("FOLDER", str(folder)))
+    (folder / "triple.py").write_text(TRIPLE)
     (folder / "study.toml").write_text(RECORDED)
     return read_study(folder / "study.toml", load_own_blocks(folder / "triple.py"))
 
@@ -80,18 +80,62 @@ def test_recordings_and_own_blocks_go_along(address: str, tmp_path: Path) -> Non
     assert run_study(study, engine="python", dask=address).digest == expected.digest
 
 
-def test_runs_that_kill_workers_are_named(address: str, tmp_path: Path) -> None:
-    """Not those that waited behind them; all else is kept, and the same call goes on."""
-    study, deadly = own_study(tmp_path), tmp_path / "deadly"
-    dangerous = [run for run in range(6) if study.drawn(run)[0]["triple.danger"]]
-    deadly.write_text("")
-    with pytest.raises(RunError, match=r"workers that begin with run (\d) die") as caught:
-        run_study(study, engine="python", dask=address, folder=tmp_path / "out")
-    named = int(caught.value.problem.hint.rpartition(" ")[2])
-    assert named in dangerous
-    deadly.unlink()
-    made = run_study(study, engine="python", dask=address, folder=tmp_path / "out")
-    assert made.digest == run_study(study, engine="python").digest
+class Perilous:
+    """As much of a client as chunks need; a worker dies of some runs, and all that waits behind them goes down too."""
+
+    def __init__(self, deadly: set[int]) -> None:
+        self.deadly, self.under_way, self.parcel = deadly, list[Doomed](), None
+
+    def nthreads(self) -> dict[str, int]:
+        return {"worker": 2}
+
+    def submit(self, function: Any, *given: Any, pure: bool) -> Any:
+        if function is handed_on:
+            (self.parcel,) = given
+            return None
+        self.under_way.append(Doomed(self, given[1]))
+        return self.under_way[-1]
+
+    def cancel(self, futures: list[Any]) -> None:
+        self.under_way.clear()
+
+
+class Doomed:
+    """A chunk on its way through them."""
+
+    def __init__(self, client: Perilous, numbers: tuple[int, ...]) -> None:
+        self.client, self.numbers = client, numbers
+
+    def done(self) -> bool:
+        return True
+
+    def result(self) -> Any:
+        beside = {number for other in self.client.under_way for number in other.numbers}
+        self.client.under_way.remove(self)
+        if beside & self.client.deadly:
+            raise KilledWorker("run_chunk", SimpleNamespace(address="tcp://there"), 3)  # type: ignore[arg-type]
+        return run_chunk(self.client.parcel, self.numbers)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("deadly", [set(), {7}, {0, 5, 11}])
+def test_runs_that_kill_workers_are_named(deadly: set[int], study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not those that waited behind them, which are tried again alone; where all others are done, it is said."""
+    client = contextlib.nullcontext(Perilous(deadly))
+    monkeypatch.setattr(chunks, "connected", lambda _: client)
+    monkeypatch.setattr(chunks, "chunk_size", lambda *_: 1)
+    sensors, left = SensorRuns(study, "python"), np.arange(12)
+    arriving = runs_on_workers("", sensors, left, RunningMeans(study, sensors.measures), threading.Event())
+    arrived = list[int]()
+    if not deadly:
+        assert sorted(number for some in arriving for number in some.numbers.tolist()) == left.tolist()
+        return
+    with pytest.raises(RunError, match=r"workers that begin with run \d+ die") as caught:
+        arrived.extend(number for some in arriving for number in some.numbers.tolist())
+    assert int(caught.value.problem.hint.rpartition(" ")[2]) in deadly
+    assert len(set(arrived)) == len(arrived)
+    assert not set(arrived) & deadly
+    if len(deadly) == 1:
+        assert len(arrived) > 4
 
 
 def test_workers_may_come_late(study: Study) -> None:
