@@ -59,7 +59,7 @@ class _Chunks:
         self._parcel = client.submit(handed_on, packed(sensors), pure=False)
         self._size, self._left = max(1, sensors.lanes), left
         self._under_way = dict[Any, tuple[int, ...]]()  # by future
-        self._suspects, self._alone = list[tuple[int, ...]](), set[tuple[int, ...]]()
+        self._suspects, self._alone = list[tuple[int, ...]](), tuple[int, ...]()
         self._threads, self._counted, self._last_seen = 0, -COUNTS, time.monotonic()
 
     def runs(self, means: RunningMeans, interrupted: threading.Event) -> Iterator[Outcomes]:
@@ -87,14 +87,15 @@ class _Chunks:
     def _submit(self) -> None:
         """Keep every thread of the cluster supplied."""
         self._count_threads()
+        if self._alone in self._under_way.values():
+            return
         most = max(1, AHEAD * self._threads)
         while len(self._left) and len(self._under_way) < most and len(self._suspects) < SUSPECTS:
             some, self._left = self._left[: self._size], self._left[self._size :]
             self._begin(tuple(some.tolist()))
         if self._suspects and not self._under_way:
-            alone = self._suspects.pop()
-            self._alone.add(alone)
-            self._begin(alone)
+            self._alone = self._suspects.pop(0)
+            self._begin(self._alone)
 
     def _begin(self, some: tuple[int, ...]) -> None:
         self._under_way[self._client.submit(run_chunk, self._parcel, some, pure=False)] = some
@@ -121,7 +122,7 @@ class _Chunks:
         try:
             seconds, outcomes = future.result()
         except KilledWorker as error:
-            if some in self._alone:
+            if some == self._alone:
                 hint = f"see what one of them does alone: --run {some[0]}"
                 raise self._failed(f"workers that begin with {_named(some)} die", str(error), hint) from None
             self._suspects.append(some)  # or it waited behind the one of which they died
