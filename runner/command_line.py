@@ -247,7 +247,7 @@ def montecarlo(**options: Any) -> int:
 
 
 @cli.command()
-@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+@click.argument("study", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else report.html in there."
 )
@@ -255,14 +255,16 @@ def montecarlo(**options: Any) -> int:
 def report(**options: Any) -> int:
     """Show a study, ended or under way, as one HTML file: tables, histograms, fans, tornado, runs to look at.
 
-    The folder is the one that `proofmass montecarlo --out` wrote.
+    STUDY is the folder that `proofmass montecarlo --out` wrote, or the study file: the folder beside it, or here, in
+    which it ran last.
 
     \b
     proofmass report drift
+    proofmass report graphs/library/scale_factor_drift.toml
     """
-    from proofmass.runner.commands.report_command import report_folder
+    from proofmass.runner.commands.report_command import report_study
 
-    return report_folder(**options)
+    return report_study(**options)
 
 
 @cli.command()
