@@ -7,6 +7,7 @@ import os
 import random
 import signal
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -16,26 +17,29 @@ from proofmass.graphs.study_reader import read_study
 from proofmass.runner.studies import chunks
 from proofmass.runner.studies.ledger import FILE
 from proofmass.runner.studies.study import run_study
-from tests.graph_texts import changed
 from tests.kept_runs import kept
 from tests.study_texts import STUDY
 
 KILLS = int(os.environ.get("PROOFMASS_KILLS", "2"))
 CHUNKS = 25  # per kill, of one run each
-PAUSE = 0.4, 1.2  # seconds from one kill to the next
+LATER = 0.3  # seconds, at most, from the chunk after which a worker is killed
 
 
 def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chunks, "chunk_size", lambda *_: 1)
     path = tmp_path / "study.toml"
-    path.write_text(changed(STUDY, "samples = 60", "samples = 240"))
+    path.write_text(STUDY)
     study = read_study(path).changed(runs=CHUNKS * KILLS // 2, seed=1)
-    stop, killed, dice = threading.Event(), list[int](), random.Random(3)
+    ended, killed, dice, arrived = threading.Event(), list[int](), random.Random(3), list[int]([0])
 
     def kill(workers: LocalCluster) -> None:
-        while len(killed) < KILLS and not stop.wait(dice.uniform(*PAUSE)):
+        for number in range(KILLS):
+            after = dice.uniform(CHUNKS * number, CHUNKS * (number + 1) - 5)
+            while arrived[-1] < after and not ended.is_set():
+                time.sleep(0.02)
+            time.sleep(dice.uniform(0.0, LATER))
             alive = [worker.pid for worker in workers.workers.values() if worker.pid and worker.pid not in killed]
-            if alive:
+            if alive and not ended.is_set():
                 killed.append(dice.choice(alive))
                 os.kill(killed[-1], signal.SIGKILL)
 
@@ -43,10 +47,16 @@ def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as workers:
         killer = threading.Thread(target=kill, args=(workers,))
         killer.start()
-        made = run_study(study, engine="python", dask=workers.scheduler_address, folder=tmp_path / "there")
-        stop.set()
+        made = run_study(
+            study,
+            engine="python",
+            dask=workers.scheduler_address,
+            folder=tmp_path / "there",
+            progress=lambda done, *_: arrived.append(done),
+        )
+        ended.set()
         killer.join()
     print(f"{len(killed)} workers killed in {len(made.numbers)} chunks")
-    assert len(killed) > 1, "nothing was killed on its way"
+    assert len(killed) == KILLS
     assert made.digest == expected.digest
     assert kept(tmp_path / "there" / FILE) == kept(tmp_path / "here" / FILE)
