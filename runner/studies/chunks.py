@@ -17,7 +17,7 @@ from proofmass.runner.studies.outcomes import Outcomes
 from proofmass.runner.studies.parcel import packed
 from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRuns
-from proofmass.runner.studies.worker import handed_on, run_chunk
+from proofmass.runner.studies.worker import run_chunk
 
 CHUNK_SECONDS = 0.25  # that the runs of a chunk take: a task costs Dask about a millisecond
 GROWTH = 8  # of a chunk to the next, at most
@@ -56,7 +56,7 @@ class _Chunks:
 
     def __init__(self, client: Any, sensors: SensorRuns, dask: str, left: Array) -> None:
         self._client, self._lanes, self._dask = client, sensors.lanes, dask
-        self._parcel = client.submit(handed_on, packed(sensors), pure=False)
+        self._parcel = packed(sensors)
         self._size, self._left = max(1, sensors.lanes), left
         self._under_way = dict[Any, tuple[int, ...]]()  # by future
         self._suspects, self._alone = list[tuple[int, ...]](), tuple[int, ...]()

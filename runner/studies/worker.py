@@ -16,11 +16,6 @@ from proofmass.runner.studies.sensor_runs import SensorRuns
 _unpacking = threading.Lock()
 
 
-def handed_on(parcel: Parcel) -> Parcel:
-    """The parcel, as a task: the scheduler can repeat it, and workers pass it on to each other."""
-    return parcel
-
-
 def run_chunk(parcel: Parcel, numbers: Sequence[int]) -> tuple[float, Outcomes]:
     """Some runs at each epoch, and the seconds that they took. Raises `ParcelError`, `OSError`."""
     with _unpacking:

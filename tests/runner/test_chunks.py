@@ -22,10 +22,11 @@ from proofmass.runner.engine.faults import RunError
 from proofmass.runner.studies import chunks, cluster
 from proofmass.runner.studies.chunks import chunk_size, runs_on_workers
 from proofmass.runner.studies.ledger import FILE
+from proofmass.runner.studies.parcel import Parcel
 from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.study import run_study
-from proofmass.runner.studies.worker import handed_on, run_chunk
+from proofmass.runner.studies.worker import run_chunk
 from tests.kept_runs import kept
 from tests.study_texts import RECORDED, RECORDING, STUDY, TRIPLE
 
@@ -84,16 +85,13 @@ class Perilous:
     """As much of a client as chunks need; a worker dies of some runs, and all that waits behind them goes down too."""
 
     def __init__(self, deadly: set[int]) -> None:
-        self.deadly, self.under_way, self.parcel = deadly, list[Doomed](), None
+        self.deadly, self.under_way = deadly, list[Doomed]()
 
     def nthreads(self) -> dict[str, int]:
         return {"worker": 2}
 
     def submit(self, function: Any, *given: Any, pure: bool) -> Any:
-        if function is handed_on:
-            (self.parcel,) = given
-            return None
-        self.under_way.append(Doomed(self, given[1]))
+        self.under_way.append(Doomed(self, *given))
         return self.under_way[-1]
 
     def cancel(self, futures: list[Any]) -> None:
@@ -103,8 +101,8 @@ class Perilous:
 class Doomed:
     """A chunk on its way through them."""
 
-    def __init__(self, client: Perilous, numbers: tuple[int, ...]) -> None:
-        self.client, self.numbers = client, numbers
+    def __init__(self, client: Perilous, parcel: Parcel, numbers: tuple[int, ...]) -> None:
+        self.client, self.parcel, self.numbers = client, parcel, numbers
 
     def done(self) -> bool:
         return True
@@ -114,7 +112,7 @@ class Doomed:
         self.client.under_way.remove(self)
         if beside & self.client.deadly:
             raise KilledWorker("run_chunk", SimpleNamespace(address="tcp://there"), 3)  # type: ignore[arg-type]
-        return run_chunk(self.client.parcel, self.numbers)  # type: ignore[arg-type]
+        return run_chunk(self.parcel, self.numbers)
 
 
 @pytest.mark.parametrize("deadly", [set(), {7}, {0, 5, 11}])
