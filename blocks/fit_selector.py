@@ -1,4 +1,4 @@
-"""Fit selector: of two fits to one response that which leaves the smaller residual; converged = settled and residual < limit.
+"""Fit selector: of two fits the one with the smaller residual; converged = settled and residual < limit.
 
 A resonance above the chip rate answers nearly as its mirror image below it: sampled once a chip the poles of both are
 the same. Fits that start on either side of the chip rate find both, and all samples of a period tell them apart. Beyond

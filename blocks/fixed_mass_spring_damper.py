@@ -3,9 +3,9 @@
 The reference model DUT-R of Sarraf et al. 2012 (section 2.1, Fig. 2e; section 3.1), of two digital integrators. Large
 numbers have 6 bits after the point (accelerations, k/m, c/m), small ones 30 (velocity, displacement): one g moves their
 accelerometer by 0.00998 um. The sum of accelerations is rounded once, each integrator once. Semi-implicit: x takes the
-new v; forward Euler: the one before. The semi-implicit x is half a step ahead of v: leapfrog is the same with x - T v / 2
-for the displacement, of second order in all but the damping's force; the rule for resonators of little damping. k/m and c/m
-are inputs, for controllers to move.
+new v; forward Euler: the one before. The semi-implicit x is half a step ahead of v; leapfrog gives x - T v / 2 as the
+displacement, which is of second order but for the force of the damper: a rule for resonators of little damping. k/m and
+c/m are inputs, for controllers to move.
 """
 
 from typing import Literal, NamedTuple
@@ -18,7 +18,7 @@ class FixedMassSpringDamper(Block):
     """Reference model of a resonator in fixed point, one step a tick."""
 
     method: Literal["forward_euler", "semi_implicit", "leapfrog"] = param(
-        "", "Which velocity moves the displacement: the one before, or the new one.", default="semi_implicit"
+        "", "Which velocity moves the displacement, and when it is given.", default="semi_implicit"
     )
     large_format: Fixed = param("1", "Format of acceleration and k/m.", default=Fixed(24, 6))
     damping_format: Fixed = param("1", "Format of c/m.", default=Fixed(24, 6))

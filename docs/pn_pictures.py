@@ -2,8 +2,8 @@
 
     python -m docs.pn_pictures
 
-Their Fig. 3 and 10 (impulse responses, sensitivities, convergence), 6 (fixed against floating point), 8 and 9 (response of
-the gyroscope, and of mismatched modes).
+Their Fig. 3 and 10 (impulse responses, sensitivities, convergence), 6 (fixed against floating point), 8 and 9 (response
+of the gyroscope, and of mismatched modes).
 """
 
 from pathlib import Path
@@ -107,12 +107,8 @@ def gyroscope() -> Figure:
 
 def main() -> None:
     """Draw all three."""
-    for name, figure in (
-        ("pn_self_calibration", calibration()),
-        ("pn_registers", registers()),
-        ("pn_gyroscope", gyroscope()),
-    ):
-        save_figure(figure, PICTURES / f"{name}.png")
+    for name, draw in (("self_calibration", calibration), ("registers", registers), ("gyroscope", gyroscope)):
+        save_figure(draw(), PICTURES / f"pn_{name}.png")
 
 
 if __name__ == "__main__":

@@ -182,6 +182,16 @@ def studied(file: str, runs: int, lanes: int | None = None) -> Any:
         return run_study(read_study(path), runs=runs, engine="compiled", lanes=lanes)
 
 
+def tested(periods: int, runs: int) -> Any:
+    """The study of self_test_population.toml, with a test of so many periods."""
+    graph = replace(library("self_test_population.toml"), samples=CHIPS * periods + 1)
+    spread = {
+        "true_stiffness.value": {"normal": "3 %", "relative": True, "truncated": 3},
+        "true_damping.value": {"normal": "12 %", "relative": True, "truncated": 3},
+    }
+    return run_study(Study(graph, runs=runs, seed=7, spread=spread), engine="compiled")
+
+
 def scatter(file: str, runs: int, lanes: int | None = None) -> tuple[float, float]:
     """Deviations of stiffness and damping over calibrations of one device with other noise, absolute."""
     found = run_study(Study(library(file), runs=runs, seed=3), engine="compiled", lanes=lanes)
@@ -242,7 +252,7 @@ def natural_gains(device: Device) -> tuple[float, float]:
 
 
 def eigenvalues(device: Device) -> Any:
-    """Of the map of both errors from period to period, close to the device: first the stiffness moves, then the damping."""
+    """Of the map of both errors over a period, close to the device: the stiffness moves first, the damping last."""
     gains = np.array(natural_gains(device)) / (device.stiffness, device.damping)
     slopes = by_logarithms(seen_by_controllers, device) * gains[:, None]
     first, second = np.eye(2), np.eye(2)

@@ -9,7 +9,6 @@ import pytest
 from docs import pn_runs
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
-from proofmass.graphs.toml_reader import read_graph_text
 from proofmass.runner.studies.study import run_study
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
@@ -72,12 +71,6 @@ def test_good_devices_are_those_within_tolerance(population: Any) -> None:
 def test_a_test_of_24_periods_is_right_and_a_short_one_loses_good_devices(population: Any) -> None:
     _, found = population
     assert found["yield_loss"].mean() + found["test_escape"].mean() <= 0.02
-    text = (LIBRARY / "self_test_population.toml").read_text(encoding="utf-8").partition("[study]")[0]
-    short = read_graph_text(text.replace("24_553", "10_231"), folder=str(LIBRARY))
-    spread = {
-        "true_stiffness.value": {"normal": "3 %", "relative": True, "truncated": 3},
-        "true_damping.value": {"normal": "12 %", "relative": True, "truncated": 3},
-    }
-    lost = run_study(Study(short, runs=100, seed=7, spread=spread), engine="compiled")
+    lost = pn_runs.tested(10, 100)
     assert lost["yield_loss"].mean() > 0.5
     assert lost["test_escape"].mean() == 0.0

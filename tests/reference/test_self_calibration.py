@@ -367,6 +367,15 @@ class TestRateResponse:
         assert amplitude == pytest.approx(force / abs(stiffness - 48.67e-9 * w * w + 1j * w * 57e-6), rel=1e-3)
         assert 1e12 * amplitude / 149.03 == pytest.approx(of_tuned, abs=1e-3)
 
+    def test_a_spring_between_the_modes_answers_in_quadrature(self) -> None:
+        """1e-3 N/m: -k x of 5 um, a quarter of a period from -2 m W v; amplitudes add as legs of a right triangle."""
+        graph, w = library("gyroscope_rate_response.toml"), 2.0 * math.pi * 7977.51
+        coriolis, spring = 2.0 * 48.67e-9 * math.radians(1.0) * w * 5e-6, 1e-3 * 5e-6
+        both = sense_amplitude(graph.with_parameters({"coupling.gain": -1e-3}))
+        alone = sense_amplitude(graph.with_parameters({"coupling.gain": -1e-3, "rotation.value": 0.0}))
+        assert alone == pytest.approx(spring / (w * 57e-6), rel=1e-3)
+        assert both == pytest.approx(math.hypot(coriolis, spring) / (w * 57e-6), rel=1e-3)
+
     def test_the_papers_value_is_met_in_picometres(self) -> None:
         """143.7 nm is printed; with the quality factor of its table 2, 43.63, the graph gives 146.1 pm."""
         tuned = library("gyroscope_rate_response.toml")
