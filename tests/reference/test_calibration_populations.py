@@ -45,7 +45,7 @@ def test_of_200_devices_none_is_wrong_without_a_word() -> None:
 
 
 def test_of_200_gyroscopes_at_the_papers_chip_rate_all_converge_by_two_fits() -> None:
-    """Resonances from 8030 to 8880 Hz, on both sides of 8.5 kHz; of 3000 ten say that they have not."""
+    """Resonances from 8030 to 8880 Hz, on both sides of 8.5 kHz."""
     found = pn_runs.population("self_calibration_gauss_newton.toml", lanes=0)
     assert found.converged >= 198
     assert found.worst < 5e-3
