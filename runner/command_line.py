@@ -221,6 +221,7 @@ def fit(**options: Any) -> int:
 )
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads that run; as many as processors.")
 @click.option("--lanes", type=click.IntRange(0, 64), help="Runs side by side in a thread, 0 for none; as suits.")
+@click.option("--dask", metavar="ADDRESS|local[:N]", help="Workers of a Dask cluster run; local starts N here.")
 @click.option("--format", "formats", multiple=True, type=click.Choice(["csv", "parquet"]), help="Tables beside netCDF.")
 @click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
 @click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
@@ -242,7 +243,7 @@ def montecarlo(**options: Any) -> int:
 
 
 @cli.command()
-@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+@click.argument("study", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else report.html in there."
 )
@@ -250,14 +251,16 @@ def montecarlo(**options: Any) -> int:
 def report(**options: Any) -> int:
     """Show a study, ended or under way, as one HTML file: tables, histograms, fans, tornado, runs to look at.
 
-    The folder is the one that `proofmass montecarlo --out` wrote.
+    STUDY is the folder that `proofmass montecarlo --out` wrote, or the study file: the folder beside it, or here, in
+    which it ran last.
 
     \b
     proofmass report drift
+    proofmass report graphs/library/scale_factor_drift.toml
     """
-    from proofmass.runner.commands.report_command import report_folder
+    from proofmass.runner.commands.report_command import report_study
 
-    return report_folder(**options)
+    return report_study(**options)
 
 
 @cli.command()
