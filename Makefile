@@ -25,6 +25,7 @@ lint: $(VENV)/installed-dev
 benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/compare_with_c.py
 	$(BIN)/python benchmarks/monte_carlo.py
+	$(BIN)/python benchmarks/library.py
 	$(BIN)/python benchmarks/many_runs.py
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/memory.py

@@ -1,7 +1,7 @@
 """A graph changed into another: parameters anywhere inside it, and files named from another folder."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from proofmass.blocks.declare import Block
@@ -59,15 +59,21 @@ def _key(problem: Problem) -> str:
 
 def moved(graph: Graph, folder: str) -> Graph:
     """The graph with the recordings that it plays named from another folder."""
-    if graph.place.folder == folder:
-        return graph
-    parts = {name: moved(part, folder) for name, part in graph.subgraphs.items()}
+    return with_recordings(
+        graph, folder, lambda here, file: file if here == folder else _from(Path(folder), Path(here) / file)
+    )
+
+
+def with_recordings(graph: Graph, folder: str, named: Callable[[str, str], str]) -> Graph:
+    """The graph with other names, from a folder, of the recordings that it plays: `named` gets folder and name."""
+    parts = {name: with_recordings(part, folder, named) for name, part in graph.subgraphs.items()}
     played: dict[str, Block] = {}
     for name, block in graph.blocks.items():
         file = getattr(block, "file", "")
         if file and any(buffer.recorded for buffer in block.buffers.values()):
-            path = _from(Path(folder), Path(graph.place.folder) / file)
-            played[name] = _changed(block, {"file": path})
+            other = named(graph.place.folder, file)
+            if other != file:
+                played[name] = _changed(block, {"file": other})
     if not played and all(part is graph.subgraphs[name] for name, part in parts.items()):
         return graph
     place = dataclasses.replace(graph.place, folder=folder)

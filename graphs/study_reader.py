@@ -12,15 +12,23 @@ from proofmass.graphs.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.limits import PROBLEMS
 from proofmass.graphs.part_files import PartError, PartFiles
 from proofmass.graphs.study import Study
-from proofmass.graphs.toml_reader import graph_of_file, read_graph, read_table
+from proofmass.graphs.toml_reader import graph_of_file, parsed, read_graph, read_table
 
 STUDY = "study"
 
 
 def read_study(path: str | Path, own: Own | None = None) -> Study:
     """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key."""
-    data, place = read_table(Path(path))
-    graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, Path(path))
+    return _study_of_file(*read_table(Path(path)), own, Path(path))
+
+
+def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
+    """The study of a TOML text; file names in it start from `folder`."""
+    return _study_of_file(*parsed(text, file, folder), own)
+
+
+def _study_of_file(data: dict[str, Any], place: Place, own: Own | None, path: Path | None = None) -> Study:
+    graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
     return study_of_table(data, place, graph)
 
 

@@ -1,7 +1,4 @@
-"""What the shell sees: one command per job, imported when it is called.
-
-Exit codes: 0 done, 1 the model is wrong, 2 usage, 3 the run failed, 130 interrupted.
-"""
+"""What the shell sees: one command per job, imported when it is called."""
 
 import os
 import sys
@@ -11,8 +8,7 @@ from typing import Any
 import click
 
 from proofmass import __version__
-
-DONE, WRONG_MODEL, USAGE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, WRONG_MODEL, count, explain
 
 
 class Commands(click.Group):
@@ -116,7 +112,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
             ready = "ready to run" if runs_alone(read) else "ready to be a part of other graphs"
             click.echo(f"{graph}: {read.size.blocks} blocks, {read.size.wires} wires, {ready}")
         else:
-            click.echo(f"{_count(len(wrong), 'problem')} in {graph}", err=True)
+            click.echo(f"{count(len(wrong), 'problem')} in {graph}", err=True)
     return WRONG_MODEL if wrong else DONE
 
 
@@ -227,6 +223,7 @@ def fit(**options: Any) -> int:
 )
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads that run; as many as processors.")
 @click.option("--lanes", type=click.IntRange(0, 64), help="Runs side by side in a thread, 0 for none; as suits.")
+@click.option("--dask", metavar="ADDRESS|local[:N]", help="Workers of a Dask cluster run; local starts N here.")
 @click.option("--format", "formats", multiple=True, type=click.Choice(["csv", "parquet"]), help="Tables beside netCDF.")
 @click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
 @click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
@@ -248,7 +245,7 @@ def montecarlo(**options: Any) -> int:
 
 
 @cli.command()
-@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+@click.argument("study", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else report.html in there."
 )
@@ -256,14 +253,16 @@ def montecarlo(**options: Any) -> int:
 def report(**options: Any) -> int:
     """Show a study, ended or under way, as one HTML file: tables, histograms, fans, tornado, runs to look at.
 
-    The folder is the one that `proofmass montecarlo --out` wrote.
+    STUDY is the folder that `proofmass montecarlo --out` wrote, or the study file: the folder beside it, or here, in
+    which it ran last.
 
     \b
     proofmass report drift
+    proofmass report graphs/library/scale_factor_drift.toml
     """
-    from proofmass.runner.commands.report_command import report_folder
+    from proofmass.runner.commands.report_command import report_study
 
-    return report_folder(**options)
+    return report_study(**options)
 
 
 @cli.command()
@@ -388,27 +387,7 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         if plain != given:
             raise
-        return _explain(error)
-
-
-def _explain(error: Exception) -> int:
-    from proofmass.blocks.problem import ModelError
-
-    if isinstance(error, ModelError):
-        for problem in error.problems:
-            click.echo(str(problem), err=True)
-        click.echo(_count(len(error.problems), "problem"), err=True)
-        return WRONG_MODEL
-    name = type(error).__name__
-    if isinstance(error, OSError):
-        click.echo(f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}", err=True)
-    elif isinstance(error, MemoryError):
-        click.echo("out of memory\n  hint:     fewer samples, or thin a probe: every = 1000", err=True)
-    elif name == "RunError":
-        click.echo(f"the run failed\n{error}", err=True)
-    else:
-        click.echo(f"an error inside proofmass: {name}: {error}\n  hint:     --traceback shows where", err=True)
-    return FAILED
+        return explain(error)
 
 
 def _wrong(problems: list[Any]) -> list[Any]:
@@ -427,7 +406,3 @@ def _print_json(data: Any) -> None:
     import json
 
     click.echo(json.dumps(data, indent=2))
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -127,3 +127,47 @@ until = "4 year"
 every = ["never", "2 year", "1 year"]
 carried = { "register.initial" = "register" }
 """
+
+# A study whose graph plays a recording, data/source.csv, through a block of the user's own, of triple.py.
+RECORDED = """\
+name = "a recording, three times as large"
+rate = "1 kHz"
+samples = 30
+wires = ["source.output -> triple.input", "triple.output -> gain.input"]
+
+[measures]
+mean = { signal = "gain.output", statistic = "mean" }
+
+[blocks]
+source = { kind = "RecordedSignal", file = "data/source.csv" }
+triple = { kind = "Triple" }
+gain = { kind = "Gain" }
+
+[study]
+runs = 6
+
+[study.spread]
+"gain.gain" = { normal = 0.1 }
+"""
+
+RECORDING = "time,volts\n0,1\n0.01,1.5\n0.02,-2\n"
+
+TRIPLE = '''\
+"""Three times the input."""
+
+from proofmass import Block, Input
+
+FACTOR = 3.0
+
+
+class Triple(Block):
+    """Three times the input."""
+
+    input = Input("1", "Any number.")
+
+
+@Triple.output("1")
+def output(p: Triple, input: float) -> float:
+    """Three times it."""
+    return FACTOR * input
+'''

@@ -28,6 +28,7 @@ def run_montecarlo(
     engine: Any,
     threads: int | None,
     lanes: int | None,
+    dask: str | None,
     out: Path | None,
     formats: tuple[str, ...],
     run: int | None,
@@ -37,6 +38,8 @@ def run_montecarlo(
     as_json: bool,
 ) -> int:
     """Everything that `proofmass montecarlo` does; returns the exit code."""
+    if dask is not None and threads is not None:
+        raise click.UsageError("give --threads or --dask, not both: Dask's workers have threads of their own")
     from proofmass.runner.studies.study import replay, run_study, with_numbers
 
     loaded = read_study(study, own_blocks(own))
@@ -45,7 +48,15 @@ def run_montecarlo(
     bar = progress_bar(quiet or as_json, "run")
     with bar or contextlib.nullcontext():
         result = run_study(
-            loaded, runs=runs, seed=seed, engine=engine, lanes=lanes, threads=threads, folder=out, progress=bar
+            loaded,
+            runs=runs,
+            seed=seed,
+            engine=engine,
+            lanes=lanes,
+            threads=threads,
+            dask=dask,
+            folder=out,
+            progress=bar,
         )
     click.echo(json.dumps(_data(result), indent=2) if as_json else _text(result))
     if result.interrupted:

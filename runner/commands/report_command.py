@@ -1,4 +1,4 @@
-"""The command `report`: what the folder of a study holds, as one HTML file."""
+"""The command `report`: what has come out of a study, as one HTML file."""
 
 from pathlib import Path
 
@@ -7,12 +7,14 @@ import click
 from proofmass.runner.commands.run_command import own_blocks
 
 
-def report_folder(folder: Path, output: Path | None, own: Path | None) -> int:
+def report_study(study: Path, output: Path | None, own: Path | None) -> int:
     """Everything that `proofmass report` does; returns the exit code."""
-    from proofmass.runner.studies.folder import kept_result
+    from proofmass.runner.studies.folder import find_folder, kept_result
     from proofmass.runner.studies.report import FILE, save_study_report
 
-    result = kept_result(folder, own_blocks(own))
+    blocks = own_blocks(own)
+    folder = study if study.is_dir() else find_folder(study, blocks)
+    result = kept_result(folder, blocks)
     path = save_study_report(result, output or folder / FILE)
     click.echo(f"wrote {path}: {len(result.numbers):,} of {result.planned_runs:,} runs")
     return 0

@@ -91,7 +91,8 @@ class Machine:
     @cached_property
     def strides(self) -> tuple[int, ...]:
         """Clocks from one enable to the next, in ascending order, where that is not every clock."""
-        found = {each.stride for each in self.instances} | {net.stride for net in self.nets.values() if net.kept}
+        found = {each.stride for each in self.instances if each.module.clocked}
+        found |= {net.stride for net in self.nets.values() if net.kept}
         return tuple(sorted(found - {1}))
 
     @cached_property

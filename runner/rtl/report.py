@@ -30,7 +30,6 @@ _COSTS = {
     "multiplexer_bits": "multiplexer bits",
     "multipliers": "multipliers",
     "constant_multipliers": "by constants",
-    "widest": "widest value",
 }
 
 
@@ -159,19 +158,24 @@ def _ports(sides: Iterable[tuple[str, Sequence[Mapping[str, Any]]]]) -> str:
 
 
 def _blocks(data: Mapping[str, Any]) -> str:
+    """What each block takes; columns of nothing are left out."""
     costs = {module["name"]: module["cost"] for module in data["modules"]}
+    kinds = {key: text for key, text in _COSTS.items() if data["cost"][key]}
     rows = [
         f"<th>{broken(each['block'])}</th><td>{broken(each['module'])}</td>"
-        f'<td class="number">{each["clocks_per_tick"]:,}</td>{_cost_cells(costs[each["module"]])}'
+        f'<td class="number">{each["clocks_per_tick"]:,}</td>{_cost_cells(costs[each["module"]], kinds)}'
         for each in data["instances"]
     ]
-    rows.append(f"<th>all</th><td></td><td></td>{_cost_cells(data['cost'])}")
-    return table(("block", "module", "clocks a tick", *_COSTS.values()), rows, numbers=range(2, 2 + len(_COSTS) + 1))
+    rows.append(f"<th>all</th><td></td><td></td>{_cost_cells(data['cost'], kinds)}")
+    numbers = [2, *(3 + i for i, key in enumerate(kinds) if not key.endswith("multipliers"))]
+    return table(("block", "module", "clocks a tick", *kinds.values()), rows, numbers)
 
 
-def _cost_cells(cost: Mapping[str, Any]) -> str:
-    texts = [_shapes(cost[key]) if isinstance(cost[key], dict) else f"{cost[key]:,}" for key in _COSTS]
-    return "".join(f'<td class="number">{text}</td>' for text in texts)
+def _cost_cells(cost: Mapping[str, Any], kinds: Iterable[str]) -> str:
+    return "".join(
+        f"<td>{_shapes(cost[key])}</td>" if isinstance(cost[key], dict) else f'<td class="number">{cost[key]:,}</td>'
+        for key in kinds
+    )
 
 
 def _shapes(shapes: Mapping[str, int]) -> str:

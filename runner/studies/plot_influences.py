@@ -20,7 +20,7 @@ _POINTS = 2000
 def plot_influences(
     study: Study, found: Regression, parameters: Mapping[str, Array], values: Array, label: str
 ) -> "Figure":
-    """Bars of the effects of a standard deviation, strongest on top; scatter of the first runs."""
+    """Bars of the effects of a standard deviation with their intervals, strongest on top; scatter of the first runs."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -48,6 +48,8 @@ def _draw_tornado(panel: "Axes", found: Regression, label: str) -> None:
     shown = found.influences[:_BARS][::-1]
     effects = [influence.effect for influence in shown]
     colours = [BLUE if effect >= 0.0 else ORANGE for effect in effects]
-    panel.barh([influence.parameter for influence in shown], effects, color=colours, height=0.6)
+    halves = [influence.effect_half for influence in shown]
+    names = [influence.parameter for influence in shown]
+    panel.barh(names, effects, color=colours, height=0.6, xerr=halves, error_kw={"ecolor": INK, "elinewidth": 0.8})
     panel.axvline(0.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"{label} for one standard deviation")

@@ -16,7 +16,7 @@ from proofmass.runner.studies.intervals import LEVEL, concise
 from proofmass.runner.studies.plot import plot_measure
 from proofmass.runner.studies.plot_influences import plot_influences
 from proofmass.runner.studies.result import PERCENTILES, StudyResult
-from proofmass.runner.studies.sensitivities import MOST_RUNS, drawn_parameters, regression, sobol_indices
+from proofmass.runner.studies.sensitivities import MOST_RUNS, Influence, drawn_parameters, regression, sobol_indices
 from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
 
 FILE = "report.html"
@@ -44,7 +44,9 @@ def _opening(result: StudyResult) -> str:
     study = result.study
     texts = paragraphs(study.graph.description)
     ages = f" at {len(study.epochs)} ages up to {age_text(study.epochs[-1])}" if len(study.epochs) > 1 else ""
-    points = f", {study.points} points of the sweep" if study.points > 1 else ""
+    swept, intervals = study.points // len(study.recalibration.every), len(study.recalibration.every)
+    points = f", {swept} points of the sweep" if swept > 1 else ""
+    points += f", {intervals} intervals between calibrations" if intervals > 1 else ""
     texts.append(f'<span class="soft">{len(result.numbers):,} runs{ages}{points}, seed {study.seed}</span>')
     page = "".join(f"<p>{text}</p>\n" for text in texts)
     if result.interrupted:
@@ -126,7 +128,7 @@ def _influences(result: StudyResult) -> str:
             f"{age_text(result.study.epochs[last])}, of its ranks {100 * found.explained_of_ranks:.1f} %."
         )
         rows = (
-            f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{i.effect:.5g}</td>'
+            f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{_effect(i)}</td>'
             f'<td class="number">{i.standardised:.4f}</td><td class="number">{i.rank:.4f}</td>'
             for i in found.influences
         )
@@ -134,6 +136,11 @@ def _influences(result: StudyResult) -> str:
         drawing = picture(plot_influences(result.study, found, parameters, values, label))
         parts.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
     return "\n".join(parts)
+
+
+def _effect(influence: Influence) -> str:
+    low, high = influence.effect - influence.effect_half, influence.effect + influence.effect_half
+    return f"{concise(influence.effect, (low, high))}<br>{small(f'{low:.5g} to {high:.5g}')}"
 
 
 def _indices(result: StudyResult) -> str:

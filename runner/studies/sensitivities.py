@@ -2,7 +2,8 @@
 
 Regression: y = b0 + sum b_i x_i by least squares; the standardised coefficient b_i s_i / s_y is the part of the scatter
 that goes with one parameter, and on ranks it is so for any monotonic dependence (Saltelli et al., "Global sensitivity
-analysis: the primer" (2008), section 1.2.5).
+analysis: the primer" (2008), section 1.2.5). Intervals are Student's: t s sqrt(diag((X'X)^-1)), s^2 what is left over
+n - d - 1 (Draper and Smith, "Applied regression analysis", 3rd ed. (1998), section 5.2).
 
 Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A - f_i)^2 / 2V, with f_i at A but for
 parameter i, which is that of B (Saltelli et al., Computer Physics Communications 181 (2010), table 2, b and f).
@@ -30,6 +31,7 @@ class Influence:
     parameter: str
     slope: float  # measure per parameter, in their units
     effect: float  # change of the measure for a standard deviation of the parameter
+    effect_half: float  # half of its interval
     standardised: float
     rank: float  # standardised coefficient of the ranks
 
@@ -70,12 +72,19 @@ def regression(parameters: Mapping[str, Array], values: Array) -> Regression | N
     if len(y) < len(columns) + 3 or not columns or not _differ(y):
         return None
     x = np.column_stack(list(columns.values()))
-    standardised, explained = _standardised(x, y)
-    rank, explained_of_ranks = _standardised(_ranks(x), _ranks(y[:, None])[:, 0])
+    standardised, halves, explained = _standardised(x, y)
+    rank, _, explained_of_ranks = _standardised(_ranks(x), _ranks(y[:, None])[:, 0])
     deviation = float(y.std(ddof=1))
     found = [
-        Influence(name, float(b * deviation / column.std(ddof=1)), float(b * deviation), float(b), float(rank_b))
-        for (name, column), b, rank_b in zip(columns.items(), standardised, rank, strict=True)
+        Influence(
+            name,
+            float(b * deviation / column.std(ddof=1)),
+            float(b * deviation),
+            float(half * deviation),
+            float(b),
+            float(rank_b),
+        )
+        for (name, column), b, half, rank_b in zip(columns.items(), standardised, halves, rank, strict=True)
     ]
     found.sort(key=lambda influence: -abs(influence.effect))
     return Regression(tuple(found), explained, explained_of_ranks, len(y))
@@ -124,13 +133,17 @@ def _indices(groups: Array) -> Array:
     return np.array([(b * (mixed - a)).mean(axis=0), 0.5 * ((a - mixed) ** 2).mean(axis=0)]) / variance
 
 
-def _standardised(x: Array, y: Array) -> tuple[Any, float]:
-    """Standardised coefficients, and the part of the variance that they explain."""
+def _standardised(x: Array, y: Array) -> tuple[Any, Any, float]:
+    """Standardised coefficients, halves of their intervals, and the part of the variance that they explain."""
+    from scipy.special import stdtrit
+
     x = (x - x.mean(axis=0)) / x.std(axis=0, ddof=1)
     y = (y - y.mean()) / y.std(ddof=1)
     coefficients = np.linalg.lstsq(x, y, rcond=None)[0]
     rest = y - x @ coefficients
-    return coefficients, 1.0 - float(rest @ rest / (y @ y))
+    free = len(y) - x.shape[1] - 1
+    errors = np.sqrt(rest @ rest / free * np.diag(np.linalg.pinv(x.T @ x)))
+    return coefficients, stdtrit(free, 0.5 + 0.5 * LEVEL) * errors, 1.0 - float(rest @ rest / (y @ y))
 
 
 def _ranks(columns: Array) -> Array:

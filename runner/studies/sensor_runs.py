@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.problem import ModelError
+from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import split
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.engines import EngineName, choose, lanes_for
@@ -169,9 +169,9 @@ class SensorRuns:
                 measured = tuple(value_of(changed, measure, memory) for measure in self.plan.measures)
             margins = margins_at(changed, self.study.margins)
         except ModelError as error:
-            return SensorRun(number, epoch, None, str(error.problems[0]))
+            return SensorRun(number, epoch, None, _said(error.problems[0]))
         except TickError as fault:
-            return SensorRun(number, epoch, None, str(failed(self.plan, fault)))
+            return SensorRun(number, epoch, None, _said(failed(self.plan, fault)))
         return SensorRun(number, epoch, (*measured, *margins))
 
     def _last(self, changed: Plan, run: int) -> Memory:
@@ -195,6 +195,11 @@ class SensorRuns:
         from proofmass.runner.engine.native import CompiledPlan
 
         return CompiledPlan(self.plan)
+
+
+def _said(problem: Problem) -> str:
+    """What went wrong in a run, without the file that the study came from: the same words wherever it runs."""
+    return str(dataclasses.replace(problem, file="", line=0))
 
 
 def noise_run(study: Study, run: Any, epoch: int) -> Any:

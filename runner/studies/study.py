@@ -2,11 +2,12 @@
 
 import contextlib
 import dataclasses
+import functools
 import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -19,7 +20,8 @@ from proofmass.runner.engine.interrupts import StoppedError, interrupts
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.result import Array, Result
 from proofmass.runner.engine.simulate import simulate_plan
-from proofmass.runner.output.provenance import graph_text, provenance
+from proofmass.runner.output.provenance import provenance
+from proofmass.runner.studies.facts import facts_of
 from proofmass.runner.studies.folder import keep_study
 from proofmass.runner.studies.ledger import FILE, Ledger
 from proofmass.runner.studies.margins_per_run import margin_measures, margins_at
@@ -30,6 +32,7 @@ from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRuns, noise_run
 
 BATCH_SECONDS = 0.2  # of runs that are kept together
+Source = Callable[[Array, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
 StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, a mean as it is now
 
 
@@ -41,6 +44,7 @@ def run_study(
     engine: EngineName = "auto",
     lanes: int | None = None,
     threads: int | None = None,
+    dask: str | None = None,
     folder: str | Path | None = None,
     progress: StudyProgress | None = None,
 ) -> StudyResult:
@@ -48,31 +52,39 @@ def run_study(
 
     `runs` and `seed` take the place of those of the study. The compiled engine moves `lanes` runs side by side, 0 for
     none, in each of `threads`; both follow from the study and the machine, and change no bit.
+    With `dask` the workers of a Dask cluster compute instead of threads: those of a scheduler's address, or "local" or
+    "local:4" for processes of this machine.
 
     With a `folder` every run is kept in a ledger there as it is done: the same call goes on from it after Ctrl-C,
     SIGTERM or a crash, to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under
     way, and the result holds what is done.
     A study with `stop` ends when its means are known well enough; `planned_runs` of the result says after how many.
 
-    Raises `ModelError` when the study is wrong, or the ledger in the folder belongs to another graph or study.
+    Raises `ModelError` when the study is wrong, or the ledger in the folder belongs to another graph or study;
+    `RunError` when the cluster fails.
     """
     began = time.perf_counter()
     study = with_numbers(study, runs, seed)
     sensors = SensorRuns(study, engine, lanes)
     total = study.runs * study.points
-    facts = {"graph": graph_text(study.graph), "study": study.text(), "code": sensors.code()}
     path = None
     if folder is not None:
         Path(folder).mkdir(parents=True, exist_ok=True)
         path = Path(folder) / FILE
-    ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts)
+    ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts_of(sensors))
     try:
         if folder is not None:
             keep_study(study, Path(folder))
         kept, means = ledger.outcomes(total), RunningMeans(study, sensors.measures)
         means.add(kept)
         left = np.setdiff1d(np.arange(total), kept.numbers, assume_unique=True)
-        _fill(ledger, sensors, left, means, threads or _processors(), progress)
+        if dask is None:
+            source = functools.partial(_in_threads, sensors, threads or _processors())
+        else:
+            from proofmass.runner.studies.chunks import runs_on_workers
+
+            source = functools.partial(runs_on_workers, dask, sensors)
+        _fill(ledger, source, left, means, progress)
         found = collected(sensors.measures, ledger.outcomes(means.end))
     finally:
         ledger.close()
@@ -115,17 +127,16 @@ def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:
 
 def _fill(
     ledger: Ledger,
-    sensors: SensorRuns,
+    source: Source,
     left: Array,
     means: RunningMeans,
-    threads: int,
     progress: StudyProgress | None,
 ) -> None:
     """Do the runs that are left; they are written together, batch by batch, and at the latest when it ends."""
     batch: list[Outcomes] = []
     done, written = means.end - len(left), time.perf_counter()
-    with interrupts() as interrupted:
-        for outcomes in _in_order(sensors, left, means, threads, interrupted):
+    with interrupts() as interrupted, contextlib.closing(source(left, means, interrupted)) as arriving:
+        for outcomes in arriving:
             means.add(outcomes)
             batch.append(outcomes)
             done += len(outcomes.numbers)
@@ -139,9 +150,9 @@ def _fill(
             progress(min(done, means.end), means.end, means.text())
 
 
-def _in_order(
-    sensors: SensorRuns, left: Array, means: RunningMeans, threads: int, interrupted: threading.Event
-) -> Iterator[Outcomes]:
+def _in_threads(
+    sensors: SensorRuns, threads: int, left: Array, means: RunningMeans, interrupted: threading.Event
+) -> Generator[Outcomes, None, None]:
     """Results in the order of the runs, computed in threads ahead of whom they are for, until enough is known."""
     threads = threads if sensors.engine == "compiled" else 1  # plain Python gains nothing
     parts, waiting = iter(sensors.parts(left, threads)), deque[Future[Outcomes]]()

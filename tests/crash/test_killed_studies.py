@@ -1,6 +1,7 @@
 """A study that is killed at random instants loses, doubles and changes no run; disks that refuse are said clearly.
 
-`PROOFMASS_KILLS=200 pytest tests/crash/test_killed_studies.py` kills as often.
+`PROOFMASS_KILLS=200 pytest tests/crash/test_killed_studies.py -s` kills as often: studies of one process, and
+of one with two workers.
 """
 
 import os
@@ -19,11 +20,13 @@ from proofmass.graphs.study_reader import read_study
 from proofmass.runner.studies.ledger import FILE, Ledger
 from proofmass.runner.studies.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.study import run_study
+from tests.kept_runs import kept
 from tests.study_texts import STUDY
 
-KILLS = int(os.environ.get("PROOFMASS_KILLS", "4"))
+KILLS = int(os.environ.get("PROOFMASS_KILLS", "3"))
 START = 0.4  # seconds in which a study has hardly begun
 LONGEST = 2.5  # seconds that a study lives before it is killed
+LONGEST_OF_WORKERS = 0.6  # seconds that one with workers does, after it has gone on
 
 
 def command(path: Path, folder: Path, runs: int) -> list[str]:
@@ -31,34 +34,21 @@ def command(path: Path, folder: Path, runs: int) -> list[str]:
     return [*words, "--quiet", "--out", str(folder)]
 
 
-def kept(path: Path) -> dict[int, bytes]:
-    """Numbers of each run in the ledger as they are on disk; none before there is one."""
-    if not path.exists():
-        return {}
-    data = sqlite3.connect(path)
-    try:
-        found: dict[int, bytes] = {}
-        for first, runs, held in data.execute("SELECT first, runs, numbers FROM stretches"):
-            length = len(held) // runs
-            for place in range(runs):
-                assert first + place not in found, "a run twice"
-                found[first + place] = held[place * length : (place + 1) * length]
-        return found
-    except sqlite3.OperationalError:
-        return {}
-    finally:
-        data.close()
-
-
-def test_killed_at_random_instants(tmp_path: Path) -> None:
+@pytest.mark.parametrize("more", [[], ["--dask", "local:2"]], ids=["alone", "with two workers"])
+def test_killed_at_random_instants(more: list[str], tmp_path: Path) -> None:
     path, folder, dice = tmp_path / "study.toml", tmp_path / "out", random.Random(7)
     path.write_text(STUDY)
-    runs = 40 * KILLS
+    runs = (10 if more else 40) * KILLS
     expected = run_study(read_study(path), runs=runs, engine="python", folder=tmp_path / "whole")
     killed, before = 0, dict[int, bytes]()
     while killed < KILLS:
-        process = subprocess.Popen(command(path, folder, runs), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        time.sleep(dice.uniform(START, LONGEST))
+        words = [*command(path, folder, runs), *more]
+        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        if more and dice.random() < 0.75:  # workers take a while to start
+            wait_for_more(process, folder / FILE, len(before))
+            time.sleep(dice.uniform(0.0, LONGEST_OF_WORKERS))
+        else:
+            time.sleep(dice.uniform(START, LONGEST))
         if process.poll() is not None:
             process.communicate()
             break  # it has ended before
@@ -72,6 +62,12 @@ def test_killed_at_random_instants(tmp_path: Path) -> None:
     assert killed > 1
     assert run_study(read_study(path), runs=runs, engine="python", folder=folder).digest == expected.digest
     assert kept(folder / FILE) == kept(tmp_path / "whole" / FILE)
+
+
+def wait_for_more(process: "subprocess.Popen[bytes]", path: Path, before: int) -> None:
+    """Until the ledger has more rows than before, or the process has ended."""
+    while process.poll() is None and len(kept(path)) <= before:
+        time.sleep(0.05)
 
 
 def test_a_full_disk_is_said_and_the_study_goes_on_when_there_is_room(tmp_path: Path) -> None:

@@ -1,7 +1,10 @@
 """Every block of the README runs, and what it prints is what the README says."""
 
+import contextlib
+import json
 import os
 import re
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -48,6 +51,30 @@ def test_command(command: str, folder: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+def test_workers_of_a_scheduler(folder: Path) -> None:
+    """The three lines of the laptop, at any port that is free."""
+    lines = next(
+        text for language, text in BLOCKS if language == "text" and "dask scheduler --host" in text
+    ).splitlines()
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    scheduler, worker, study = (line.replace("8786", port).split() for line in lines[1:])
+    scheduler += ["--port", port, "--no-dashboard"]
+    study = ["-m", "proofmass", *study[1:2], str(ROOT / study[2]), *study[3:], "--runs", "4", "--json"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    with contextlib.ExitStack() as started:
+        for words in (scheduler, [*worker, "--no-dashboard"]):
+            command = [sys.executable, "-m", "dask", *words[1:]]
+            process = started.enter_context(
+                subprocess.Popen(command, cwd=folder, env=environment, stderr=subprocess.DEVNULL)
+            )
+            started.callback(process.terminate)
+        done = run([sys.executable, *study], folder)
+    assert done.returncode == 0, done.stderr
+    here = run([sys.executable, *study[: study.index("--dask")], "--runs", "4", "--json"], folder)
+    assert json.loads(done.stdout)["digest"] == json.loads(here.stdout)["digest"]
+
+
 def test_files_that_the_text_promises(folder: Path) -> None:
     done = run([sys.executable, "-m", "proofmass", "run", "accelerometer.toml", "--out", "results"], folder)
     assert done.returncode == 0, done.stderr
@@ -55,7 +82,7 @@ def test_files_that_the_text_promises(folder: Path) -> None:
 
 
 def test_messages_are_the_ones_printed(folder: Path) -> None:
-    promised = next(text for language, text in BLOCKS if language == "text")
+    promised = next(text for language, text in BLOCKS if language == "text" and "problems in" in text)
     wrong = GRAPH.replace("damping =", "dampign =").replace("-> adc.voltage", "-> adc.voltag")
     (folder / "accelerometer.toml").write_text(wrong, encoding="utf-8")
     done = run([sys.executable, "-m", "proofmass", "check", "accelerometer.toml"], folder)

@@ -28,7 +28,7 @@ from proofmass.runner.engine.plan import plan
 from proofmass.runner.rtl.compose import compose, digital_blocks
 from proofmass.runner.rtl.machine import Machine
 from proofmass.runner.rtl.words import Word
-from tests.runner.machines_by_hand import loop_at_rates
+from tests.runner.machines_by_hand import loop_at_rates, made
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 
@@ -305,3 +305,9 @@ def test_a_counter_of_chips_beside_its_reader() -> None:
     )
     machine = compose(plan(graph))
     assert [str(port.word) for port in machine.outputs] == ["(5, 0) unsigned"]
+
+
+def test_what_has_no_registers_needs_no_ticks() -> None:
+    machine, _ = made(loop_at_rates(2000, 2000, 2000), "error", "gain")
+    assert machine.strides == ()
+    assert not machine.clocked

@@ -19,7 +19,7 @@ def test_multipliers_of_the_reference_model() -> None:
     cost = module_cost(module_of(FixedMassSpringDamper()))
     assert cost.multipliers == {(32, 24): 2}  # by c/m and k/m
     assert sum(cost.constant_multipliers.values()) == 2  # by the step
-    wide = dict.fromkeys(("large_format", "small_format", "step_format"), Fixed(32, 24))
+    wide = dict.fromkeys(("large_format", "damping_format", "small_format", "step_format"), Fixed(32, 24))
     assert module_cost(module_of(FixedMassSpringDamper(**wide))).multipliers == {(32, 32): 2}
 
 

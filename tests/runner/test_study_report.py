@@ -101,6 +101,39 @@ def test_a_folder_without_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "holds no study" in capsys.readouterr().err
 
 
+def test_a_study_file_stands_for_the_folder_it_ran_in_last(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, here = tmp_path / "studies" / "sensor.toml", tmp_path / "here"
+    path.parent.mkdir()
+    path.write_text(STUDY)
+    (tmp_path / "other.toml").write_text(STUDY.replace("200 ppm", "300 ppm"))
+    assert main(["report", str(path)]) == 1
+    assert "no folder of this study is near" in capsys.readouterr().err
+    run_study(read_study(path), runs=2, engine="python", folder=path.parent / "beside")
+    (path.parent / "beside").rename(path.parent / "moved")
+    run_study(read_study(tmp_path / "other.toml"), runs=2, engine="python", folder=here / "other")
+    monkeypatch.chdir(here)
+    assert main(["report", str(path)]) == 0
+    assert "moved/report.html" in capsys.readouterr().out
+    run_study(read_study(path), runs=3, seed=4, engine="python", folder=here / "out")
+    assert main(["report", str(path)]) == 0
+    assert "wrote out/report.html: 6 of 6 runs" in capsys.readouterr().out
+
+
+def test_margins_of_the_runs_are_in_the_report(tmp_path: Path) -> None:
+    """Measures of the ledger that no signal has."""
+    library = Path(__file__).parents[2] / "graphs" / "library"
+    text = (library / "scale_factor_drift.toml").read_text().partition("[study]")[0]
+    text = text.replace('duration = "0.3 s"', 'duration = "1 ms"').replace('from = "0.25 s"', 'from = "0 s"')
+    more = '[study]\nruns = 2\nmargins = "0 s"\n[study.spread]\n"pickoff.gain" = { normal = "1 %", relative = true }\n'
+    (tmp_path / "study.toml").write_text(text + more)
+    made = run_study(read_study(tmp_path / "study.toml"), engine="python", folder=tmp_path / "out")
+    assert kept_result(tmp_path / "out").digest == made.digest
+    assert main(["report", str(tmp_path / "out")]) == 0
+    assert "main.gain_margin" in texts((tmp_path / "out" / "report.html").read_text())
+
+
 def test_one_age_and_no_limits(tmp_path: Path) -> None:
     (tmp_path / "sensor.toml").write_text(STUDY.partition("[study.sweep]")[0])
     result = run_study(read_study(tmp_path / "sensor.toml"), engine="python")
@@ -118,6 +151,8 @@ def test_intervals_between_calibrations_stand_under_headings(tmp_path: Path) -> 
     page = save_study_report(result, tmp_path / "report.html").read_text()
     for words in ("Never recalibrated", "Recalibrated every 2 year", "Recalibrated every 1 year"):
         assert page.count(f"<h3>{words}</h3>") == 2
+    assert "3 intervals between calibrations" in page
+    assert "points of the sweep" not in page
     measures = page[page.index(">Measures<") : page.index(">Distributions<")]
     assert measures.count("found") == 3 * 11
     assert "40 year" in measures

@@ -241,7 +241,8 @@ def test_the_source_of_every_example_is_one_loop_and_what_it_calls(path: Path, c
     called.remove("loop")
     named = {node.id for node in ast.walk(module) if isinstance(node, ast.Name)}
     assert set(called) <= named
-    assert max(map(len, ast.unparse(module).splitlines())) < 700  # of a table in a digital block
+    statements = (line for line in ast.unparse(module).splitlines() if not line.startswith("def loop("))
+    assert max(map(len, statements)) < 700  # of a table in a digital block; arguments are one for each buffer
 
 
 def test_what_is_shown_of_a_block_is_a_piece_of_a_graph_file(command: Command) -> None:

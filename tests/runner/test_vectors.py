@@ -37,7 +37,7 @@ def test_a_slow_block_alone_is_seen_at_its_own_ticks() -> None:
 
 def test_more_than_64_bits_inside_are_simulated_too() -> None:
     """All words of 32 bits, the reference model whose 21 multipliers Sarraf et al. 2012 give in table 3."""
-    wide = dict.fromkeys(("large_format", "small_format", "step_format"), Fixed(32, 20))
+    wide = dict.fromkeys(("large_format", "damping_format", "small_format", "step_format"), Fixed(32, 20))
     sources = {name: FixedQuantiser(output_format=Fixed(32, 20), unit=unit) for name, unit in UNITS.items()}
     graph = Graph(
         name="wide",

@@ -23,7 +23,8 @@ OTHERS = {
     "FixedCorrelationCell": [{"lag": 3, "order": 3}],
     "FixedMassSpringDamper": [
         {"method": "forward_euler", "overflow": "wrap"},
-        dict.fromkeys(("large_format", "small_format", "step_format"), Fixed(32, 24)),
+        {"method": "leapfrog"},
+        dict.fromkeys(("large_format", "damping_format", "small_format", "step_format"), Fixed(32, 24)),
     ],
     "FixedStiffnessController": [{"rounding": "toward_zero", "overflow": "wrap"}],
     "FixedPID": [{"rounding": "floor", "overflow": "wrap"}],
