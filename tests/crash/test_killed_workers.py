@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from distributed import LocalCluster
+from distributed.core import Status
 
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.studies import chunks
@@ -23,6 +24,12 @@ from tests.study_texts import STUDY
 KILLS = int(os.environ.get("PROOFMASS_KILLS", "2"))
 CHUNKS = 25  # per kill, of one run each
 LATER = 0.3  # seconds, at most, from the chunk after which a worker is killed
+
+
+def at_work(workers: LocalCluster) -> list[int]:
+    """Processes of workers that have started; Dask gives up one that dies while it starts."""
+    nannies = [nanny for nanny in workers.workers.values() if nanny.worker_address in workers.scheduler.workers]
+    return [nanny.pid for nanny in nannies if nanny.process is not None and nanny.process.status == Status.running]
 
 
 def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -38,8 +45,9 @@ def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
             while arrived[-1] < after and not ended.is_set():
                 time.sleep(0.02)
             time.sleep(dice.uniform(0.0, LATER))
-            alive = [worker.pid for worker in workers.workers.values() if worker.pid and worker.pid not in killed]
-            if alive and not ended.is_set():
+            while not (alive := [pid for pid in at_work(workers) if pid not in killed]) and not ended.is_set():
+                time.sleep(0.02)
+            if not ended.is_set():
                 killed.append(dice.choice(alive))
                 os.kill(killed[-1], signal.SIGKILL)
 
