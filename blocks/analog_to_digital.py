@@ -7,6 +7,7 @@ Rounding is to the nearest code, ties to even; saturation at -2^(bits-1) and 2^(
 from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, Input, param
+from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.rounding import clip, round_half_even
 
 
@@ -26,6 +27,11 @@ class Constants(NamedTuple):
     offset: float
     lowest: float
     highest: float
+
+
+@AnalogToDigital.formats
+def formats(p: AnalogToDigital) -> dict[str, Fixed]:
+    return {"code": Fixed(p.bits)}
 
 
 @AnalogToDigital.constants

@@ -1,7 +1,4 @@
-"""What the shell sees: one command per job, imported when it is called.
-
-Exit codes: 0 done, 1 the model is wrong, 2 usage, 3 the run failed, 130 interrupted.
-"""
+"""What the shell sees: one command per job, imported when it is called."""
 
 import os
 import sys
@@ -11,8 +8,7 @@ from typing import Any
 import click
 
 from proofmass import __version__
-
-DONE, WRONG_MODEL, USAGE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, WRONG_MODEL, count, explain
 
 
 class Commands(click.Group):
@@ -114,7 +110,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
             ready = "ready to run" if runs_alone(read) else "ready to be a part of other graphs"
             click.echo(f"{graph}: {read.size.blocks} blocks, {read.size.wires} wires, {ready}")
         else:
-            click.echo(f"{_count(len(wrong), 'problem')} in {graph}", err=True)
+            click.echo(f"{count(len(wrong), 'problem')} in {graph}", err=True)
     return WRONG_MODEL if wrong else DONE
 
 
@@ -268,6 +264,39 @@ def report(**options: Any) -> int:
 
 
 @cli.command()
+@graph_argument
+@click.option("--block", "names", multiple=True, metavar="NAME", help="Only this block, or all in this subgraph.")
+@click.option(
+    "-o", "--output", "out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write to."
+)
+@click.option(
+    "--ticks",
+    type=click.IntRange(1, 10**7),
+    help="Clocks of the test bench; else the graph's duration, at most 10,000.",
+)
+@click.option(
+    "--keep-adders/--merge-adders",
+    default=True,
+    show_default=True,
+    help="Mark sums, so that synthesis makes carry chains of them.",
+)
+@set_option
+@blocks_option
+@json_option
+def rtl(**options: Any) -> int:
+    """Write the digital part of a graph as Verilog, with a self-checking test bench and a report.
+
+    \b
+    proofmass rtl graphs/library/self_calibration_fixed.toml -o hardware
+    cd hardware && iverilog -o bench self_calibration_fixed*.v && vvp bench
+    proofmass rtl sensor.toml --block controller -o hardware
+    """
+    from proofmass.runner.commands.rtl_command import write_rtl
+
+    return write_rtl(**options)
+
+
+@cli.command()
 @click.argument("kind", required=False)
 @blocks_option
 @json_option
@@ -347,27 +376,7 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         if plain != given:
             raise
-        return _explain(error)
-
-
-def _explain(error: Exception) -> int:
-    from proofmass.blocks.problem import ModelError
-
-    if isinstance(error, ModelError):
-        for problem in error.problems:
-            click.echo(str(problem), err=True)
-        click.echo(_count(len(error.problems), "problem"), err=True)
-        return WRONG_MODEL
-    name = type(error).__name__
-    if isinstance(error, OSError):
-        click.echo(f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}", err=True)
-    elif isinstance(error, MemoryError):
-        click.echo("out of memory\n  hint:     fewer samples, or thin a probe: every = 1000", err=True)
-    elif name == "RunError":
-        click.echo(f"the run failed\n{error}", err=True)
-    else:
-        click.echo(f"an error inside proofmass: {name}: {error}\n  hint:     --traceback shows where", err=True)
-    return FAILED
+        return explain(error)
 
 
 def _wrong(problems: list[Any]) -> list[Any]:
@@ -386,7 +395,3 @@ def _print_json(data: Any) -> None:
     import json
 
     click.echo(json.dumps(data, indent=2))
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from proofmass.runner.fixed.integer_interval import COMPARISONS, Interval, interval_of
 from proofmass.runner.fixed.integer_ir import Node
 
+NEVER = 1 << 62
 REACH = 12  # how many operations an assumption is followed through: enough for a rounding and a sum
 
 
@@ -15,10 +16,11 @@ class Assumptions:
     def __init__(self) -> None:
         self._known: dict[Node, Interval] = {}
         self._found: dict[Node, Interval] = {}
+        self._first = NEVER  # number of the first node of which anything is assumed: none before it depends on that
 
     def clear(self) -> None:
         """Assume nothing."""
-        self._known, self._found = {}, {}
+        self._known, self._found, self._first = {}, {}, NEVER
 
     def interval(self, node: Node) -> Interval:
         """The interval of a node under the assumptions."""
@@ -27,12 +29,12 @@ class Assumptions:
     @contextmanager
     def also(self, condition: Node, outcome: bool) -> Iterator[None]:
         """Assume a condition inside the `with` block."""
-        known, found = dict(self._known), dict(self._found)
+        known, found, first = dict(self._known), dict(self._found), self._first
         self.assume(condition, outcome)
         try:
             yield
         finally:
-            self._known, self._found = known, found
+            self._known, self._found, self._first = known, found, first
 
     def assume(self, condition: Node, outcome: bool) -> None:
         """From here on the condition is known to hold (`outcome` True), or not to."""
@@ -72,11 +74,12 @@ class Assumptions:
         if low > high or (low, high) == before or node.operation == "constant":
             return  # an empty interval: the assumptions contradict each other, and this path is never taken
         self._known[node] = low, high
+        self._first = min(self._first, node.number)
         self._found = {}
         if not node.operands or not reach:
             return
         first, reach = node.operands[0], reach - 1
-        if node.operation == "narrow":
+        if node.operation in ("narrow", "pipe"):
             self._cut(first, low, high, reach)
         elif node.operation == "negate":
             self._cut(first, -high, -low, reach)
@@ -97,6 +100,8 @@ class Assumptions:
 
     def _interval(self, node: Node, reach: int) -> Interval:
         """From the operands' intervals, as far as the reach goes."""
+        if node.number < self._first:
+            return node.low, node.high
         found = self._found.get(node)
         if found is not None:
             return found

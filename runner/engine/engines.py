@@ -20,6 +20,8 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
     if wanted != "auto":
         return wanted
     entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
+    if any(block.wide for block in planned.digital.values()):
+        return "python"
     lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
     tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
     seconds = ticks * tick

@@ -24,14 +24,17 @@ from proofmass.runner.studies.measuring import planned_measures, unread, with_me
 __all__ = ["Plan", "PlannedProbe", "plan", "varied"]
 
 
-def plan(graph: Graph) -> Plan:
-    """Check, schedule and prepare a graph; raises `ModelError`."""
+def plan(graph: Graph, *, wide: bool = False) -> Plan:
+    """Check, schedule and prepare a graph; raises `ModelError`.
+
+    With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
+    """
     probed = graph.probes  # as they are named there
     graph = flatten(checked(graph))
     graph = with_measures(graph, schedule(graph)) if graph.measures else graph
     scheduled = schedule(graph)
     bare = Plan(graph, unread(scheduled), graph.blocks, {}, {}, {}, (), (), {}, planned_measures(graph, scheduled))
-    made, problems = _made(bare, graph.blocks)
+    made, problems = _made(bare, graph.blocks, wide)
     if problems:
         raise ModelError([graph.placed(problem) for problem in problems])
     ready = _with(bare, made)
@@ -65,7 +68,7 @@ class _Made(NamedTuple):
     digital: DigitalBlock | None = None
 
 
-def _made(planned: Plan, names: Iterable[str]) -> tuple[dict[str, _Made], list[Problem]]:
+def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict[str, _Made], list[Problem]]:
     """Constants, starts and buffers of some blocks of a plan."""
     made, problems = dict[str, _Made](), list[Problem]()
     drivers = planned.schedule.drivers
@@ -73,7 +76,7 @@ def _made(planned: Plan, names: Iterable[str]) -> tuple[dict[str, _Made], list[P
         block = planned.blocks[name]
         try:
             if block.digital():
-                traced = digital_block(name, block, planned.block_period(name))
+                traced = digital_block(name, block, planned.block_period(name), wide=wide)
                 held = {(name, b): values for b, values in traced.buffers.items()}
                 made[name] = _Made(None, traced.constants, traced.start, held, traced)
                 continue

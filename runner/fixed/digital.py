@@ -6,33 +6,48 @@ registers; all other constants, and the parameters of a block that declares none
 into the code.
 """
 
-import inspect
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any, get_type_hints
+from functools import cached_property, lru_cache
+from typing import Any
 
-from proofmass.blocks.declare import Behaviour, Block, BufferPort, Port
+from proofmass.blocks.declare import Behaviour, Block
 from proofmass.blocks.fixed_point import FixedValue
-from proofmass.blocks.problem import ModelError, Problem
+from proofmass.blocks.problem import ModelError
+from proofmass.runner.fixed.block_formats import function_formats, state_formats
 from proofmass.runner.fixed.integer_code import CompiledStep, compile_traced
 from proofmass.runner.fixed.step_formats import Constant, Formats, filled, reference_step, storer
-from proofmass.runner.fixed.trace import trace
+from proofmass.runner.fixed.trace import Traced, trace
 
 
 @dataclass(frozen=True)
 class Step:
-    """A function of a digital block on raw values; both forms take the constants first, and the reference needs none.
+    """A function of a digital block on raw values; reference and code take the constants first, the one needs none."""
 
-    The code returns (result, not 0 where a cast saturated or wrapped, not 0 where one refused), the last two only where
-    the intervals do not rule them out.
-    """
-
+    name: str
     reference: Callable[..., Any]
-    code: CompiledStep
-    overflows: bool
-    refuses: bool
+    traced: Traced
+
+    @property
+    def overflows(self) -> bool:
+        """Whether a cast can saturate or wrap."""
+        return self.traced.overflows.constant != 0
+
+    @property
+    def refuses(self) -> bool:
+        """Whether a cast can refuse."""
+        return self.traced.refused.constant != 0
+
+    @cached_property
+    def code(self) -> CompiledStep:
+        """The integer code; raises `TraceError` where 64 bits do not hold a value.
+
+        It returns (result, not 0 where a cast saturated or wrapped, not 0 where one refused), the last two only where
+        they can be.
+        """
+        beside = [self.traced.lost] * self.overflows + [self.traced.refused] * self.refuses
+        return compile_traced(self.traced, self.name, beside)
 
 
 @dataclass(frozen=True)
@@ -49,11 +64,23 @@ class DigitalBlock:
         """Whether a value of it can saturate or wrap at all."""
         return any(step.overflows for step in self.steps.values())
 
+    @cached_property
+    def wide(self) -> bool:
+        """Whether 64 bits do not hold its values: it is no block for compiled code then."""
+        try:
+            return not all(step.code for step in self.steps.values())
+        except ModelError:
+            return True
 
-def digital_block(name: str, block: Block, period: float) -> DigitalBlock:
-    """The block called `name` in its graph; raises `ModelError` for what has no integer code of 64 bits."""
+
+def digital_block(name: str, block: Block, period: float, *, wide: bool = False) -> DigitalBlock:
+    """The block called `name` in its graph; raises `ModelError` for what is wider than 64 bits, unless it may be."""
     try:
-        return _prepared(block, period)
+        made = _prepared(block, period)
+        if not wide:
+            for step in made.steps.values():
+                _ = step.code
+        return made
     except ModelError as error:
         path = ("blocks", name)
         raise ModelError([replace(p, key=f"blocks.{name}.{p.key}", path=path) for p in error.problems]) from error
@@ -71,12 +98,12 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
         formats = type(constants)(*(registers.get(f, Constant(v)) for f, v in constants._asdict().items()))
         kept = _constants_class(type(block).__name__, tuple(registers))
         raw = kept(*(storer(each, f"c.{f}")(getattr(constants, f)) for f, each in registers.items()))
-    state = _state_formats(block)
+    state = state_formats(block)
     buffers = {name: [0] * block.shape_of(buffer)[0] for name, buffer in block.buffers.items()}
     start = filled(state, "x", lambda text, format: format(0) if format is bool else 0)
     if "start" in block.functions:
         behaviour = block.functions["start"]
-        begin = reference_step(behaviour.function, _formats(block, "start", behaviour, Constant(block)))
+        begin = reference_step(behaviour.function, function_formats(block, "start", behaviour, Constant(block)))
         start = begin(None, *(buffers[name] for name in behaviour.arguments))
     functions = {**block.output_functions, **{n: b for n, b in block.functions.items() if n == "update"}}
     steps = {name: _step(block, name, b, formats, Constant(constants)) for name, b in functions.items()}
@@ -85,11 +112,8 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
 
 def _step(block: Block, name: str, behaviour: Behaviour, constants: Formats, known: Constant) -> Step:
     """`known` are the constants with their values, for the reference."""
-    traced = trace(behaviour.function, _formats(block, name, behaviour, constants), refusals=True)
-    happens = [node.constant != 0 for node in (traced.overflows, traced.refused)]
-    beside = [node for node, may in zip((traced.lost, traced.refused), happens, strict=True) if may]
-    code = compile_traced(traced, name, beside)
-    return Step(reference_step(behaviour.function, _formats(block, name, behaviour, known)), code, *happens)
+    traced = trace(behaviour.function, function_formats(block, name, behaviour, constants), refusals=True)
+    return Step(name, reference_step(behaviour.function, function_formats(block, name, behaviour, known)), traced)
 
 
 @lru_cache(maxsize=256)
@@ -110,44 +134,3 @@ def _registers(block: Block, constants: Any) -> dict[str, Formats]:
             elif isinstance(value, tuple) and value and all(isinstance(each, FixedValue) for each in value):
                 found[field] = (block.format_of(f"c.{field}"),) * len(value)
     return found
-
-
-def _state_formats(block: Block) -> Formats:
-    state = block.state_class()
-    if state is None:
-        return None
-    kinds = get_type_hints(state)
-    return state(*(block.format_of(f"x.{field}") if k is FixedValue else k for field, k in kinds.items()))
-
-
-def _formats(block: Block, name: str, behaviour: Behaviour, constants: Formats) -> dict[str, Formats]:
-    """Formats of the arguments and the result of a function."""
-    first = next(iter(inspect.signature(behaviour.function).parameters))
-    found = {first: constants, "return": None}
-    for argument in behaviour.arguments:
-        if argument == "x":
-            found["x"] = _state_formats(block)
-        elif argument == "tick":
-            found["tick"] = int
-        elif argument == "out":
-            found["out"] = _port_formats(block, block.outputs[name])
-        elif argument == "p":
-            found["p"] = Constant(block)
-        elif argument in ("time", "normal"):
-            hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
-            message = f"{argument} is a floating-point number, and the block works in fixed point"
-            raise ModelError([Problem(message=message, key=name, hint=hint)])
-        else:
-            port = block.inputs.get(argument) or block.buffers[argument]
-            found[argument] = _port_formats(block, port)
-    if name in block.outputs and not block.outputs[name].shape:
-        found["return"] = _port_formats(block, block.outputs[name])
-    elif name in ("update", "start"):
-        found["return"] = _state_formats(block)
-    return found
-
-
-def _port_formats(block: Block, port: Port | BufferPort) -> Formats:
-    """The format of a port or buffer, or a list with that of each entry."""
-    one = block.format_of(port.name) if port.dtype is FixedValue else port.dtype
-    return [one] * block.shape_of(port)[0] if port.shape else one

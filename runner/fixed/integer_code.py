@@ -98,13 +98,13 @@ class _Writer:
                 self.text[node] = str(node.low) if node.low >= 0 else f"({node.low})"
             elif node.name.isidentifier() and node.name not in self._bools:
                 self.text[node] = node.name
-            elif node.operation == "narrow" and node not in self._clamped:
+            elif node.operation == "pipe" or (node.operation == "narrow" and node not in self._clamped):
                 self.text[node] = self.text[node.operands[0]]
             else:
                 expression = self._expression(node)
                 if expression not in self._names:
                     self._names[expression] = f"{self._prefix}{len(self._names)}"
-                    comment = f"  # {node.place.file}:{node.place.line}" if node.operands and node.place else ""
+                    comment = f"  # {node.place}" if node.operands and node.place else ""
                     yield f"{self._names[expression]} = {expression}{comment}"
                 self.text[node] = self._names[expression]
 

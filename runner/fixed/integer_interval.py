@@ -10,6 +10,7 @@ Operation = Literal[
     "constant",
     "input",
     "narrow",  # the same value, of which more is known
+    "pipe",  # the same value, in hardware a tick later
     "add",
     "subtract",
     "multiply",
@@ -34,6 +35,7 @@ COMMUTATIVE = frozenset({"add", "multiply", "and", "or", "xor", "equal", "not_eq
 
 EVALUATE: Mapping[str, Callable[..., Any]] = {
     "narrow": lambda a: a,
+    "pipe": lambda a: a,
     "add": operator.add,
     "subtract": operator.sub,
     "multiply": operator.mul,

@@ -6,6 +6,7 @@ A node's width follows from its interval, so that nothing can overflow unseen.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
 
 from proofmass.blocks.problem import ModelError, Problem
@@ -22,10 +23,18 @@ MOST_NODES = 20_000  # a step of this size comes from a loop that was not meant 
 
 
 class Place(NamedTuple):
-    """The line of Python that made a node; the file without its folder."""
+    """The line of Python that made a node."""
 
-    file: str
+    path: str
     line: int
+
+    @property
+    def file(self) -> str:
+        """The file without its folder."""
+        return Path(self.path).name
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
 
 
 class TraceError(ModelError):
@@ -34,9 +43,9 @@ class TraceError(ModelError):
     def __init__(
         self, message: str, place: Place | None, *, got: str = "", expected: str = "", hint: str, key: str = ""
     ) -> None:
-        file, line = place or ("", 0)
+        at = place or Place("", 0)
         super().__init__(
-            [Problem(message=message, file=file, line=line, key=key, got=got, expected=expected, hint=hint)]
+            [Problem(message=message, file=at.file, line=at.line, key=key, got=got, expected=expected, hint=hint)]
         )
 
 
@@ -81,6 +90,8 @@ class Program:
 
     def input(self, name: str, low: int, high: int) -> Node:
         """The node of an argument's number, which is within the interval whenever the step runs."""
+        if low == high:
+            return self.constant(low)
         return self._node("input", (), low, high, name)
 
     def narrow(self, node: Node, low: int, high: int) -> Node:

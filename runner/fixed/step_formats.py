@@ -1,8 +1,8 @@
 """Formats of the arguments and results of a step function: how its numbers lie in registers.
 
-A format is `Fixed`, `int` or `bool`. Formats stand in the place of the values: a NamedTuple of them for a state or the
-constants, a tuple, or a list for a buffer that the step updates in place. Anything else is a constant of the step,
-behind `Constant` where it could be mistaken for a format.
+A format is `Fixed`, `int`, `Within` or `bool`. Formats stand in the place of the values: a NamedTuple of them for a
+state or the constants, a tuple, or a list for a buffer that the step updates in place. Anything else is a constant of
+the step, behind `Constant` where it could be mistaken for a format.
 """
 
 import inspect
@@ -12,7 +12,16 @@ from typing import Any, TypeAlias
 
 from proofmass.blocks.fixed_point import Fixed, FixedValue
 
-Format: TypeAlias = Fixed | type[int] | type[bool]
+
+@dataclass(frozen=True)
+class Within:
+    """The format of an argument that is an integer from `low` to `high`; stored is what the step makes of it."""
+
+    low: int
+    high: int
+
+
+Format: TypeAlias = Fixed | Within | type[int] | type[bool]
 Held: TypeAlias = type[float] | type[int] | type[bool]
 Formats: TypeAlias = Any  # a format, a NamedTuple, tuple or list of them, or a constant
 
@@ -37,13 +46,15 @@ def held_as(kind: Any) -> Held:
 
 def is_format(formats: Formats) -> bool:
     """Whether it is the format of one number."""
-    return isinstance(formats, Fixed) or formats is int or formats is bool
+    return isinstance(formats, Fixed | Within) or formats is int or formats is bool
 
 
 def bounds(format: Format) -> tuple[int, int]:
     """The lowest and the highest mantissa."""
     if format is bool:
         return 0, 1
+    if isinstance(format, Within):
+        return format.low, format.high
     register = format if isinstance(format, Fixed) else WORD
     return register.lowest, register.highest
 
@@ -107,7 +118,8 @@ def storer(formats: Formats, text: str, at: Callable[[str], object] = lambda tex
         store_fixed = formats.store
         return lambda value: at(text) or store_fixed(value)
     if is_format(formats):
-        return lambda value: at(text) or _stored_integer(formats, value)
+        kind = int if isinstance(formats, Within) else formats
+        return lambda value: at(text) or _stored_integer(kind, value)
     if isinstance(formats, tuple | list):
         make = _maker(formats)
         storers = [storer(each, part, at) for each, part in zip(formats, parts(formats, text), strict=True)]

@@ -10,10 +10,9 @@ import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NoReturn
 
-from proofmass.blocks import fixed_point
+from proofmass.blocks import fixed_point, pipeline
 from proofmass.blocks.fixed_point import counting_overflows
 from proofmass.runner.engine.assumptions import Assumptions
 from proofmass.runner.fixed import integer_interval, integer_ir, step_formats
@@ -23,7 +22,7 @@ from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves,
 
 MOST_PATHS = 256
 USE_WHERE = "write where(condition, a, b) for those that only choose a value"
-_MACHINERY = {m.__file__ for m in (fixed_point, integer_interval, integer_ir, step_formats)} | {__file__}
+_MACHINERY = {m.__file__ for m in (fixed_point, pipeline, integer_interval, integer_ir, step_formats)} | {__file__}
 
 
 @dataclass(frozen=True)
@@ -42,18 +41,25 @@ class Traced:
     program: Program
 
 
-def trace(function: Callable[..., Any], formats: Mapping[str, Formats], *, refusals: bool = False) -> Traced:
+def trace(
+    function: Callable[..., Any],
+    formats: Mapping[str, Formats],
+    *,
+    refusals: bool = False,
+    program: Program | None = None,
+) -> Traced:
     """The operations of a step function whose arguments, and "return", have the given formats.
 
     A cast with the overflow "refuse" is refused here where the value could leave its format; with `refusals` it may,
-    and `refused` says in each run of the code whether it did.
+    and `refused` says in each run of the code whether it did. Functions traced into one `program` share what they
+    have in common: arguments of one name are one value.
     """
     arguments = tuple(inspect.signature(function).parameters)
     unknown = set(arguments).symmetric_difference(set(formats) - {"return"})
     if unknown:
         raise ValueError(f"{function.__name__}: a format for every argument and no other: {', '.join(sorted(unknown))}")
     buffers = [name for name in arguments if isinstance(formats[name], list)]
-    tracer = _Tracer(function)
+    tracer = _Tracer(function, program or Program())
 
     def run() -> list[Node]:
         values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
@@ -86,12 +92,13 @@ def trace(function: Callable[..., Any], formats: Mapping[str, Formats], *, refus
 class _Tracer:
     """One trace: the program under way, and the path through the function's branches that is being followed."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.program = Program(self._place, function.__name__)
+    def __init__(self, function: Callable[..., Any], program: Program) -> None:
+        self.program = program
+        program.place, program.name = self._place, function.__name__
         self.paths = 0
         self._name = self._key = function.__name__
         code = function.__code__
-        self._defined = Place(Path(code.co_filename).name, code.co_firstlineno)
+        self._defined = Place(code.co_filename, code.co_firstlineno)
         self._merging: Place | None = None
         self._assumptions = Assumptions()
         self._script: Sequence[bool] = ()
@@ -151,6 +158,11 @@ class _Tracer:
         """An operation on what is known of its operands on this path."""
         return self.program.make(operation, *(self._known(node) for node in operands))
 
+    def cut(self, node: Node) -> Node:
+        """A pipeline cut: one of a value, whatever is known of it on this path."""
+        whole = node.operands[0] if node.operation == "narrow" else node
+        return self._known(self.program.make("pipe", whole))
+
     def select(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
         """A selection; either value has the interval that it has where it is chosen."""
         return self._selected(self._known(condition), chosen, otherwise)
@@ -175,7 +187,7 @@ class _Tracer:
             frame = frame.f_back
         if frame.f_code is _Tracer.follow.__code__:
             return self._defined
-        return Place(Path(frame.f_code.co_filename).name, frame.f_lineno)
+        return Place(frame.f_code.co_filename, frame.f_lineno)
 
     def _run(self, run: Callable[[], list[Node]]) -> list[Node]:
         try:
@@ -184,7 +196,7 @@ class _Tracer:
             raise
         except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
             frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _MACHINERY]
-            place = Place(Path(frames[-1].filename).name, frames[-1].lineno or 0) if frames else self._defined
+            place = Place(frames[-1].filename, frames[-1].lineno or 0) if frames else self._defined
             text = "an assertion that could fail" if isinstance(error, AssertionError) else str(error)
             message, _, hint = text.partition(": ")
             hint = hint or "a step takes and returns integers and fixed-point values of its formats, and nothing else"
@@ -358,6 +370,10 @@ class Signal:
     def maximum(self, other: Any) -> Any:
         """The greater of the two."""
         return self._made("maximum", self, other)
+
+    def cut(self) -> "Signal":
+        """The signal behind a pipeline cut."""
+        return Signal(self._tracer, self._tracer.cut(self.node))
 
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
         """The value of a rule that never decreases, with the interval between its values at both ends."""

@@ -43,7 +43,7 @@ def test_every_fence_says_what_it_is() -> None:
         for path in DOCS.glob("*.md")
         for language in re.findall(r"^```(\w*)\n(?:.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
     }
-    assert languages <= {"toml", "python", "sh", "text"}, "a new kind of block needs a test that runs it"
+    assert languages <= {"toml", "python", "sh", "text", "verilog"}, "a new kind of block needs a test that runs it"
     assert fenced("toml")
 
 
@@ -52,6 +52,18 @@ def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(folder_of_files(tmp_path))
     (tmp_path / "example.py").write_text(text)
     runpy.run_path(str(tmp_path / "example.py"))
+
+
+def test_verilog_is_what_the_program_before_it_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    ((program, verilog),) = re.findall(
+        r"^```python\n((?:(?!^```).)*?)^```$(?:(?!^```).)*?^```verilog\n(.*?)^```$",
+        (DOCS / "rtl.md").read_text(),
+        re.DOTALL | re.MULTILINE,
+    )
+    (tmp_path / "smoother.py").write_text(program)
+    runpy.run_path("smoother.py")
+    assert (tmp_path / "smoother.v").read_text() == verilog
 
 
 def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:

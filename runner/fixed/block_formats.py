@@ -1,0 +1,65 @@
+"""Formats of a block's functions, as `proofmass.runner.fixed.trace` takes them: of ports, state and buffers."""
+
+import inspect
+from collections.abc import Mapping
+from typing import get_type_hints
+
+from proofmass.blocks.declare import Behaviour, Block, BufferPort, Port
+from proofmass.blocks.fixed_point import FixedValue
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.runner.fixed.step_formats import Constant, Format, Formats
+
+NO_RANGES: Mapping[str, Format] = {}
+
+
+def state_formats(block: Block, ranges: Mapping[str, Format] = NO_RANGES) -> Formats:
+    """Formats of the state, or None; `ranges` says what is known of integers, by "x.chip", port or buffer."""
+    state = block.state_class()
+    if state is None:
+        return None
+    kinds = get_type_hints(state)
+    return state(*(_format(block, f"x.{field}", kind, ranges) for field, kind in kinds.items()))
+
+
+def function_formats(
+    block: Block, name: str, behaviour: Behaviour, constants: Formats, ranges: Mapping[str, Format] = NO_RANGES
+) -> dict[str, Formats]:
+    """Formats of the arguments and the result of a function; raises `ModelError` for what is no integer.
+
+    What `ranges` says is known of arguments; of a result nothing is.
+    """
+    first = next(iter(inspect.signature(behaviour.function).parameters))
+    found = {first: constants, "return": None}
+    for argument in behaviour.arguments:
+        if argument == "x":
+            found["x"] = state_formats(block, ranges)
+        elif argument == "tick":
+            found["tick"] = int
+        elif argument == "out":
+            found["out"] = port_formats(block, block.outputs[name])
+        elif argument == "p":
+            found["p"] = Constant(block)
+        elif argument in ("time", "normal"):
+            hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
+            message = f"{argument} is a floating-point number, and the block works in fixed point"
+            raise ModelError([Problem(message=message, key=name, hint=hint)])
+        else:
+            port = block.inputs.get(argument) or block.buffers[argument]
+            found[argument] = port_formats(block, port, ranges)
+    if name in block.outputs and not block.outputs[name].shape:
+        found["return"] = port_formats(block, block.outputs[name])
+    elif name in ("update", "start"):
+        found["return"] = state_formats(block)
+    return found
+
+
+def port_formats(block: Block, port: Port | BufferPort, ranges: Mapping[str, Format] = NO_RANGES) -> Formats:
+    """The format of a port or buffer, or a list with that of each entry."""
+    one = _format(block, port.name, port.dtype, ranges)
+    return [one] * block.shape_of(port)[0] if port.shape else one
+
+
+def _format(block: Block, text: str, kind: type, ranges: Mapping[str, Format]) -> Format:
+    if kind is FixedValue:
+        return block.format_of(text)
+    return ranges.get(text, kind)

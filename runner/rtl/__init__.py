@@ -1,0 +1,1 @@
+"""Hardware from traced steps: Verilog of the digital part of a graph."""

@@ -1,0 +1,81 @@
+"""Ranges of plain integers in registers: intervals that hold their start and that no step from inside them leaves.
+
+An interval that a step leaves is made wider: first to what the step reaches, then up to the next constant of the step
+or the next power of two. Once no step leaves it, steps from it make it narrower again. So a counter
+`0 if n == 1022 else n + 1` is found to be 0 to 1022, and a register behind a mask what the mask leaves.
+"""
+
+from bisect import bisect_left
+from collections.abc import Callable, Mapping
+from typing import NoReturn
+
+from proofmass.runner.fixed.integer_interval import Interval
+from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
+
+_POWERS = (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 56, 62)
+_EXACT = 2  # steps followed before intervals are made wider than what is reached
+_NARROWINGS = 4
+
+Step = Callable[[Mapping[str, Interval]], tuple[Program, Mapping[str, list[Node]]]]  # its values after a step
+
+
+def register_ranges(name: str, starts: Mapping[str, Interval], step: Step) -> dict[str, Interval]:
+    """The interval of each register from that of its start; raises `TraceError` for one that grows without bound."""
+    ranges = dict(starts)
+    grown, steps = True, 0
+    while grown:
+        grown, steps = False, steps + 1
+        program, following = step(ranges)
+        lowest, highest = _thresholds(program)
+        for text, nodes in following.items():
+            low, high = _union(starts[text], nodes)
+            before = ranges[text]
+            down = -before[0] if low >= before[0] else _next(lowest, -low)
+            up = before[1] if high <= before[1] else _next(highest, high)
+            if down is None or up is None:
+                _refuse(name, text, nodes, before)
+            ranges[text] = (min(low, before[0]), max(high, before[1])) if steps <= _EXACT else (-down, up)
+            grown |= ranges[text] != before
+    for _ in range(_NARROWINGS):
+        _, following = step(ranges)
+        inside = {text: _union(starts[text], nodes) for text, nodes in following.items()}
+        if inside == ranges:
+            break
+        ranges = inside
+    return ranges
+
+
+def _union(start: Interval, nodes: list[Node]) -> Interval:
+    return min(start[0], *(node.low for node in nodes)), max(start[1], *(node.high for node in nodes))
+
+
+def _thresholds(program: Program) -> tuple[list[int], list[int]]:
+    """Bounds to try: of the negative of the low end, and of the high end."""
+    near = {node.low + beside for node in program.nodes if node.operation == "constant" for beside in (-1, 0, 1)}
+    lowest = {-each for each in near} | {1 << power for power in _POWERS}
+    highest = near | {(1 << power) - 1 for power in _POWERS}
+    return sorted(lowest), sorted(highest)
+
+
+def _next(thresholds: list[int], value: int) -> int | None:
+    i = bisect_left(thresholds, value)
+    return thresholds[i] if i < len(thresholds) else None
+
+
+def _reach(node: Node) -> int:
+    return max(abs(node.low), abs(node.high))
+
+
+def _refuse(name: str, text: str, nodes: list[Node], before: Interval) -> NoReturn:
+    furthest = max(nodes, key=_reach)
+    while furthest.operation in ("select", "narrow"):
+        furthest = max(furthest.operands[furthest.operation == "select" :], key=_reach)
+    hint = "hold it with clip() or a mask, or let it start again behind an `if`; or make it a FixedValue with a format"
+    raise TraceError(
+        f"{text} grows without bound",
+        furthest.place,
+        got=f"[{furthest.low}, {furthest.high}] after a step from [{before[0]}, {before[1]}]",
+        expected="a range that no step leaves",
+        hint=hint,
+        key=f"{name}: {text}",
+    )
