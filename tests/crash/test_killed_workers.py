@@ -5,7 +5,8 @@
 
 import os
 import random
-import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -25,6 +26,12 @@ CHUNKS = 25  # per kill, of one run each
 LATER = 0.3  # seconds, at most, from the chunk after which a worker is killed
 
 
+def started(address: str) -> "subprocess.Popen[bytes]":
+    """A worker of one thread, with nobody to start it again: Dask's own nannies give up workers that die early."""
+    words = [sys.executable, "-m", "dask", "worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
 def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chunks, "chunk_size", lambda *_: 1)
     path = tmp_path / "study.toml"
@@ -32,30 +39,37 @@ def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     study = read_study(path).changed(runs=CHUNKS * KILLS // 2, seed=1)
     ended, killed, dice, arrived = threading.Event(), list[int](), random.Random(3), list[int]([0])
 
-    def kill(workers: LocalCluster) -> None:
+    def kill(workers: "list[subprocess.Popen[bytes]]", address: str) -> None:
         for number in range(KILLS):
             after = dice.uniform(CHUNKS * number, CHUNKS * (number + 1) - 5)
             while arrived[-1] < after and not ended.is_set():
                 time.sleep(0.02)
             time.sleep(dice.uniform(0.0, LATER))
-            alive = [worker.pid for worker in workers.workers.values() if worker.pid and worker.pid not in killed]
-            if alive and not ended.is_set():
-                killed.append(dice.choice(alive))
-                os.kill(killed[-1], signal.SIGKILL)
+            if not ended.is_set():
+                place = dice.randrange(len(workers))
+                workers[place].kill()
+                killed.append(workers[place].wait())
+                workers[place] = started(address)
 
     expected = run_study(study, engine="python", folder=tmp_path / "here")
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as workers:
-        killer = threading.Thread(target=kill, args=(workers,))
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster:
+        workers = [started(cluster.scheduler_address) for _ in range(2)]
+        killer = threading.Thread(target=kill, args=(workers, cluster.scheduler_address))
         killer.start()
-        made = run_study(
-            study,
-            engine="python",
-            dask=workers.scheduler_address,
-            folder=tmp_path / "there",
-            progress=lambda done, *_: arrived.append(done),
-        )
-        ended.set()
-        killer.join()
+        try:
+            made = run_study(
+                study,
+                engine="python",
+                dask=cluster.scheduler_address,
+                folder=tmp_path / "there",
+                progress=lambda done, *_: arrived.append(done),
+            )
+        finally:
+            ended.set()
+            killer.join()
+            for worker in workers:
+                worker.kill()
+                worker.wait()
     print(f"{len(killed)} workers killed in {len(made.numbers)} chunks")
     assert len(killed) == KILLS
     assert made.digest == expected.digest
