@@ -9,6 +9,7 @@ import click
 
 from proofmass import __version__
 from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, WRONG_MODEL, count, explain
+from proofmass.runner.commands.options import blocks_option, graph_argument, json_option, set_option
 
 
 class Commands(click.Group):
@@ -36,19 +37,6 @@ def cli(traceback: bool) -> None:
     proofmass check sensor.toml       everything that is wrong with it, at once
     proofmass run sensor.toml --out results
     """
-
-
-graph_argument = click.argument("graph", type=click.Path(dir_okay=False, path_type=Path))
-blocks_option = click.option(
-    "--blocks",
-    "own",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Python file of your own blocks; it is run.",
-)
-set_option = click.option(
-    "--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter."
-)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
 
 @cli.command()
