@@ -118,7 +118,7 @@ class _Sides:
         """In clocks with enable, which cuts are for, and in all others, which are simple."""
         otherwise = [*self.assumptions, self.solver.make("NOT", self.steps)]
         shallow = self.solver.replaced(condition, self._cuts.replaced)
-        cases = ((condition, otherwise), (shallow, self._cuts.known))
+        cases = ((condition, otherwise), (shallow, self._cuts.known(shallow)))
         return all(self.solver.prove(each, known, seconds, {}).verdict == "proved" for each, known in cases)
 
     def counter_example(self, goal: _Goal, values: Mapping[str, int]) -> CounterExample:

@@ -91,6 +91,16 @@ def width_of(term: Term) -> int:
     return term.sort().bv_size()  # type: ignore[no-any-return]
 
 
+def constants_of(term: Term) -> list[Term]:
+    """The constants that a term is made of."""
+    reached, waiting = {term}, [term]
+    while waiting:
+        others = [each for each in waiting.pop().children() if each not in reached]
+        reached.update(others)
+        waiting += others
+    return [each for each in reached if each.is_const()]
+
+
 def is_word(term: Term) -> bool:
     """Whether a term is a word, not a truth value."""
     return term.sort().is_bv()  # type: ignore[no-any-return]

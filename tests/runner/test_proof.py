@@ -33,15 +33,9 @@ pytest.importorskip("pyosys")
 pytest.importorskip("bitwuzla")
 
 CALIBRATION = Path(__file__).parents[2] / "graphs" / "library" / "self_calibration_fixed.toml"
-SMALLER = {  # rotations take long at their full width; docs/rtl.md says how long
-    "FixedCordicExponential": {"fraction_bits": 8, "iterations": 6},
-    "FixedCordicScaledExponential": {"fraction_bits": 8, "iterations": 6},
-    "FixedCordicRotation": {"fraction_bits": 8, "iterations": 5},
-    "FixedCordicVectoring": {"input_format": Fixed(8, 6), "phase_bits": 6, "iterations": 4, "guard_bits": 2},
-}
 NUMBERS = {"Correlator"}  # sums of codes: no format says how large they grow
 DIGITAL = [
-    kind(**SMALLER.get(name, {}))
+    kind()
     for name, kind in sorted(all_blocks().items())
     if kind.outputs and not kind.continuous() and name not in NUMBERS
     and all(port.dtype is not float for port in (*kind.inputs.values(), *kind.outputs.values()))
