@@ -5,6 +5,7 @@ import importlib.util
 import pkgutil
 import sys
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -84,8 +85,9 @@ def _port(p: Port) -> dict[str, Any]:
     return data
 
 
-def _modules() -> list[str]:
-    return [m.name for m in pkgutil.iter_modules(proofmass.blocks.__path__)]
+@cache
+def _modules() -> tuple[str, ...]:
+    return tuple(m.name for m in pkgutil.iter_modules(proofmass.blocks.__path__))
 
 
 def _blocks_of(module: Any) -> dict[str, type[Block]]:

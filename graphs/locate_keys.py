@@ -9,7 +9,7 @@ import re
 import tomllib
 from collections.abc import Iterator
 
-from proofmass.graphs.limits import KEY_LENGTH, KEY_PARTS, NESTING, NUMBER_LENGTH, WORDS
+from proofmass.graphs.limits import ESCAPES, KEY_LENGTH, KEY_PARTS, NESTING, NUMBER_LENGTH, WORDS
 
 Path = tuple[str, ...]
 Token = tuple[str, str, int]  # kind, text and line; the kind of a mark is the mark itself
@@ -61,6 +61,8 @@ def _tokens(text: str) -> Iterator[Token]:
             continue
         if kind == "bare" and len(piece) > NUMBER_LENGTH:
             raise LimitError(f"a word of {len(piece)} characters; at most {NUMBER_LENGTH} are read", line)
+        if len(piece) > ESCAPES and piece.count("\\") > ESCAPES:
+            raise LimitError(f"more than {ESCAPES} backslashes in a text", line)
         yield kind, piece, line
         if kind in ("newline", "long"):
             line += piece.count("\n")

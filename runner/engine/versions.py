@@ -1,10 +1,10 @@
 """Versions of installed packages, each read from its files once."""
 
-import importlib.metadata
+import importlib.metadata as metadata
 from functools import cache
 
 
 @cache
 def version(package: str) -> str:
     """The version of a package as it is installed."""
-    return importlib.metadata.version(package)
+    return metadata.version(package)
