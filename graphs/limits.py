@@ -7,7 +7,7 @@ EXPECTED_NAME = "at most 64 lower-case letters and digits, words joined by singl
 
 FILE_BYTES = 1 << 20
 WORDS = 100_000  # names, numbers, texts and marks of a file
-ESCAPES = 100_000  # backslashes of a text, over which the parser takes longer and longer
+ESCAPES = 100_000  # backslashes of a file, over which the parser takes longer and longer
 NESTING = 32
 DEPTH = 15  # subgraphs inside each other
 KEY_PARTS = 2 * DEPTH + 2  # blocks.outer.blocks.inner

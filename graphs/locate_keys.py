@@ -39,6 +39,8 @@ def locate_keys(text: str) -> dict[Path, int]:
 
     Raises `LimitError` for nesting, keys, numbers or counts beyond `limits`.
     """
+    if text.count("\\") > ESCAPES:
+        raise LimitError(f"more than {ESCAPES} backslashes", 1 + text.count("\n", 0, text.index("\\")))
     return _Locator(list(_tokens(text))).lines
 
 
@@ -61,8 +63,6 @@ def _tokens(text: str) -> Iterator[Token]:
             continue
         if kind == "bare" and len(piece) > NUMBER_LENGTH:
             raise LimitError(f"a word of {len(piece)} characters; at most {NUMBER_LENGTH} are read", line)
-        if len(piece) > ESCAPES and piece.count("\\") > ESCAPES:
-            raise LimitError(f"more than {ESCAPES} backslashes in a text", line)
         yield kind, piece, line
         if kind in ("newline", "long"):
             line += piece.count("\n")

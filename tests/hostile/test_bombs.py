@@ -90,6 +90,7 @@ def test_a_bomb_is_refused_or_read_at_once(name: str) -> None:
         ("tables", "bomb.toml:25001: more than 100000 words"),
         ("long key", "bomb.toml:1: a word of 1000000 characters; at most 400 are read"),
         ("long quoted key", "bomb.toml:1: a name of more than 256 characters"),
+        ("backslashes", "bomb.toml:1: more than 100000 backslashes"),
     ],
 )
 def test_what_is_said_of_a_bomb(name: str, message: str) -> None:
