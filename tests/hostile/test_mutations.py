@@ -14,7 +14,8 @@ from proofmass.graphs.toml_reader import read_graph
 from tests.graph_texts import LIBRARY
 
 COPIES = 1000
-SECONDS = 20.0
+SECONDS = 20.0  # for all of them
+TAKEN: dict[str, float] = {}  # by the kind of damage
 WHOLE_FILE = {"the graph has no rate", "the graph has no blocks", "no probes: a run records nothing"}
 TOKEN = re.compile(rb"\"[^\"\n]*\"|[\w.]+|[^\w\s]")
 VALUES = [
@@ -106,5 +107,6 @@ def test_a_damaged_file_is_read_or_refused_with_file_and_line(
             assert problem.line > 0 or problem.message in WHOLE_FILE, told
             assert problem.message, told
             assert all(row.isprintable() for row in str(problem).split("\n")), told
-    assert time.process_time() - began < SECONDS / len(DAMAGES)
+    TAKEN[damage.__name__] = time.process_time() - began
+    assert sum(TAKEN.values()) < SECONDS, TAKEN
     assert refused > 20
