@@ -79,10 +79,6 @@ class Ledger:
             self._data.executemany("INSERT INTO faults VALUES (?, ?, ?)", faults)
             self._data.execute("COMMIT")
 
-    def done(self) -> Array:
-        """Numbers of the runs that are there, in ascending order."""
-        return _spelt_out(self._data.execute("SELECT first, runs FROM stretches ORDER BY first"))
-
     def outcomes(self, below: int) -> Outcomes:
         """What is there of the runs below a number, in their order."""
         rows = self._data.execute("SELECT first, runs, numbers FROM stretches WHERE first < ? ORDER BY first", (below,))
