@@ -96,7 +96,7 @@ def _described(name: str, value: Any, seen: dict[types.FunctionType, int]) -> It
         known = value in seen
         yield f"{name} is function {seen.setdefault(value, len(seen))}"
         if not known:
-            yield from _code_described(value.__code__)
+            yield _code_described(value.__code__)
             yield repr((value.__defaults__, value.__kwdefaults__))
             for other, read in sorted(_read_by(value).items()):
                 yield from _described(other, read, seen)
@@ -111,14 +111,16 @@ def _described(name: str, value: Any, seen: dict[types.FunctionType, int]) -> It
         yield f"{name} is {value!r}"
 
 
-def _code_described(code: types.CodeType) -> Iterator[str]:
-    yield repr((code.co_code, code.co_exceptiontable, code.co_argcount, code.co_names, code.co_varnames))
-    yield repr((code.co_freevars, code.co_cellvars))
+@lru_cache(maxsize=4096)
+def _code_described(code: types.CodeType) -> str:
+    parts = [repr((code.co_code, code.co_exceptiontable, code.co_argcount, code.co_names, code.co_varnames))]
+    parts.append(repr((code.co_freevars, code.co_cellvars)))
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
-            yield from _code_described(constant)
+            parts.append(_code_described(constant))
         else:
-            yield repr(sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant)
+            parts.append(repr(sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant))
+    return "\0".join(parts)
 
 
 def _read_by(function: types.FunctionType) -> dict[str, Any]:

@@ -21,10 +21,11 @@ class Elementwise:
         self._function, self._arguments, self._result = function, arguments, result
 
     def __call__(self, *arguments: Any) -> Array:
-        kinds = self._arguments.values()
-        given = [np.asarray(each, dtype=dtype_of(kind)) for each, kind in zip(arguments, kinds, strict=True)]
-        every = [np.ascontiguousarray(each) for each in np.broadcast_arrays(*given)]
-        result = np.empty(every[0].shape, dtype=dtype_of(self._result))
+        shape = np.broadcast_shapes(*map(np.shape, arguments))
+        every = [np.empty(shape, dtype=dtype_of(kind)) for kind in self._arguments.values()]
+        for column, given in zip(every, arguments, strict=True):
+            column[...] = given
+        result = np.empty(shape, dtype=dtype_of(self._result))
         self._loop(result.size, *(each.ctypes.data for each in every), result.ctypes.data)
         return result
 

@@ -71,7 +71,8 @@ def run_study(
     if folder is not None:
         Path(folder).mkdir(parents=True, exist_ok=True)
         path = Path(folder) / FILE
-    ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts_of(sensors))
+    facts = facts_of(sensors) if path else {}
+    ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts)
     try:
         if folder is not None:
             keep_study(study, Path(folder))
