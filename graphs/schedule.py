@@ -97,6 +97,8 @@ def in_order(needs: Mapping[Node, Sequence[Node]]) -> tuple[tuple[Node, ...], tu
     wiring.add_nodes_from(needs)
     wiring.add_edges_from((before, after) for after, befores in needs.items() for before in befores)
     loops = sorted((_torn(wiring.subgraph(part)) for part in _cyclic(wiring)), key=lambda loop: loop.tears)
+    if not loops:
+        return tuple(networkx.lexicographical_topological_sort(wiring)), ()
     merged = networkx.relabel_nodes(wiring, {node: loop.tears[0] for loop in loops for node in loop.nodes})
     merged.remove_edges_from(list(networkx.selfloop_edges(merged)))
     whole = {loop.tears[0]: loop.nodes for loop in loops}
