@@ -84,7 +84,7 @@ class _Netlist:
         self.own = {each: register.name for register in reference.registers for each in constants[register.name]}
         self.added = [each for each in self.following if each not in self.own]
         self.outputs = {port.name: solver.read(implementation.terms[port.name]) for port in reference.outputs}
-        self.reset, self.enable = (next(iter(constants.get(name, ())), None) for name in CLOCKING[1:])
+        self._clocking = {name: each for name in CLOCKING[1:] for each in constants.get(name, ())}
         self._names = {each: name for name, found in constants.items() for each in found}
 
     # -- parts -----------------------------------------------------------------------------------------------------
@@ -92,9 +92,9 @@ class _Netlist:
     @cached_property
     def timers(self) -> list[Term]:
         """Added registers that depend on reset, enable and each other alone."""
-        restarted = {self.reset: self.solver.truth(True)}
+        restarted = self._given(reset=True)
         found = {each for each in self.added if self._value(self.following[each], restarted) is not None}
-        depends = {each: set(constants_of(self.following[each])) - {self.reset, self.enable} for each in found}
+        depends = {each: set(self._leaves(self.following[each])) for each in found}
         while others := {each for each in found if not depends[each] <= found}:
             found -= others
         return [each for each in self.added if each in found]
@@ -108,7 +108,7 @@ class _Netlist:
     @cached_property
     def phases(self) -> list[dict[Term, Term]]:
         """The timers in enabled clocks after a reset, until they stay as they are."""
-        phases = [self._timers({self.reset: self.solver.truth(True)})]
+        phases = [self._timers(self._given(reset=True))]
         while len(phases) < 2 or phases[-1] != phases[-2]:
             if len(phases) > _MOST_CLOCKS:
                 raise _NoStagesError(f"{self._name(self.timers[0])} does not rest {_MOST_CLOCKS} clocks after a reset")
@@ -171,14 +171,14 @@ class _Netlist:
                 yield f"{name} waits {_ticks(begins)} for what is {_ticks(stage)} late"
 
     def _of_own(self, register: Term, name: str) -> Iterator[str]:
-        if self._value(self.following[register], {self.reset: self.solver.truth(True)}) is None:
+        if self._value(self.following[register], self._given(reset=True)) is None:
             yield f"{name} has no start of its own under reset"
         yield from self._out_of_step(name, self.taken[register], self.stages[register])
         if any(self._in_phase(register, phase) != register for phase in self.phases[: self.begins[register]]):
             yield f"{name} moves before the first values are there"
 
     def _of_output(self, name: str) -> Iterator[str]:
-        enabled = {self.enable: self.solver.truth(True)}
+        enabled = self._given(enable=True)
         phases = [self.solver.replaced(self.outputs[name], {**enabled, **phase}) for phase in self.phases]
         yield from self._out_of_step(name, phases[-1], self.latency)
         if any(each != phases[-1] for each in phases[self.latency :]):
@@ -194,8 +194,7 @@ class _Netlist:
             yield f"{name} is to be {_ticks(stage)} late and is made of {texts[0]}"
 
     def _is_kept(self, register: Term) -> bool:
-        still = {self.reset: self.solver.truth(False), self.enable: self.solver.truth(False)}
-        given = [{**still, **phase} for phase in self.phases]
+        given = [{**self._given(reset=False, enable=False), **phase} for phase in self.phases]
         if register in self.phases[0]:
             return all(self._value(self.following[register], each) == each[register] for each in given)
         return all(self._chosen(register, each) == register for each in given)
@@ -214,10 +213,15 @@ class _Netlist:
 
     def _leaves(self, term: Term) -> list[Term]:
         """The registers and inputs that a term depends on."""
-        return [each for each in constants_of(term) if each not in (self.reset, self.enable)]
+        return [each for each in constants_of(term) if each not in self._clocking.values()]
 
     def _stepping(self, phase: Mapping[Term, Term]) -> dict[Term, Term]:
-        return {self.reset: self.solver.truth(False), self.enable: self.solver.truth(True), **phase}
+        return {**self._given(reset=False, enable=True), **phase}
+
+    def _given(self, **values: bool) -> dict[Term, Term]:
+        """What to put in the place of reset and enable."""
+        constants = ((self._clocking[name], value) for name, value in values.items())
+        return {each: self.solver.truth(value, each) for each, value in constants}
 
     def _timers(self, given: Mapping[Term, Term]) -> dict[Term, Term]:
         return {each: self._value(self.following[each], given) for each in self.timers}

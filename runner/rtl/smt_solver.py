@@ -79,8 +79,10 @@ class Solver:
         """A number as a word as wide as another."""
         return self._terms.mk_bv_value(like.sort(), value % (1 << width_of(like)))
 
-    def truth(self, value: bool) -> Term:
-        """A truth value."""
+    def truth(self, value: bool, like: Term) -> Term:
+        """A truth value; where the other is a word of one bit, as such a word."""
+        if is_word(like):
+            return self.number(int(value), like)
         return self._terms.mk_true() if value else self._terms.mk_false()
 
     def resized(self, term: Term, width: int, *, signed: bool) -> Term:

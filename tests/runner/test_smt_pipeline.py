@@ -189,6 +189,15 @@ def test_mutants_are_refuted_and_it_is_said_why(old: str, new: str, said: str) -
     assert said in "\n".join(proof_lines([proof]))
 
 
+@pytest.mark.parametrize("name", ["enable", "reset"])
+def test_what_clocks_registers_may_stand_among_numbers(name: str) -> None:
+    module = module_of(Mixture())
+    proof = proved(
+        module, changed(module_text(module), "sum_14 + $signed({1'b0, both_16", f"sum_14 + $signed({{1'b0, {name}")
+    )
+    assert [(each.name, each.late) for each in proof.counter_examples] == [("level", 1)]
+
+
 @pytest.mark.parametrize("edge", ["negedge clock", "posedge enable", "posedge ready_1", "posedge (clock & enable)"])
 def test_registers_of_another_clock_are_refused(edge: str) -> None:
     module = module_of(Accumulator(cuts=2, after=True))
