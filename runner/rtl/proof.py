@@ -3,7 +3,8 @@
 Of every register the value after the next clock is compared, with reset and enable as they may be, and every output
 where the clock is enabled.
 Registers are taken to be within their ranges; that their starts and all next values are so is proved with it, so that
-they always are. Inputs are taken to be within the ranges of what drives them.
+they always are. Inputs are taken to be within the ranges of what drives them. Of a pipeline all this is asked of the
+netlist without the registers that only make values late, and of those that everything comes in step: `smt_pipeline`.
 """
 
 from collections.abc import Collection, Iterator, Mapping

@@ -186,7 +186,8 @@ class _Netlist:
 
     def _out_of_step(self, name: str, term: Term, stage: int) -> Iterator[str]:
         """What is wrong with a term all of whose registers and inputs should have a stage."""
-        late = {self.stages.get(each, 0): self._name(each) for each in self._leaves(term)}
+        leaves = sorted(self._leaves(term), key=self._name, reverse=True)
+        late = {self.stages.get(each, 0): self._name(each) for each in leaves}
         texts = [f"{late[each]}, {_ticks(each)} late" for each in sorted(late)]
         if len(late) > 1:
             yield f"{name} is made of {texts[0]}, and {texts[-1]}"
