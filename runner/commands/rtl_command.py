@@ -63,4 +63,4 @@ def write_rtl(
         for name, found in resources.items():
             click.echo(f"{name}: {found}")
     click.echo(f"written to {out}: {', '.join(written)}", err=as_json)
-    return 1 if any(proof.counter_examples or proof.undecided for proof in proofs or ()) else 0
+    return 1 if any(proof.proved < proof.goals for proof in proofs or ()) else 0

@@ -3,7 +3,8 @@
 Of every register the value after the next clock is compared, with reset and enable as they may be, and every output
 where the clock is enabled.
 Registers are taken to be within their ranges; that their starts and all next values are so is proved with it, so that
-they always are. Inputs are taken to be within the ranges of what drives them.
+they always are. Inputs are taken to be within the ranges of what drives them. Of a pipeline all this is asked of the
+netlist without the registers that only make values late, and of those that everything comes in step: `smt_pipeline`.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -18,6 +19,7 @@ from proofmass.runner.rtl.reference import Reference, as_it_runs
 from proofmass.runner.rtl.smt_cuts import Cuts
 from proofmass.runner.rtl.smt_implementation import Implementation, read_implementation
 from proofmass.runner.rtl.smt_integer import SmtInteger, Specification, conjunction
+from proofmass.runner.rtl.smt_pipeline import netlist_pipeline
 from proofmass.runner.rtl.smt_solver import Answer, Solver, Term
 from proofmass.runner.rtl.words import Port, Register, Word
 
@@ -33,10 +35,12 @@ class CounterExample:
     stimulus: Mapping[str, int]
     python: str  # what the functions give when they are run on it
     verilog: str
+    late: int  # ticks by which the pipeline makes it late
 
     def __str__(self) -> str:
         stimulus = ", ".join(f"{name} = {value}" for name, value in self.stimulus.items())
-        return f"{self.name} is {self.python} in Python and {self.verilog} in Verilog for {stimulus}"
+        later = f" {self.late} tick{'' if self.late == 1 else 's'} later" if self.late else ""
+        return f"{self.name} is {self.python} in Python and {self.verilog} in Verilog{later} for {stimulus}"
 
 
 @dataclass(frozen=True)
@@ -46,13 +50,14 @@ class Proof:
     name: str
     goals: int
     undecided: tuple[str, ...]
+    faults: tuple[str, ...]  # of the pipeline: what is late by other than it should be
     counter_examples: tuple[CounterExample, ...]
     seconds: float
 
     @property
     def proved(self) -> int:
         """How many goals are."""
-        return self.goals - len(self.undecided) - len(self.counter_examples)
+        return self.goals - len(self.undecided) - len(self.faults) - len(self.counter_examples)
 
 
 def prove(reference: Reference, verilog: str, guesses: Collection[Interval] = (), seconds: float = SECONDS) -> Proof:
@@ -63,11 +68,13 @@ def prove(reference: Reference, verilog: str, guesses: Collection[Interval] = ()
     """
     began = perf_counter()
     sides = _Sides(reference, verilog, guesses)
-    answers = [(goal, sides.answer(goal, seconds)) for goal in sides.goals]
+    pipeline = sides.pipeline
+    answers = [(goal, sides.answer(goal, seconds)) for goal in sides.goals if not pipeline.faults]
     return Proof(
         reference.name,
-        len(answers),
+        len(answers) + pipeline.checks,
         tuple(goal.name for goal, answer in answers if answer.verdict == "undecided"),
+        pipeline.faults,
         tuple(sides.counter_example(goal, a.values) for goal, a in answers if a.verdict == "refuted"),
         perf_counter() - began,
     )
@@ -98,6 +105,7 @@ class _Sides:
         present = {n: self.specification.word(bits[n].text, word.low, word.high) for n, word in self.held.items()}
         self.goals = tuple(self._goals(present))
         self.solver = Solver([*self.implementation.lines, *self.specification.lines])
+        self.pipeline = netlist_pipeline(self.solver, self.implementation, reference)
         self.assumptions = [self.solver.read(each) for each in assumed]
         terms = self.implementation.terms
         self.steps = self.solver.read(f"(= {terms['enable']} #b1)" if reference.clocked else "true")
@@ -105,8 +113,8 @@ class _Sides:
 
     def answer(self, goal: _Goal, seconds: float) -> Answer:
         """Whether a goal holds: as it stands, or with cuts."""
-        shown = {**self.stimulus, **({"": self.solver.read(goal.implemented)} if goal.implemented else {})}
-        condition = self.solver.read(goal.condition)
+        shown = {**self.stimulus, **({"": self._read(goal.implemented)} if goal.implemented else {})}
+        condition = self._read(goal.condition)
         answer = self.solver.prove(condition, self.assumptions, min(seconds, _AT_ONCE), shown)
         if answer.verdict == "undecided" and self._is_proved_with_cuts(condition, seconds):
             return Answer("proved", {})
@@ -125,14 +133,25 @@ class _Sides:
         """Inputs and registers with what Python and the Verilog make of them."""
         stimulus = {name: _read(values[name], self.held.get(name, _TRUTH)) for name in self.stimulus}
         verilog = str(_read(values[""], goal.word)) if goal.implemented else "not looked at"
-        return CounterExample(goal.name, stimulus, _replayed(self.reference, goal.name, stimulus), verilog)
+        python = _replayed(self.reference, goal.name, stimulus)
+        return CounterExample(goal.name, stimulus, python, verilog, self._late(goal.name, stimulus))
+
+    def _late(self, name: str, stimulus: Mapping[str, int]) -> int:
+        """Ticks by which an output is late, or a register where the clock steps."""
+        if name not in self.pipeline.late:
+            return self.reference.latency
+        return self.pipeline.late[name] if stimulus["enable"] and not stimulus["reset"] else 0
 
     @cached_property
     def _cuts(self) -> Cuts:
         inputs = {self.stimulus[name]: word for name, word in self.held.items()}
         inputs |= {self.stimulus[name]: Word(value, value) for name, value in zip(self.controls, (0, 1), strict=False)}
-        words = self.specification.cuts, self.implementation.words
-        return Cuts(self.solver, [*self.assumptions, self.steps], inputs, *words, self.guesses)
+        specified, implemented = self.specification.cuts, [self._read(name) for name in self.implementation.words]
+        return Cuts(self.solver, [*self.assumptions, self.steps], inputs, specified, implemented, self.guesses)
+
+    def _read(self, text: str) -> Term:
+        """A term of the netlist without its pipeline."""
+        return self.solver.replaced(self.solver.read(text), self.pipeline.transparent)
 
     def _bits(self, name: str, word: Word) -> SmtInteger:
         """A port or register of the Verilog as an integer of all values that its bits can have."""

@@ -10,19 +10,16 @@ from proofmass.runner.rtl.reference import MachineReference, ModuleReference, Re
 from proofmass.runner.rtl.smt_solver import SOLVER
 
 _HEAD = ("module", "goals", "proved", "seconds", "solver")
-PIPELINED = "its cuts make it late, and what is proved is one clock: compare it by simulation"
 
 
 def prove_machine(planned: Plan, machine: Machine, verilog: str) -> Iterator[Proof]:
     """Prove the text of a machine, module by module and then the whole; raises `ModelError` as `prove` does."""
     guesses = {(node.low, node.high) for module in machine.modules for node in module.live}
-    references: list[tuple[Reference, int]] = [
-        (ModuleReference(each), each.pipeline.latency) for each in machine.modules
-    ]
+    references: list[Reference] = [ModuleReference(each) for each in machine.modules]
     if not machine.single:
-        references.append((MachineReference(planned, machine), machine.latency))
-    for reference, latency in references:
-        yield prove(reference, verilog, guesses) if not latency else Proof(reference.name, 1, (PIPELINED,), (), 0.0)
+        references.append(MachineReference(planned, machine))
+    for reference in references:
+        yield prove(reference, verilog, guesses)
 
 
 def proof_lines(proofs: Sequence[Proof]) -> Iterator[str]:
@@ -34,6 +31,7 @@ def proof_lines(proofs: Sequence[Proof]) -> Iterator[str]:
         yield "  ".join([name.ljust(widths[0]), *right, solver])
     for proof in proofs:
         yield from (f"{proof.name}.{name}: undecided" for name in proof.undecided)
+        yield from (f"{proof.name}.{fault}" for fault in proof.faults)
         yield from (f"{proof.name}.{example}" for example in proof.counter_examples)
 
 
@@ -46,8 +44,15 @@ def proofs_data(proofs: Iterable[Proof]) -> dict[str, Any]:
             "seconds": round(proof.seconds, 3),
             "solver": SOLVER,
             "undecided": list(proof.undecided),
+            "faults": list(proof.faults),
             "counter_examples": [
-                {"name": e.name, "python": e.python, "verilog": e.verilog, "stimulus": dict(e.stimulus)}
+                {
+                    "name": e.name,
+                    "python": e.python,
+                    "verilog": e.verilog,
+                    "ticks_late": e.late,
+                    "stimulus": dict(e.stimulus),
+                }
                 for e in proof.counter_examples
             ],
         }

@@ -38,6 +38,7 @@ class Reference(ABC):
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     registers: tuple[Register, ...]
+    latency: int  # ticks by which the outputs of hardware are late
 
     @property
     def held(self) -> tuple[Port | Register, ...]:
@@ -65,6 +66,7 @@ class ModuleReference(Reference):
     def __init__(self, module: Module) -> None:
         self.name, self.clocked = module.name, module.clocked
         self.inputs, self.outputs, self.registers = module.inputs, module.outputs, module.registers
+        self.latency = module.pipeline.latency
         self._module = module
 
     def clock(self, present: Values, merge: Merge) -> Clock:
@@ -83,7 +85,7 @@ class MachineReference(Reference):
 
     def __init__(self, planned: Plan, machine: Machine) -> None:
         self.name, self.clocked = machine.name, machine.clocked
-        self.inputs, self.outputs = machine.inputs, machine.outputs
+        self.inputs, self.outputs, self.latency = machine.inputs, machine.outputs, machine.latency
         self._planned, self._machine, self._names = planned, machine, TopNames(machine)
         self._instances = {each.path: each for each in machine.instances}
         self.registers = tuple(self._registers())

@@ -34,7 +34,7 @@ class Cuts:
         assumptions: Sequence[Term],
         inputs: Mapping[Term, Word],
         specified: Sequence[SmtInteger],
-        implemented: Sequence[str],
+        implemented: Sequence[Term],
         guesses: Collection[Interval],
     ) -> None:
         self.solver, self._assumptions = solver, assumptions
@@ -42,7 +42,7 @@ class Cuts:
         self._cut_words: list[dict[Term, Term]] = []  # of each word, what stands for it and its like
         self._guesses = sorted({low for low, _ in guesses}), sorted({high for _, high in guesses})
         words = [(word, solver.read(word.text)) for word in specified]
-        terms = list(dict.fromkeys(term for name in implemented if is_word(term := solver.read(name))))
+        terms = list(dict.fromkeys(term for term in implemented if is_word(term)))
         for word, term, row, others in self._alike(inputs, words, terms):
             for other, signed in others:
                 if other != term and not self._is_cut(other) and self._are_equal(word, term, other, signed):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.rtl.yosys import run_yosys
 
 _DECLARED = re.compile(r"\(declare-fun (\|[^|]+\|) \(\|[^|]+\|\) (.+)\)(?: ;.*)?$")
@@ -18,6 +19,13 @@ _DEFINED = re.compile(r"\(define-fun (\|[^|]+\|) \(\(state \|[^|]+\|\)\) (Bool|\
 _NEXT = re.compile(r"\(= (.+) \((\|[^|]+\|) next_state\)\)(?: ;.*)?$")
 _OF_STATE = re.compile(r"\((\|[^|]+\|) state\)")
 _ROLE = re.compile(r"; yosys-smt2-(input|output|register|wire) (.+) (\d+)$")
+_CLOCKED_OTHERWISE = " ".join(
+    (
+        "t:$dff i:clock %a %co1:+$dff[CLK] %d",  # registers that clock does not move
+        "t:$dff r:CLK_POLARITY<1 %i %u",  # or its falling edge
+        "%co1:+$dff[Q] w:* %i",  # by the names of what they give
+    )
+)
 
 
 @dataclass(frozen=True)
@@ -29,6 +37,7 @@ class Implementation:
     terms: Mapping[str, str]  # their values
     words: tuple[str, ...]  # names of all words that are computed
     following: Mapping[str, str]  # the next values of registers, at the clock
+    moves: Mapping[str, str]  # the same by the constants that registers are
 
 
 def read_implementation(verilog: str, top: str) -> Implementation:
@@ -36,7 +45,12 @@ def read_implementation(verilog: str, top: str) -> Implementation:
     with TemporaryDirectory() as folder:
         (Path(folder) / "module.v").write_text(verilog)
         commands = ["read_verilog module.v", f"hierarchy -check -top {top}", "proc", "flatten"]
-        run_yosys(Path(folder), [*commands, "write_smt2 -wires module.smt2"])
+        commands += [f"tee -q -o otherwise.txt select -list {_CLOCKED_OTHERWISE}", "write_smt2 -wires module.smt2"]
+        run_yosys(Path(folder), commands)
+        otherwise = (Path(folder) / "otherwise.txt").read_text().split()
+        if otherwise:
+            message, expected = "registers of another clock", "the rising edge of clock moves every register"
+            raise ModelError([Problem(message=message, key=top, got=", ".join(otherwise), expected=expected)])
         return _read((Path(folder) / "module.smt2").read_text(), top)
 
 
@@ -64,6 +78,7 @@ def _read(text: str, top: str) -> Implementation:
         {name: _word(term, widths[name]) for name, term in names.items()},
         tuple(bodies),
         {name: _word(_moved(bodies[names[name]], relation), widths[name]) for name in registers},
+        relation,
     )
 
 

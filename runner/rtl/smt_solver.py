@@ -30,6 +30,7 @@ class Solver:
         self._library: Any = bitwuzla
         self._terms = bitwuzla.TermManager()
         self._parser = bitwuzla.Parser(self._terms, bitwuzla.Options())
+        self._rewriter = bitwuzla.Bitwuzla(self._terms, bitwuzla.Options())
         self._parser.parse("\n".join(("(set-logic QF_BV)", *definitions)), True, False)
 
     def read(self, text: str) -> Term:
@@ -54,7 +55,21 @@ class Solver:
 
     def replaced(self, term: Term, by: Mapping[Term, Term]) -> Term:
         """A term with others in the place of some that it is made of."""
-        return self._terms.substitute_term(term, by)
+        return self._terms.substitute_term(term, by) if by else term
+
+    def simplified(self, term: Term) -> Term:
+        """A term of the same value, which is a number where the solver's rewriting sees that it is."""
+        return self._rewriter.simplify_term(term)
+
+    def chosen(self, term: Term) -> Term:
+        """Of a choice whose condition is known what it chooses, and so on; any other term as it is."""
+        while term.kind() == self._library.Kind.ITE:
+            condition, *choices = term.children()
+            known = self.simplified(condition)
+            if not known.is_value():
+                break
+            term = choices[0] if known.is_true() else choices[1]
+        return term
 
     def unknown(self, width: int) -> Term:
         """A new word of any value."""
@@ -63,6 +78,12 @@ class Solver:
     def number(self, value: int, like: Term) -> Term:
         """A number as a word as wide as another."""
         return self._terms.mk_bv_value(like.sort(), value % (1 << width_of(like)))
+
+    def truth(self, value: bool, like: Term) -> Term:
+        """A truth value; where the other is a word of one bit, as such a word."""
+        if is_word(like):
+            return self.number(int(value), like)
+        return self._terms.mk_true() if value else self._terms.mk_false()
 
     def resized(self, term: Term, width: int, *, signed: bool) -> Term:
         """A word at another width."""

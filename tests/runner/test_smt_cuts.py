@@ -26,7 +26,7 @@ def known_range(guesses: set[Interval]) -> Interval:
     lines = ["(declare-const x (_ BitVec 8))", f"(define-fun impl () (_ BitVec 9) {IMPLEMENTED})"]
     solver = Solver([*lines, *specification.lines])
     assumed = [solver.read("(bvsle (bvneg #x64) x)"), solver.read("(bvsle x #x64)")]
-    cuts = Cuts(solver, assumed, {solver.read("x"): INPUT}, specification.cuts, ["impl"], guesses)
+    cuts = Cuts(solver, assumed, {solver.read("x"): INPUT}, specification.cuts, [solver.read("impl")], guesses)
     unknown = cuts.replaced[solver.read(value.text)]
     assert solver.replaced(solver.read("impl"), cuts.replaced) == solver.resized(unknown, 9, signed=True)
 
