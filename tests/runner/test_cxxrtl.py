@@ -9,7 +9,6 @@ import pytest
 from proofmass.blocks.declare import Block
 from proofmass.blocks.fixed_cordic_exponential_pipeline import FixedCordicExponentialPipeline
 from proofmass.blocks.fixed_correlation_cell import FixedCorrelationCell
-from proofmass.blocks.fixed_gain import FixedGain
 from proofmass.blocks.fixed_pid import FixedPID
 from proofmass.blocks.problem import ModelError
 from proofmass.runner.rtl import cxxrtl
@@ -79,15 +78,6 @@ def test_a_clock_from_any_registers(settling: bool) -> None:
             assert [called(model, "output", n) for n in range(len(clock.outputs))] == list(clock.outputs.values())
         called(model, "clock", *given.values())
         assert [called(model, "register", n) for n in range(len(held))] == list(clock.following.values())
-
-
-@needs_compiler
-def test_functions_of_one_text_have_the_same_names_and_those_of_another_have_not() -> None:
-    symbols = []
-    for gain in (1.0, 1.0, 2.0):
-        module = module_of(FixedGain(gain=gain))
-        symbols.append(Model(ModuleReference(module), module_text(module)).function("settle").symbol)
-    assert symbols[0] == symbols[1] != symbols[2]
 
 
 def test_without_a_compiler_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
