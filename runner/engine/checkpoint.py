@@ -152,9 +152,8 @@ def _memory(data: dict[str, Any], planned: Plan) -> Memory:
     buffers = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
     buffers |= {node: planned.buffers[node] for node in planned.recorded}
     wires = {(name, port): _number(value) for name, port, value in data["wires"]}
-    return Memory(
-        data["tick"], states, buffers, wires, {name: int(data["overflows"][name]) for name in planned.digital}
-    )
+    overflows = {name: int(data["overflows"][name]) for name in planned.digital if name in data["overflows"]}
+    return Memory(data["tick"], states, buffers, wires, overflows)
 
 
 def _text(value: Any) -> Any:

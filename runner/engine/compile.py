@@ -22,6 +22,7 @@ from typing import Any
 import llvmlite.binding as llvm
 
 from proofmass.blocks.problem import ModelError, Problem
+from proofmass.runner.engine.c_function import CFunction
 from proofmass.runner.engine.cache import keep, kept
 from proofmass.runner.engine.generate import Generated
 from proofmass.runner.engine.versions import version
@@ -67,6 +68,9 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
     key = key_of(generated, argument_kinds)
     with _loading:
         if key not in _loaded:
+            for value in generated.names.values():
+                if isinstance(value, CFunction):
+                    llvm.add_symbol(value.symbol, value.address)
             code = kept(f"{key}.o")
             function = _linked(code, argument_kinds) if code else None
             if function is None:
@@ -207,6 +211,8 @@ def _jit(value: Any, mode: tuple[bool, bool], functions: Functions, jitted: dict
     A function of a module is kept for later loops, and made anew when what it calls or reads has been changed.
     """
     value = getattr(value, "py_func", value)
+    if isinstance(value, CFunction):
+        return _external(value)
     if not isinstance(value, types.FunctionType):
         return value
     if value not in jitted:
@@ -218,6 +224,13 @@ def _jit(value: Any, mode: tuple[bool, bool], functions: Functions, jitted: dict
                 functions[value, *mode] = read, kept
         jitted[value] = kept
     return jitted[value]
+
+
+def _external(function: CFunction) -> Any:
+    """A function in C as Numba has it."""
+    numba = _numba()
+    returned = numba.int64 if function.returns else numba.void
+    return numba.types.ExternalFunction(function.symbol, returned(*[numba.int64] * function.arguments))
 
 
 def _compiled_later(function: types.FunctionType, read: dict[str, Any]) -> Any:

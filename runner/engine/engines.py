@@ -46,7 +46,7 @@ def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -
     if name == "cxxrtl":
         from proofmass.runner.rtl.co_simulation import CoSimulation
 
-        return CoSimulation(planned, seed, run, memory.copy())
+        return CoSimulation(planned, seed, run, memory)
     from proofmass.runner.engine.native import CompiledLoop
 
     return CompiledLoop(planned, seed, run, memory)

@@ -4,8 +4,10 @@ Numbers that a run may change (parameters, seed, state) are arguments of the loo
 what is fixed by the graph (wiring, rate ratios, sizes) is.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 from proofmass.blocks.fixed_point import FixedValue
@@ -13,6 +15,7 @@ from proofmass.graphs.rates import write_rate
 from proofmass.graphs.schedule import Node
 from proofmass.runner.continuous.group_code import GroupCode
 from proofmass.runner.continuous.loop_code import LoopCode
+from proofmass.runner.engine.c_function import CFunction
 from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields, variable, word
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.watched import watched
@@ -25,7 +28,7 @@ class Generated:
     """The loop's source, the functions it calls by name, and where its numbers stand."""
 
     source: str
-    names: Mapping[str, Callable[..., Any] | type]
+    names: Mapping[str, Callable[..., Any] | type | CFunction]
     constants: Slots
     constant_values: Mapping[Any, Any]
     memory: Slots
@@ -118,8 +121,7 @@ class LoopGenerator(Pieces):
         yield ""
         yield "# The functions that it calls, each compiled from the file of its block:"
         for name, value in sorted(self.names.items()):
-            place = "integer code" if name in self.digital.steps else f"{value.__module__}.{value.__qualname__}"
-            yield f"# {name}: {place}"
+            yield f"# {name}: {'integer code' if name in self.digital.steps else _origin(value)}"
         yield ""
         yield ""
 
@@ -197,46 +199,47 @@ class LoopGenerator(Pieces):
         plan = self.plan
         yield from self.digital.begin_tick()
         drawn: set[str] = set()
-        in_every_tick: list[str] = []
         looked_at = watched(plan)
-        tears = {tear for loop in plan.schedule.loops for tear in loop.tears}
-        due = 1
-        for name, port in plan.schedule.order:
-            block, divisor = plan.blocks[name], plan.schedule.divisors[name]
-            stride = plan.stride((name, port)) if port else divisor
-            behaviours = [block.output_functions[port]] if port else []
-            if stride != due and stride > 1:
-                yield f"if tick % {stride} == 0:"
-            due = stride
-            indent = "    " if stride > 1 else ""
-            if any("normal" in b.arguments for b in behaviours) and name not in drawn:
-                drawn.add(name)
-                yield indent + self.deviate(name)
-            if not port:
-                yield indent + self.driven(name)
-                continue
-            output = block.outputs[port]
-            target = "" if output.shape else f"{word(name)}__{port}"
-            solved = [line for loop in self.loops for line in loop.at((name, port))]
-            lines = solved if (name, port) in tears else self._kept(name, port, target)
-            yield from (indent + line for line in lines)
-            if output.dtype is FixedValue and not block.digital():
-                yield from (indent + line for line in self.digital.hold((name, port)))
-            if (name, port) in looked_at:
-                held = entries((name, port), block.shape_of(output))
-                if stride == 1:
-                    in_every_tick += held
-                else:
-                    yield from (f"{indent}not_finite += {entry} - {entry}" for entry in held)
+        yield from when_due(self._in_order(drawn, looked_at))
         for name, block in plan.blocks.items():
             update = block.functions.get("update")
             if update is not None and "normal" in update.arguments and name not in drawn:
                 yield self.deviate(name)
+        due = (node for node in plan.schedule.order if node in looked_at and plan.stride(node) == 1)
+        in_every_tick = [entry for node in due for entry in self._entries(node)]
         if in_every_tick:
             yield "# NaN from here on when one of these is not finite:"
             yield f"watched = {in_every_tick[0]}"
             yield from (f"watched += {entry}" for entry in in_every_tick[1:])
             yield "not_finite += watched - watched"
+
+    def _in_order(self, drawn: set[str], looked_at: frozenset[Node]) -> Iterator[tuple[int, str]]:
+        """Lines of the outputs in their order, each with the ticks from one time to the next; notes what has drawn."""
+        plan = self.plan
+        tears = {tear for loop in plan.schedule.loops for tear in loop.tears}
+        for name, port in plan.schedule.order:
+            block = plan.blocks[name]
+            stride = plan.stride((name, port)) if port else plan.schedule.divisors[name]
+            behaviours = [block.output_functions[port]] if port else []
+            if any("normal" in b.arguments for b in behaviours) and name not in drawn:
+                drawn.add(name)
+                yield stride, self.deviate(name)
+            if not port:
+                yield stride, self.driven(name)
+                continue
+            output = block.outputs[port]
+            target = "" if output.shape else f"{word(name)}__{port}"
+            solved = [line for loop in self.loops for line in loop.at((name, port))]
+            lines = solved if (name, port) in tears else self._kept(name, port, target)
+            yield from ((stride, line) for line in lines)
+            if output.dtype is FixedValue and not block.digital():
+                yield from ((stride, line) for line in self.digital.hold((name, port)))
+            if (name, port) in looked_at and stride > 1:
+                yield from ((stride, f"not_finite += {entry} - {entry}") for entry in self._entries((name, port)))
+
+    def _entries(self, node: Node) -> list[str]:
+        block = self.plan.blocks[node[0]]
+        return entries(node, block.shape_of(block.outputs[node[1]]))
 
     def _probes(self) -> Iterator[str]:
         for i, probe in enumerate(self.plan.probes):
@@ -255,15 +258,16 @@ class LoopGenerator(Pieces):
                 yield f"{indent}row_{i} += 1"
 
     def _updates(self) -> Iterator[str]:
-        for name, block in self.plan.blocks.items():
-            if "update" not in block.functions:
-                continue
-            divisor = self.plan.schedule.divisors[name]
-            target = "" if block.state_class() is None else f"{word(name)}__x"
-            if divisor > 1:
-                yield f"if tick % {divisor} == 0:"
-            yield from ("    " * (divisor > 1) + line for line in self._kept(name, "update", target))
+        yield from when_due(self._updated())
         yield from self.digital.end_tick()
+
+    def _updated(self) -> Iterator[tuple[int, str]]:
+        """Lines of the updates, each with the ticks from one time to the next."""
+        for name, block in self.plan.blocks.items():
+            if "update" in block.functions:
+                target = "" if block.state_class() is None else f"{word(name)}__x"
+                divisor = self.plan.schedule.divisors[name]
+                yield from ((divisor, line) for line in self._kept(name, "update", target))
 
     def _kept(self, name: str, function: str, target: str) -> Iterator[str]:
         """Lines that call a function and keep what it returns in `target`, where there is one."""
@@ -298,3 +302,19 @@ class LoopGenerator(Pieces):
                 yield f"{self.memory.write(key)} = {word(key[0])}__x.{key[2]}"
             else:
                 yield f"{self.memory.write(key)} = {variable(key)}"
+
+
+def when_due(lines: Iterable[tuple[int, str]]) -> Iterator[str]:
+    """Lines of which each stands with the ticks from one time to the next, under the conditions that they are due.
+
+    >>> list(when_due([(1, "a = 1"), (4, "b = a"), (4, "c = b")]))
+    ['a = 1', 'if tick % 4 == 0:', '    b = a', '    c = b']
+    """
+    for stride, together in groupby(lines, key=itemgetter(0)):
+        if stride > 1:
+            yield f"if tick % {stride} == 0:"
+        yield from ("    " * (stride > 1) + line for _, line in together)
+
+
+def _origin(value: Any) -> str:
+    return f"{value.symbol} in C" if isinstance(value, CFunction) else f"{value.__module__}.{value.__qualname__}"

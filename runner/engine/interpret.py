@@ -120,7 +120,7 @@ class Interpreter:
             for name in moved:
                 if not self._finite(states[name]):
                     raise TickError(f"{name}.state", tick, states[name])
-        for name in self._overflowed:
+        for name in self._overflowed & self._memory.overflows.keys():
             self._memory.overflows[name] += 1
         self._overflowed.clear()
         self._memory.tick = tick + 1

@@ -22,7 +22,7 @@ class Memory:
     states: dict[str, Any]
     buffers: dict[Node, Sequence[float]]
     wires: dict[Node, Any]
-    overflows: dict[str, int]  # of each digital block, the ticks in which a cast saturated or wrapped
+    overflows: dict[str, int]  # ticks in which a cast saturated or wrapped, of digital blocks counted from tick 0 on
 
     def overflow_counts(self) -> dict[str, int]:
         """Ticks in which a value of a block saturated or wrapped; a block that is not digital counts in its state."""

@@ -18,8 +18,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class CompiledPlan:
     """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
 
-    def __init__(self, plan: Plan) -> None:
-        self.plan, self.generated = plan, generate(plan)
+    def __init__(self, plan: Plan, generated: Generated | None = None) -> None:
+        self.plan, self.generated = plan, generated or generate(plan)
         self.loop = load(self.generated, argument_kinds(self.generated, plan))
 
     def constant_values(self, plan: Plan) -> Mapping[Any, Any]:
@@ -50,6 +50,7 @@ class CompiledLoop:
         self._loop = compiled.loop
         memory = memory or start(plan)
         self.tick = memory.tick
+        self._counted = [name for name in plan.digital if name in memory.overflows]
         self._constants = _arrays(made.constants, compiled.constant_values(plan))
         self._state = _arrays(made.memory, {key: moving(memory, key) for key in made.memory.kinds})
         self._vectors = {
@@ -94,7 +95,7 @@ class CompiledLoop:
         buffers: dict[Node, Sequence[float]] = {
             n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
         }
-        overflows = {name: values.get((name,), 0) for name in plan.digital}
+        overflows = {name: values.get((name,), 0) for name in self._counted}
         return Memory(tick, states, buffers, wires, overflows)
 
 
@@ -143,7 +144,7 @@ def _arrays(slots: Slots, values: Mapping[Any, Any]) -> dict[str, Array]:
 def moving(memory: Memory, key: tuple[str, ...]) -> Any:
     """What the memory holds of a state's field (block, "x", field), a wire (block, port) or the overflows (block,)."""
     if len(key) == 1:
-        return memory.overflows[key[0]]
+        return memory.overflows.get(key[0], 0)
     return getattr(memory.states[key[0]], key[2]) if len(key) == 3 else memory.wires[key[0], key[1]]
 
 
