@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.folder import kept_result
@@ -94,6 +95,16 @@ def test_a_study_under_way_and_one_with_failed_runs(tmp_path: Path) -> None:
     nothing = {name: np.full((10, 3), np.nan) for name in result.values}
     empty = save_study_report(dataclasses.replace(result, values=nothing), tmp_path / "empty.html").read_text()
     assert "What scatters them" not in Outline(empty).headings
+
+
+def test_a_study_of_a_long_list_is_kept_with_it(tmp_path: Path) -> None:
+    (tmp_path / "sensor.toml").write_text(STUDY)
+    graph = read_study(tmp_path / "sensor.toml").graph
+    study = Study(graph, runs=3, spread={"source.value": {"values": [1.0 + number / 1e6 for number in range(70_000)]}})
+    made = run_study(study, engine="python", folder=tmp_path / "out")
+    assert kept_result(tmp_path / "out").digest == made.digest
+    page = save_study_report(made, tmp_path / "out" / "report.html").read_text()
+    assert len(page) < 200_000
 
 
 def test_a_folder_without_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
