@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path
 
 from proofmass.blocks.problem import shown
 from proofmass.blocks.units import UnitError, convert_exactly

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.result import Array
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty
 from proofmass.runner.studies.sensitivities import Regression
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def plot_influences(
             panel.plot(
                 parameters[influence.parameter][:_POINTS], values[:_POINTS], ".", color=BLUE, markersize=3, alpha=0.6
             )
-            unit = study.unit_of(influence.parameter)
+            unit = pretty(study.unit_of(influence.parameter))
             panel.set_xlabel(influence.parameter + (f" [{unit}]" if unit != "1" else ""))
             panel.ticklabel_format(useOffset=False)
             panel.tick_params(axis="x", labelrotation=30)

@@ -10,11 +10,13 @@ import numpy as np
 
 from proofmass.graphs.study_writer import write_study
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
-from proofmass.runner.studies.ages import age_text, recalibration_text, some_of
+from proofmass.runner.output.plot import pretty
+from proofmass.runner.studies.ages import age_text, some_of
 from proofmass.runner.studies.folder import STUDY_FILE
 from proofmass.runner.studies.intervals import LEVEL, concise
-from proofmass.runner.studies.plot import plot_measure
+from proofmass.runner.studies.plot import label_of, plot_measure
 from proofmass.runner.studies.plot_influences import plot_influences
+from proofmass.runner.studies.points import all_points_text, parts
 from proofmass.runner.studies.result import PERCENTILES, StudyResult
 from proofmass.runner.studies.sensitivities import MOST_RUNS, Influence, drawn_parameters, regression, sobol_indices
 from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
@@ -55,14 +57,16 @@ def _opening(result: StudyResult) -> str:
 
 
 def _at_each(section: Callable[[StudyResult], str]) -> Callable[[StudyResult], str]:
-    """A section for each interval between calibrations, under a heading where there are several."""
+    """A section for each point of the study, under a heading where there are several."""
 
     def whole(result: StudyResult) -> str:
-        parts = result.by_recalibration()
-        if len(parts) == 1:
-            return section(result)
-        heads = (f"<h3>{escape(recalibration_text(every).capitalize())}</h3>\n" for every in parts)
-        return "\n".join(head + section(part) for head, part in zip(heads, parts.values(), strict=True))
+        told_apart = parts(result)
+        if len(told_apart) == 1:
+            more = f"<p>{all_points_text(result.study).capitalize()}.</p>\n" if result.study.points > 1 else ""
+            return more + section(result)
+        heads = (escape(name if "=" in name else name.capitalize()) for name in told_apart)
+        pairs = zip(heads, told_apart.values(), strict=True)
+        return "\n".join(f"<h3>{head}</h3>\n{section(part)}" for head, part in pairs)
 
     return whole
 
@@ -83,7 +87,7 @@ def _yield(result: StudyResult) -> str:
 
 
 @_at_each
-def _measures(result: StudyResult) -> str:
+def _tables(result: StudyResult) -> str:
     keys = ("mean", "std", *(f"p{p:g}" for p in PERCENTILES))
     rows = []
     shown = some_of(result.study.epochs)
@@ -91,14 +95,18 @@ def _measures(result: StudyResult) -> str:
         cells = "".join(f'<td class="number">{_with_interval(row, key)}</td>' for key in keys)
         age = escape(age_text(row["age_s"]))
         rows.append(
-            f"<th>{broken(row['measure'])}</th><td>{escape(row['unit'])}</td>"
+            f"<th>{broken(row['measure'])}</th><td>{escape(pretty(row['unit']))}</td>"
             f'<td class="number">{age}</td><td class="number">{row["runs"]:,}</td>{cells}'
         )
+    return table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
+
+
+def _measures(result: StudyResult) -> str:
     about = (
         f"<p>In brackets half of the {100 * LEVEL:g} % confidence interval, in units of the last digits; below it the"
         " interval. Runs that failed are left out.</p>"
     )
-    return about + table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
+    return about + _tables(result)
 
 
 def _with_interval(row: dict[str, object], key: str) -> str:
@@ -106,23 +114,28 @@ def _with_interval(row: dict[str, object], key: str) -> str:
     if not isinstance(value, float) or not isinstance(intervals, dict):
         return ""
     low, high = intervals[key]
-    return f"{concise(value, (low, high))}<br>{small(f'{low:.5g} to {high:.5g}')}"
+    ends = f"{low:.5g} to {high:.5g}"
+    if math.isinf(low) or math.isinf(high):
+        ends = f"≤ {high:.5g}" if math.isfinite(high) else f"≥ {low:.5g}" if math.isfinite(low) else "unknown"
+    return f"{concise(value, (low, high))}<br>{small(ends)}"
 
 
 def _distributions(result: StudyResult) -> str:
-    return "\n".join(f'<div class="wide">{picture(plot_measure(result, m.name))}</div>' for m in result.measures)
+    return "\n".join(
+        f'<div class="wide">{picture(plot_measure(result, m.name), f"{m.name}-distribution")}</div>'
+        for m in result.measures
+    )
 
 
 def _influences(result: StudyResult) -> str:
     runs, last = result.numbers[:MOST_RUNS], len(result.study.epochs) - 1
     parameters = drawn_parameters(result.study, runs, last) if len(runs) else {}
-    parts = []
+    shown = []
     for measure in result.measures:
         values = result[measure.name][:MOST_RUNS, last]
         found = regression(parameters, values)
         if found is None:
             continue
-        label = measure.name + (f" [{measure.unit}]" if measure.unit != "1" else "")
         about = (
             f"Straight lines explain {100 * found.explained:.1f} % of the variance of {measure.name} at the age of "
             f"{age_text(result.study.epochs[last])}, of its ranks {100 * found.explained_of_ranks:.1f} %."
@@ -133,9 +146,11 @@ def _influences(result: StudyResult) -> str:
             for i in found.influences
         )
         heads = ("parameter", "slope", "effect of 1 σ", "standardised", "of ranks")
-        drawing = picture(plot_influences(result.study, found, parameters, values, label))
-        parts.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
-    return "\n".join(parts)
+        drawing = picture(
+            plot_influences(result.study, found, parameters, values, label_of(measure)), f"{measure.name}-influences"
+        )
+        shown.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
+    return "\n".join(shown)
 
 
 def _effect(influence: Influence) -> str:

@@ -43,6 +43,7 @@ addEventListener("load", () => {
       headings: [...page.querySelectorAll("h2")].filter(head => head.offsetHeight).map(head => head.textContent),
       beyond: page.scrollWidth - page.clientWidth,
       pictures: sizes.map(size => [size.width, size.height]),
+      clips: [...page.querySelectorAll("clipPath")].map(clip => clip.id),
       requests: frame.contentWindow.performance.getEntriesByType("resource").map(entry => entry.name),
     };
   });
@@ -79,6 +80,7 @@ def test_reports(tmp_path: Path) -> None:
     assert [page["beyond"] for page in found] == [0] * 4
     assert [page["requests"] for page in found] == [[]] * 4
     assert [len(page["pictures"]) for page in found] == [4, 4, 2, 2]
+    assert all(page["clips"] and len(page["clips"]) == len(set(page["clips"])) for page in found)
     assert all(min(size) > 100 for page in found for size in page["pictures"])
 
 

@@ -13,6 +13,7 @@ from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.folder import kept_result
+from proofmass.runner.studies.points import by_point
 from proofmass.runner.studies.report import save_study_report
 from proofmass.runner.studies.study import run_study
 from tests.runner.test_report import Outline, texts
@@ -48,11 +49,12 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(page: str) -> None:
 
 def test_the_page_holds_what_came_out(page: str, folder: Path) -> None:
     result, text = kept_result(folder), texts(page)
-    for row in result.summary():
-        low, high = row["intervals"]["mean"]
-        assert f"{low:.5g} to {high:.5g}" in text
-    for name, part in result.yields().items():
-        assert re.search(rf"{name} .{{0,20}}{100 * part:.2f} %", text)
+    for point in by_point(result):
+        for row in point.summary():
+            low, high = row["intervals"]["mean"]
+            assert f"{low:.5g} to {high:.5g}" in text
+        for name, part in point.yields().items():
+            assert re.search(rf"{name} .{{0,20}}{100 * part:.2f} %", text)
     assert "80 runs at 3 ages up to 1 year, 2 points of the sweep, seed 11" in text
     assert result.digest in text
     for label in ("bias for one standard deviation", "source.value [V]", "age [years]", "0 h", "1 to 99 %"):
