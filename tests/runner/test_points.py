@@ -61,6 +61,13 @@ def test_the_command_and_the_report_tell_them_apart(
         assert point["measures"][0]["mean"] == part.summary()[0]["mean"]
 
 
+def test_one_point_is_drawn_with_its_percentiles() -> None:
+    head, _, rest = STUDY.partition("[study.sweep]")
+    result = run_study(read_study_text(head + rest[rest.index("[study.epochs]") :]), engine="python")
+    drawn = [text.get_text() for text in plot_study(result).legends[0].get_texts()]
+    assert drawn == ["1 to 99 %", "10 to 90 %", "25 to 75 %", "median"]
+
+
 def test_many_points_are_seen_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     values = [1.0 + number / 100 for number in range(MOST_POINTS + 1)]
     (tmp_path / "study.toml").write_text(STUDY.replace('["100 Hz", "200 Hz"]', str([100 * value for value in values])))
