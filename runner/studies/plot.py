@@ -10,12 +10,13 @@ from proofmass.runner.engine.planned import PlannedMeasure
 from proofmass.runner.engine.result import Array
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty, save_figure
 from proofmass.runner.studies.ages import HOUR, YEAR, age_text
-from proofmass.runner.studies.points import parts
+from proofmass.runner.studies.points import parts, swept_parts
 from proofmass.runner.studies.result import StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+MOST_COLUMNS = 4  # points of a sweep beside each other
 LIMIT = "limit"
 LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
 COLORS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
@@ -28,16 +29,16 @@ def plot_study(result: StudyResult) -> "Figure":
     import matplotlib
     from matplotlib.figure import Figure
 
-    study = result.study
+    study, columns = result.study, swept_parts(result)
+    columns = columns if len(columns) <= MOST_COLUMNS else {"": result}
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 1.2 + 2.6 * len(result.measures)), facecolor=PAPER, layout="constrained")
-        for panel, measure in zip(
-            figure.subplots(len(result.measures), squeeze=False)[:, 0], result.measures, strict=True
-        ):
-            if len(study.epochs) > 1:
-                _fans(panel, result, measure)
-            else:
-                _histograms(panel, result, measure)
+        size = max(8.0, 5.0 * len(columns)), 1.2 + 2.6 * len(result.measures)
+        figure = Figure(figsize=size, facecolor=PAPER, layout="constrained")
+        panels = figure.subplots(len(result.measures), len(columns), squeeze=False)
+        for (name, part), column in zip(columns.items(), panels.T, strict=True):
+            column[0].set_title(name, fontsize=10)
+            for panel, measure in zip(column, result.measures, strict=True):
+                (_fans if len(study.epochs) > 1 else _histograms)(panel, part, measure)
         yields = result.yields() if study.points == 1 else {}
         good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
         figure.suptitle(f"{study.graph.name}: {len(result.numbers):,} runs{good}".replace("$", r"\$"))

@@ -51,5 +51,6 @@ def _draw_tornado(panel: "Axes", found: Regression, label: str) -> None:
     halves = [influence.effect_half for influence in shown]
     names = [influence.parameter for influence in shown]
     panel.barh(names, effects, color=colours, height=0.6, xerr=halves, error_kw={"ecolor": INK, "elinewidth": 0.8})
+    panel.set_ylim(min(-0.5, 0.5 * len(shown) - 2.0), max(len(shown) - 0.5, 0.5 * len(shown) + 1.0))  # no fat bars
     panel.axvline(0.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"{label} for one standard deviation")

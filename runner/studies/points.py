@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from proofmass.graphs.study import Study
+from proofmass.runner.engine.result import Array
 from proofmass.runner.output.plot import pretty
 from proofmass.runner.studies.ages import recalibration_text
 from proofmass.runner.studies.result import StudyResult
@@ -12,22 +13,37 @@ MOST_POINTS = 12  # that tables and pictures tell apart
 
 def by_point(result: StudyResult) -> list[StudyResult]:
     """The same study at each of its points alone, in the order in which runs take turns at them."""
-    return [_at(result, point) for point in range(result.study.points)]
+    points = result.study.points
+    return [_some(result, result.numbers % points == point, points) for point in range(points)]
 
 
 def parts(result: StudyResult) -> dict[str, StudyResult]:
-    """The study at each point by its name; all points together, without one, where they are too many to look at."""
-    if result.study.points > MOST_POINTS:
+    """The study at each point that has runs, by its name; as one, without a name, where they are too many."""
+    found = by_point(result) if result.study.points <= MOST_POINTS else []
+    named = {point_text(result.study, point): part for point, part in enumerate(found) if len(part.numbers)}
+    return named or {"": result}
+
+
+def swept_parts(result: StudyResult) -> dict[str, StudyResult]:
+    """As `parts`, with all intervals between calibrations at each point of the sweep: they are there to be compared."""
+    study, intervals = result.study, len(result.study.recalibration.every)
+    swept = study.points // intervals
+    if swept > MOST_POINTS:
         return {"": result}
-    return {point_text(result.study, point): part for point, part in enumerate(by_point(result))}
+    names = (_swept_text(study, number * intervals) for number in range(swept))
+    numbers = result.numbers % study.points // intervals
+    return {name: _some(result, numbers == number, swept) for number, name in enumerate(names)}
 
 
 def point_text(study: Study, point: int) -> str:
     """What a point is: values of the swept parameters, and how often sensors are calibrated; "" for a study of one."""
+    calibrated = recalibration_text(study.recalibrated_every(point)) if study.recalibration.carried else ""
+    return ", ".join(filter(None, (_swept_text(study, point), calibrated)))
+
+
+def _swept_text(study: Study, point: int) -> str:
     swept = study.point(point) if study.points > len(study.recalibration.every) else {}
-    words = [f"{name} = {value:g} {_unit(study, name)}".rstrip() for name, value in swept.items()]
-    carried = study.recalibration.carried
-    return ", ".join([*words, *([recalibration_text(study.recalibrated_every(point))] if carried else [])])
+    return ", ".join(f"{name} = {value:g} {_unit(study, name)}".rstrip() for name, value in swept.items())
 
 
 def all_points_text(study: Study) -> str:
@@ -40,13 +56,14 @@ def _unit(study: Study, parameter: str) -> str:
     return "" if unit == "1" else unit
 
 
-def _at(result: StudyResult, point: int) -> StudyResult:
-    points = result.study.points
-    chosen = result.numbers % points == point
+def _some(result: StudyResult, chosen: Array, parts: int) -> StudyResult:
+    """Runs of one of several parts of a study."""
+    numbers = result.numbers[chosen]
+    kept = set(numbers.tolist())
     return replace(
         result,
-        numbers=result.numbers[chosen],
+        numbers=numbers,
         values={name: values[chosen] for name, values in result.values.items()},
-        faults={key: fault for key, fault in result.faults.items() if key[0] % points == point},
-        planned_runs=result.planned_runs // points,
+        faults={key: fault for key, fault in result.faults.items() if key[0] in kept},
+        planned_runs=result.planned_runs // parts,
     )

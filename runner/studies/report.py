@@ -16,7 +16,7 @@ from proofmass.runner.studies.folder import STUDY_FILE
 from proofmass.runner.studies.intervals import LEVEL, concise
 from proofmass.runner.studies.plot import label_of, plot_measure
 from proofmass.runner.studies.plot_influences import plot_influences
-from proofmass.runner.studies.points import all_points_text, parts
+from proofmass.runner.studies.points import MOST_POINTS, all_points_text, parts, swept_parts
 from proofmass.runner.studies.result import PERCENTILES, StudyResult
 from proofmass.runner.studies.sensitivities import MOST_RUNS, Influence, drawn_parameters, regression, sobol_indices
 from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
@@ -24,6 +24,7 @@ from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
 FILE = "report.html"
 _WORST = 5
 _FAILED = 10
+Section = Callable[[StudyResult], str]
 
 
 def save_study_report(result: StudyResult, path: str | Path) -> Path:
@@ -56,22 +57,25 @@ def _opening(result: StudyResult) -> str:
     return page
 
 
-def _at_each(section: Callable[[StudyResult], str]) -> Callable[[StudyResult], str]:
-    """A section for each point of the study, under a heading where there are several."""
+def _at_each(points: Callable[[StudyResult], dict[str, StudyResult]]) -> Callable[[Section], Section]:
+    """A section at each of some points of the study, under a heading where there are several."""
 
-    def whole(result: StudyResult) -> str:
-        told_apart = parts(result)
-        if len(told_apart) == 1:
-            more = f"<p>{all_points_text(result.study).capitalize()}.</p>\n" if result.study.points > 1 else ""
-            return more + section(result)
-        heads = (escape(name if "=" in name else name.capitalize()) for name in told_apart)
-        pairs = zip(heads, told_apart.values(), strict=True)
-        return "\n".join(f"<h3>{head}</h3>\n{section(part)}" for head, part in pairs)
+    def decorated(section: Section) -> Section:
+        def whole(result: StudyResult) -> str:
+            told_apart = points(result)
+            if len(told_apart) == 1:
+                together = f"<p>{all_points_text(result.study).capitalize()}.</p>\n"
+                body = section(result)
+                return together + body if body and result.study.points > MOST_POINTS else body
+            bodies = {name if "=" in name else name.capitalize(): section(part) for name, part in told_apart.items()}
+            return "\n".join(f"<h3>{escape(head)}</h3>\n{body}" for head, body in bodies.items() if body)
 
-    return whole
+        return whole
+
+    return decorated
 
 
-@_at_each
+@_at_each(parts)
 def _yield(result: StudyResult) -> str:
     intervals, rows = result.yield_intervals(), []
     for name, part in result.yields().items():
@@ -86,7 +90,7 @@ def _yield(result: StudyResult) -> str:
     return table(("measure", "limit", "good", f"{100 * LEVEL:g} % confidence"), rows, numbers=(2, 3))
 
 
-@_at_each
+@_at_each(parts)
 def _tables(result: StudyResult) -> str:
     keys = ("mean", "std", *(f"p{p:g}" for p in PERCENTILES))
     rows = []
@@ -114,19 +118,31 @@ def _with_interval(row: dict[str, object], key: str) -> str:
     if not isinstance(value, float) or not isinstance(intervals, dict):
         return ""
     low, high = intervals[key]
-    ends = f"{low:.5g} to {high:.5g}"
+    return f"{concise(value, (low, high))}<br>{small(_ends(low, high))}"
+
+
+def _ends(low: float, high: float) -> str:
+    """An interval with as many digits as tell its ends apart.
+
+    >>> _ends(3275.8213, 3277.61), _ends(1.0000464, 1.0000566), _ends(-math.inf, 2.0), _ends(1.0, math.inf)
+    ('3275.8 to 3277.6', '1.000046 to 1.000057', '≤ 2', '≥ 1')
+    """
     if math.isinf(low) or math.isinf(high):
-        ends = f"≤ {high:.5g}" if math.isfinite(high) else f"≥ {low:.5g}" if math.isfinite(low) else "unknown"
-    return f"{concise(value, (low, high))}<br>{small(ends)}"
+        return f"≤ {high:.5g}" if math.isfinite(high) else f"≥ {low:.5g}" if math.isfinite(low) else "unknown"
+    ratio = max(abs(low), abs(high)) / (high - low) if high > low else 1.0
+    digits = min(15, max(5, math.ceil(math.log10(ratio)) + 2))
+    return f"{low:.{digits}g} to {high:.{digits}g}"
 
 
+@_at_each(swept_parts)
 def _distributions(result: StudyResult) -> str:
     return "\n".join(
-        f'<div class="wide">{picture(plot_measure(result, m.name), f"{m.name}-distribution")}</div>'
+        f'<div class="wide">{picture(plot_measure(result, m.name), f"{m.name}-distribution-{_first(result)}")}</div>'
         for m in result.measures
     )
 
 
+@_at_each(swept_parts)
 def _influences(result: StudyResult) -> str:
     runs, last = result.numbers[:MOST_RUNS], len(result.study.epochs) - 1
     parameters = drawn_parameters(result.study, runs, last) if len(runs) else {}
@@ -147,21 +163,28 @@ def _influences(result: StudyResult) -> str:
         )
         heads = ("parameter", "slope", "effect of 1 σ", "standardised", "of ranks")
         drawing = picture(
-            plot_influences(result.study, found, parameters, values, label_of(measure)), f"{measure.name}-influences"
+            plot_influences(result.study, found, parameters, values, label_of(measure)),
+            f"{measure.name}-influences-{_first(result)}",
         )
         shown.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
     return "\n".join(shown)
 
 
+def _first(result: StudyResult) -> int:
+    """Number of the first point that has runs."""
+    return int(result.numbers[0]) % result.study.points if len(result.numbers) else 0
+
+
 def _effect(influence: Influence) -> str:
     low, high = influence.effect - influence.effect_half, influence.effect + influence.effect_half
-    return f"{concise(influence.effect, (low, high))}<br>{small(f'{low:.5g} to {high:.5g}')}"
+    return f"{concise(influence.effect, (low, high))}<br>{small(_ends(low, high))}"
 
 
+@_at_each(swept_parts)
 def _indices(result: StudyResult) -> str:
     last, rows = len(result.study.epochs) - 1, []
     for measure in result.measures:
-        for index in sobol_indices(result, measure.name, last):
+        for index in sobol_indices(result, measure.name, last, _first(result)):
             cells = (
                 f"{value:.3f}<br>{small(f'{low:.3f} to {high:.3f}')}"
                 for value, (low, high) in ((index.first, index.first_interval), (index.total, index.total_interval))

@@ -79,7 +79,7 @@ def test_reports(tmp_path: Path) -> None:
     assert [page["headings"] for page in found] == [heads for heads in expected for _ in WIDTHS]
     assert [page["beyond"] for page in found] == [0] * 4
     assert [page["requests"] for page in found] == [[]] * 4
-    assert [len(page["pictures"]) for page in found] == [4, 4, 2, 2]
+    assert [len(page["pictures"]) for page in found] == [8, 8, 2, 2]
     assert all(page["clips"] and len(page["clips"]) == len(set(page["clips"])) for page in found)
     assert all(min(size) > 100 for page in found for size in page["pictures"])
 

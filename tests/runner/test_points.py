@@ -9,7 +9,7 @@ import pytest
 from proofmass.graphs.study_reader import read_study_text
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.plot import plot_study
-from proofmass.runner.studies.points import MOST_POINTS, by_point, parts, point_text
+from proofmass.runner.studies.points import MOST_POINTS, by_point, parts, point_text, swept_parts
 from proofmass.runner.studies.report import save_study_report
 from proofmass.runner.studies.result import StudyResult
 from proofmass.runner.studies.study import run_study
@@ -40,6 +40,9 @@ def test_each_point_has_its_own_runs(result: StudyResult) -> None:
         assert part["bias"].tolist() == result["bias"][point::6].tolist()
         assert part.faults == {1: {(7, 0): "lost"}, 2: {(8, 1): "lost too"}}.get(point, {})
         assert part.planned_runs == 4
+    assert sum(len(part.numbers) for part in swept_parts(result).values()) == 24
+    early = dataclasses.replace(result, numbers=result.numbers[:2], values={n: v[:2] for n, v in result.values.items()})
+    assert list(parts(early)) == list(parts(result))[:2]
 
 
 def test_the_command_and_the_report_tell_them_apart(
@@ -52,12 +55,10 @@ def test_the_command_and_the_report_tell_them_apart(
     assert main([*command, "--json"]) == 0
     points = json.loads(capsys.readouterr().out)["points"]
     page = save_study_report(result, tmp_path / "report.html").read_text()
-    drawn = [text.get_text() for text in plot_study(result).legends[0].get_texts()]
     assert [point["sweep"]["source.value"] for point in points] == [1.0, 1.5, 2.0] * 2
     for (name, part), point in zip(parts(result).items(), points, strict=True):
         assert f"\n{name}:\n" in said
-        assert page.count(f"<h3>{name}</h3>") == 2
-        assert name in drawn
+        assert page.count(f"<h3>{name}</h3>") == 4
         assert point["measures"][0]["mean"] == part.summary()[0]["mean"]
 
 
@@ -66,6 +67,12 @@ def test_one_point_is_drawn_with_its_percentiles() -> None:
     result = run_study(read_study_text(head + rest[rest.index("[study.epochs]") :]), engine="python")
     drawn = [text.get_text() for text in plot_study(result).legends[0].get_texts()]
     assert drawn == ["1 to 99 %", "10 to 90 %", "25 to 75 %", "median"]
+
+
+def test_points_are_drawn_beside_each_other() -> None:
+    figure = plot_study(run_study(read_study_text(STUDY), engine="python"))
+    titles = [f"filter.corner_frequency = {corner} Hz" for corner in (100, 200)]
+    assert [panel.get_title() for panel in figure.axes] == [*titles, "", ""]
 
 
 def test_many_points_are_seen_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,7 +57,13 @@ def test_the_page_holds_what_came_out(page: str, folder: Path) -> None:
             assert re.search(rf"{name} .{{0,20}}{100 * part:.2f} %", text)
     assert "80 runs at 3 ages up to 1 year, 2 points of the sweep, seed 11" in text
     assert result.digest in text
-    for label in ("bias for one standard deviation", "source.value [V]", "age [years]", "corner_frequency = 100 Hz"):
+    for label in (
+        "bias for one standard deviation",
+        "source.value [V]",
+        "age [years]",
+        "1 to 99 %",
+        "corner_frequency = 100 Hz",
+    ):
         assert label in text
 
 
