@@ -125,7 +125,7 @@ def _ends(low: float, high: float) -> str:
     """An interval with as many digits as tell its ends apart.
 
     >>> _ends(3275.8213, 3277.61), _ends(1.0000464, 1.0000566), _ends(-math.inf, 2.0), _ends(1.0, math.inf)
-    ('3275.8 to 3277.6', '1.000046 to 1.000057', '≤ 2', '≥ 1')
+    ('3275.82 to 3277.61', '1.000046 to 1.000057', '≤ 2', '≥ 1')
     """
     if math.isinf(low) or math.isinf(high):
         return f"≤ {high:.5g}" if math.isfinite(high) else f"≥ {low:.5g}" if math.isfinite(low) else "unknown"
