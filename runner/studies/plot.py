@@ -111,18 +111,19 @@ def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str,
 def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> None:
     """The first and the last epoch, or the last one of each point of the study."""
     told_apart, epochs = parts(result), result.study.epochs
+    youngest, oldest = age_text(epochs[0]), age_text(epochs[-1])
     for color, (name, part) in zip(cycle(COLORS), told_apart.items(), strict=False):
         values = _whole(part, measure.name)
         if not len(values):
             continue
-        edges = np.histogram_bin_edges(values[:, [0, -1]], bins="auto")
+        edges = np.histogram_bin_edges(values[:, [0, -1][: len(epochs)]], bins="auto")
         if len(told_apart) > 1:
             panel.hist(values[:, -1], bins=edges, color=color, alpha=0.6, label=name)
             continue
-        panel.hist(values[:, 0], bins=edges, color=color, alpha=0.8, label=age_text(epochs[0]))
+        panel.hist(values[:, 0], bins=edges, color=color, alpha=0.8, label=youngest if len(epochs) > 1 else "")
         if len(epochs) > 1:
-            panel.hist(values[:, -1], bins=edges, histtype="step", color=INK, label=age_text(epochs[-1]))
-    at = f" at {age_text(epochs[-1])}" if len(told_apart) > 1 and len(epochs) > 1 else ""
+            panel.hist(values[:, -1], bins=edges, histtype="step", color=INK, label=oldest)
+    at = f" at {oldest}" if len(told_apart) > 1 and len(epochs) > 1 else ""
     panel.set_xlabel(label_of(measure) + at)
     panel.set_ylabel("runs")
     panel.locator_params(axis="x", nbins=6)
