@@ -65,7 +65,25 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "inch": (Fraction(254, 10000), (1,), False),
 }
 
+_WRITTEN_OUT = {  # names that are none of these signs
+    "second": "s",
+    "minute": "min",
+    "hour": "h",
+    "day": "d",
+    "volt": "V",
+    "ampere": "A",
+    "newton": "N",
+    "hertz": "Hz",
+    "degree": "deg",
+    "radian": "rad",
+    "kelvin": "K",
+    "gram": "g",
+    "meter": "m",
+    "metre": "m",
+}
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*)|(?P<number>[0-9]+(?:\.[0-9]+)?)|(?P<mark>[*/^()+-]))")
+_SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
+_FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*"
 )
@@ -118,6 +136,15 @@ def same_dimension(first: str, second: str) -> bool:
 def same_unit(first: str, second: str) -> bool:
     """Whether a number in the one unit is the same number in the other."""
     return first == second or unit(first) == unit(second)
+
+
+def short_unit(unit: str) -> str:
+    """A unit without the brackets about single names and the factors of one that filling in units leaves.
+
+    >>> short_unit("(V)/(m/s^2)"), short_unit("(1)*(1)"), short_unit("(1)/s")
+    ('V/(m/s^2)', '1', '1/s')
+    """
+    return _FACTOR_OF_ONE.sub("", _SIMPLE_BRACKET.sub(r"\1", unit))
 
 
 def convert(text: str, target: str) -> float:
@@ -279,6 +306,9 @@ def _named(name: str) -> Unit:
 def _like(name: str) -> str:
     from proofmass.blocks.problem import did_you_mean
 
+    word = name.lower().removesuffix("s")
+    if word in _WRITTEN_OUT:
+        return f"did you mean {_WRITTEN_OUT[word]}?"
     common = ("kHz", "MHz", "ms", "us", "ns", "mV", "uV", "pF", "fF", "kg", "mg", "um", "nm", "mm", "kohm", "uN", "mA")
     return did_you_mean(name[:20], (*_UNITS, *common), "unit")
 

@@ -65,11 +65,12 @@ def registers() -> Figure:
         panel.plot(times, 1e3 * floating, color=GREY, linewidth=4.0, label="floating point")
         panel.plot(times, 1e3 * trace.values, color=BLUE, linewidth=1.2, label="registers")
         panel.set(title=title, xlabel="time [ms]", ylabel="displacement [nm]", xlim=(0.0, last))
-        panel.legend(loc="lower right")
         difference = 100.0 * (trace.values - floating) / np.abs(floating).max()
         panels[2].plot(times, difference, color=BLUE if name == "on_step" else ORANGE, linewidth=0.8, label=title)
     panels[2].set(title="difference, of the peak", xlabel="time [ms]", ylabel="[%]")
-    panels[2].legend(loc="center right")
+    panels[2].legend(loc="center right", bbox_to_anchor=(1.0, 0.75))
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
 
 
@@ -99,7 +100,7 @@ def gyroscope() -> Figure:
     panels[2].plot(fine / 1.2228 - 100.0, 1e12 * force / np.abs(fine - 48.67e-9 * w * w + 57e-6j * w), color=GREY,
                    label="closed form")  # fmt: skip
     panels[2].plot(percents, amplitudes, "o", color=BLUE, fillstyle="none", label="graph")
-    panels[2].set(title="modes out of tune, at 1 deg/s", xlabel="stiffness of the sense mode, from tuned [%]",
+    panels[2].set(title="modes out of tune, at 1 deg/s", xlabel="sense stiffness, from tuned [%]",
                   ylabel="amplitude [pm]")  # fmt: skip
     panels[2].legend()
     return figure

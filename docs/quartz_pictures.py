@@ -19,6 +19,7 @@ from proofmass.graphs.graph import Graph
 from proofmass.runner.engine.simulate import simulate
 from proofmass.runner.output.plot import BLUE, ORANGE, write_figure
 from proofmass.runner.studies.ages import YEAR, recalibration_text
+from proofmass.runner.studies.points import by_point
 from proofmass.runner.studies.study import run_study
 
 GREEN = "#009e73"
@@ -73,8 +74,8 @@ def ten_years(folder: str | None, panels: Any) -> None:
     """Fans of scale factor, bias and gain margin: never calibrated again, every year, every month."""
     result = run_study(study("quartz_recalibration_study"), folder=folder)
     ages = np.array(result.study.epochs) / YEAR
-    parts = result.by_recalibration().items()
-    for (interval, part), color in zip(parts, (BLUE, ORANGE, GREEN), strict=True):
+    parts = zip(result.study.recalibration.every, by_point(result), (BLUE, ORANGE, GREEN), strict=True)
+    for interval, part, color in parts:
         scale = part["scale_factor"] / part["scale_factor"][:, :1] - 1.0
         drawn = (scale / PPM, part["bias"] / MICRO_G, part["main.gain_margin"])
         for axes, values in zip(panels, drawn, strict=True):

@@ -14,7 +14,7 @@ from typing import Any
 from proofmass.blocks.counter_random import normal_quantile
 from proofmass.blocks.elementary import exponential
 from proofmass.blocks.problem import shown
-from proofmass.graphs.empirical import read_column
+from proofmass.graphs.empirical import column_file, read_column
 from proofmass.graphs.table_entries import TableError, checked_table, read_flag, read_quantity, read_values
 
 NORMAL = ("normal", "lognormal")
@@ -32,6 +32,7 @@ SPREAD_KEYS = {
     "truncated": "Nothing lies beyond so many standard deviations (normal, lognormal).",
 }
 LEAST_TRUNCATION = 0.1  # standard deviations
+LONGEST_LIST = 1000  # values that are written out in texts
 _SUITS = {"weights": "values", "column": "file"}
 
 
@@ -79,6 +80,15 @@ class Spread:
         return next(i for i, reached in enumerate(self._sums) if wanted < reached)
 
     @cached_property
+    def column_file(self) -> tuple[str, bytes] | None:
+        """Name and content of a file for values that are too many for a text; None where they are not."""
+        return column_file(self.values) if len(self.values) > LONGEST_LIST and not self.weights else None
+
+    def __str__(self) -> str:
+        """What decides over what is drawn; values that are too many by the hash in the name of their file."""
+        return f"Spread('file', {self.column_file[0]!r})" if self.column_file else repr(self)
+
+    @cached_property
     def _sums(self) -> tuple[float, ...]:
         return tuple(accumulate(self.weights))
 
@@ -115,7 +125,9 @@ def read_spread(table: object, unit: str, folder: str = "") -> Spread:
         if shape == "file":
             return Spread("values", values=read_column(table["file"], table.get("column"), folder, unit))
         values = read_values(table["values"], "values", unit)
-        return Spread(shape, values=values, weights=_read_weights(table, len(values)))
+        weights = _read_weights(table, len(values))
+        ordered, theirs = zip(*sorted(zip(values, weights or values, strict=True)), strict=True)
+        return Spread(shape, values=ordered, weights=theirs if weights else ())
     if shape == "lognormal" and relative:
         raise TableError("a lognormal distribution is relative always", "relative", hint="leave it out")
     width = read_quantity(table, shape, "1" if relative or shape == "lognormal" else unit, at_least=0.0)

@@ -1,16 +1,22 @@
 """An empirical distribution: one column of a CSV file beside the study, a measured lot say."""
 
 import csv
-from pathlib import Path
+import hashlib
+import math
+from collections.abc import Iterable
+from contextlib import suppress
+from decimal import Decimal
+from fractions import Fraction
 
 from proofmass.blocks.problem import shown
-from proofmass.blocks.units import UnitError, convert
+from proofmass.blocks.units import UnitError, convert_exactly
 from proofmass.graphs.hints import like
 from proofmass.graphs.part_files import PartError, file_inside
 from proofmass.graphs.table_entries import TableError
 
 LARGEST_FILE = 1 << 22  # bytes
 MOST_VALUES = 100_000
+COLUMN = "value"  # of the files that are written here
 
 
 def read_column(file: object, column: object, folder: str, unit: str) -> tuple[float, ...]:
@@ -34,11 +40,20 @@ def read_column(file: object, column: object, folder: str, unit: str) -> tuple[f
         hint = like(str(column), names, "its columns")
         raise TableError("the file has no such column", "column", shown(column), hint=hint)
     place = names.index(str(column))
-    own = heads[place][1] or unit
-    values = [_value(row, place, number, own, unit, path) for number, row in enumerate(rows[1:], 2) if row]
+    try:
+        scale = convert_exactly(f"1 {heads[place][1]}", unit) if heads[place][1] else Fraction(1)
+    except UnitError as error:
+        raise TableError(f"{path.name}, line 1: {error}", "column", shown(heads[place][1]), hint=error.hint) from None
+    values = [_value(row, place, number, scale, path.name) for number, row in enumerate(rows[1:], 2) if row]
     if not 1 <= len(values) <= MOST_VALUES:
         raise TableError("holds no list of values", "file", f"{len(values)} rows", f"1 to {MOST_VALUES:,} rows")
     return tuple(sorted(values))
+
+
+def column_file(values: Iterable[float]) -> tuple[str, bytes]:
+    """A CSV file of which a column holds the values, named by the SHA-256 of what is in it."""
+    content = "\n".join([COLUMN, *map(repr, values), ""]).encode()
+    return f"{hashlib.sha256(content).hexdigest()}.csv", content
 
 
 def _head(text: str) -> tuple[str, str]:
@@ -46,11 +61,14 @@ def _head(text: str) -> tuple[str, str]:
     return name.strip(), unit.strip().removesuffix("]")
 
 
-def _value(row: list[str], place: int, line: int, own: str, unit: str, path: Path) -> float:
+def _value(row: list[str], place: int, line: int, scale: Fraction, file: str) -> float:
+    """A decimal, read exactly and rounded once."""
     text = row[place].strip() if place < len(row) else ""
-    try:
-        float(text)
-        return convert(f"{text} {own}" if own != "1" else text, unit)
-    except (ValueError, UnitError) as error:
-        hint = getattr(error, "hint", "")
-        raise TableError(f"{path.name}, line {line}: not a number in {unit}", "file", shown(text), hint=hint) from None
+    with suppress(ValueError, OverflowError):
+        number = float(text)
+        if number and math.isfinite(number) and scale != 1:
+            over, under = Decimal(text).as_integer_ratio()
+            number = over * scale.numerator / (under * scale.denominator)
+        if math.isfinite(number):
+            return number
+    raise TableError(f"{file}, line {line}: not a number", "file", shown(text))

@@ -13,7 +13,7 @@ from proofmass.blocks.running_percentile import RunningPercentile
 from proofmass.blocks.running_range import RunningRange
 from proofmass.blocks.running_statistics import RunningStatistics
 from proofmass.blocks.settling_time import SettlingTime
-from proofmass.blocks.units import UnitError
+from proofmass.blocks.units import UnitError, short_unit
 from proofmass.graphs.hints import like
 from proofmass.graphs.keys import MEASURE_KEYS
 from proofmass.graphs.limits import EXPECTED_NAME, NAME
@@ -66,8 +66,8 @@ def measure_unit(statistic: str, unit: str) -> str:
     if statistic == "settling_time":
         return "s"
     if statistic != "slope":
-        return unit
-    return f"({unit})/s" if unit != "1" else "1/s"
+        return short_unit(unit)
+    return short_unit(f"({unit})/s")
 
 
 def read_measures(table: object) -> dict[str, Measure]:

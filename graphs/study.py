@@ -10,6 +10,7 @@ from typing import Any
 from proofmass.blocks.counter_random import normal_quantile
 from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem, shown
+from proofmass.blocks.units import short_unit
 from proofmass.graphs.ageing import Drift, read_drift
 from proofmass.graphs.check import checked
 from proofmass.graphs.correlation import Correlation
@@ -144,7 +145,7 @@ class Study:
     def unit_of(self, name: str) -> str:
         """Unit of a parameter, by its name in the flat graph."""
         block = self.flat.blocks[split(name)[0]]
-        return block.unit_of(block.parameters[split(name)[1]])
+        return short_unit(block.unit_of(block.parameters[split(name)[1]]))
 
     @cached_property
     def flat(self) -> Graph:

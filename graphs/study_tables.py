@@ -156,7 +156,11 @@ class StudyTables:
                 table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
                 units = {key: "1" if key == "change" else unit for key in table}
                 table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
-                made[name] = Limit(**{key: read_quantity(table, key, units[key]) for key in table})
+                least = {key: 0.0 if key == "change" else -math.inf for key in table}
+                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table})
+                if limit.at_least > limit.at_most:
+                    raise TableError("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
+                made[name] = limit
             except TableError as error:
                 self._refuse(error, "limits", name)
         return MappingProxyType(made)

@@ -1,4 +1,4 @@
-"""A study as TOML text that reads back to the same study, alone: its graph is in it, lists instead of files."""
+"""A study as TOML text that reads back to the same study: its graph is in it, and only long lists lie beside it."""
 
 import dataclasses
 import math
@@ -7,6 +7,7 @@ from typing import Any
 
 from proofmass.graphs.ageing import Drift
 from proofmass.graphs.distributions import Spread
+from proofmass.graphs.empirical import COLUMN
 from proofmass.graphs.epochs import NEVER, Recalibration
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.study import Study
@@ -17,7 +18,8 @@ from proofmass.graphs.toml_writer import quoted, write_graph
 def write_study(study: Study, graph: Graph | None = None) -> str:
     """The text of a graph file with a table `[study]`; numbers are in the units of their parameters and measures.
 
-    `graph` is the study's, with its recordings named from the folder that the text is meant for.
+    `graph` is the study's, with its recordings named from the folder that the text is meant for; `files_beside` belong
+    into the same folder.
     """
     lines = [f"runs = {study.runs}", f"seed = {study.seed}", f"design = {quoted(study.design)}"]
     lines += [f"margins = {quoted(study.margins)}"] if study.margins else []
@@ -37,7 +39,14 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
     return f"{write_graph(graph or study.graph)}\n[study]\n" + "\n".join(lines) + "\n"
 
 
+def files_beside(study: Study) -> dict[str, bytes]:
+    """The files that the text names, by their names, which hold the SHA-256 of their content."""
+    return dict(spread.column_file for spread in study.spread.values() if spread.column_file)
+
+
 def _spread(spread: Spread) -> dict[str, Any]:
+    if spread.column_file:
+        return {"file": spread.column_file[0], "column": COLUMN}
     if spread.shape == "values":
         return {"values": spread.values} | ({"weights": spread.weights} if spread.weights else {})
     more = {"relative": True} if spread.relative else {}

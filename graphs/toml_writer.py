@@ -1,32 +1,21 @@
 """A graph as TOML text that reads back to the same graph."""
 
-import re
 from collections.abc import Iterator
 
 from proofmass.blocks.declare import Block
 from proofmass.blocks.fixed_point import Fixed
-from proofmass.blocks.units import same_unit
+from proofmass.blocks.units import same_unit, short_unit
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.loops import REQUIREMENTS
 from proofmass.graphs.measures import TAU, Measure
 from proofmass.graphs.rates import write_rate
 
-_SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
 def write_graph(graph: Graph) -> str:
     """The text of a graph file: only what differs from the defaults, numbers with their units, subgraphs as tables."""
     return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
-
-
-def short_unit(unit: str) -> str:
-    """A unit without the brackets about single names, which filling in units of parameters leaves.
-
-    >>> short_unit("(V)/(m/s^2)")
-    'V/(m/s^2)'
-    """
-    return _SIMPLE_BRACKET.sub(r"\1", unit)
 
 
 def _graph(graph: Graph, path: str) -> Iterator[str]:

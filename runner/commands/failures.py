@@ -31,4 +31,4 @@ def explain(error: Exception) -> int:
 
 def count(number: int, noun: str) -> str:
     """`"1 problem"`, `"2 problems"`."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from proofmass.graphs.study_reader import read_study
+from proofmass.runner.commands.failures import count
 from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
-from proofmass.runner.studies.ages import age_text, recalibration_text, some_of
+from proofmass.runner.studies.ages import age_text, some_of
 from proofmass.runner.studies.intervals import concise
+from proofmass.runner.studies.points import all_points_text, parts
 
 if TYPE_CHECKING:
+    from proofmass.graphs.study import Study
     from proofmass.runner.engine.result import Result
     from proofmass.runner.studies.result import StudyResult
 
@@ -105,31 +108,33 @@ def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list
 
 
 def _data(result: "StudyResult") -> dict[str, Any]:
-    recalibrations = [
-        {
-            "every_s": every if math.isfinite(every) else None,
-            "measures": [_finite(row) for row in part.summary()],
-            "yield": part.yields(),
-            "yield_intervals": part.yield_intervals(),
-        }
-        for every, part in result.by_recalibration().items()
-    ]
+    study = result.study
+    found = list(parts(result).values())
+    points = [{"sweep": study.point(point), **_every(study, point), **_found(part)} for point, part in enumerate(found)]
     return {
-        "graph": result.study.graph.name,
+        "graph": study.graph.name,
         "runs": len(result.numbers),
         "planned_runs": result.planned_runs,
         "interrupted": result.interrupted,
-        "seed": result.study.seed,
-        "epochs_s": list(result.study.epochs),
-        "measures": [_finite(row) for row in result.summary()],
-        "yield": result.yields(),
-        "yield_intervals": result.yield_intervals(),
-        **({"recalibrations": recalibrations} if len(recalibrations) > 1 else {}),
+        "seed": study.seed,
+        "epochs_s": list(study.epochs),
+        **_found(result),
+        **({"points": points} if len(points) > 1 else {}),
         "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
         "digest": result.digest,
         "seconds": result.seconds,
         **result.provenance,
     }
+
+
+def _every(study: "Study", point: int) -> dict[str, float | None]:
+    every = study.recalibrated_every(point)
+    return {"every_s": every if math.isfinite(every) else None} if study.recalibration.carried else {}
+
+
+def _found(result: "StudyResult") -> dict[str, Any]:
+    measures = [_finite(row) for row in result.summary()]
+    return {"measures": measures, "yield": result.yields(), "yield_intervals": result.yield_intervals()}
 
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:
@@ -142,25 +147,32 @@ def _text(result: "StudyResult") -> str:
     study = result.study
     made = len(result.numbers) * len(study.epochs)
     lines = [
-        f"{study.graph.name}: {len(result.numbers):,} runs at {len(study.epochs)} epochs, {result.engine} engine,"
+        f"{study.graph.name}: {count(len(result.numbers), 'run')}{_at_epochs(study)}, {result.engine} engine,"
         f" {time_text(result.seconds)}",
         "",
     ]
-    for every, part in result.by_recalibration().items():
-        lines += [f"{recalibration_text(every)}:", ""] if study.recalibration.carried else []
+    told_apart = parts(result)
+    for name, part in told_apart.items():
+        lines += [f"{name}:", ""] if name else []
         lines += [*_table(part), ""]
         yields = part.yield_intervals()
         for name, good in part.yields().items():
             low, high = yields[name]
             confidence = f"with 95 % confidence {100 * low:.2f} to {100 * high:.2f} %"
             lines.append(f"yield, {name}: {100 * good:.2f} %, {confidence}")
-        lines += [""] if yields and len(study.recalibration.every) > 1 else []
+        lines += [""] if yields and len(told_apart) > 1 else []
+    if len(told_apart) < study.points:
+        lines += ["", all_points_text(study)]
     if result.planned_runs < study.runs * study.points:
         lines.append(f"stopped after {result.planned_runs:,} of {study.runs * study.points:,} runs: that was enough")
     if result.faults:
         (run, epoch), text = next(iter(result.faults.items()))
         lines += [f"{len(result.faults):,} of {made:,} failed; run {run} at epoch {epoch}: {text}"]
     return "\n".join(lines).rstrip()
+
+
+def _at_epochs(study: "Study") -> str:
+    return f" at {len(study.epochs)} epochs" if len(study.epochs) > 1 else ""
 
 
 def _table(result: "StudyResult") -> list[str]:

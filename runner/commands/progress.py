@@ -1,8 +1,10 @@
-"""A progress bar on a terminal; nothing where nobody looks."""
+"""A progress bar on a terminal, and what is known so far below it; nothing where nobody looks."""
 
 import shutil
 import sys
 import time
+
+ROWS = 8  # at most, of what is known so far
 
 
 class ProgressBar:
@@ -13,6 +15,7 @@ class ProgressBar:
         self._first: int | None = None  # done before, in an earlier start
         self._began = time.monotonic()
         self._drawn = 0.0
+        self._erase = ""  # takes away what was drawn last
 
     def __call__(self, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
@@ -21,8 +24,11 @@ class ProgressBar:
         if done < total and now - self._began > 0.5 and now - self._drawn > 0.1:
             self._drawn = now
             width = shutil.get_terminal_size().columns - 1
-            sys.stderr.write(f"\r\x1b[K{line(done, total, now - self._began, self._noun, self._first, note)[:width]}")
+            bar = line(done, total, now - self._began, self._noun, self._first, width)
+            rows = [bar, *wrapped(note, width)[:ROWS]]
+            sys.stderr.write(self._erase + "\n".join(rows))
             sys.stderr.flush()
+            self._erase = "\r" + f"\x1b[{len(rows) - 1}A" * (len(rows) > 1) + "\x1b[J"
         elif done == total:
             self._clear()
 
@@ -35,7 +41,7 @@ class ProgressBar:
     def _clear(self) -> None:
         if self._drawn:
             self._drawn = 0.0
-            sys.stderr.write("\r\x1b[K")
+            sys.stderr.write(self._erase)
             sys.stderr.flush()
 
 
@@ -44,19 +50,35 @@ def progress_bar(quiet: bool, noun: str = "tick") -> ProgressBar | None:
     return None if quiet or not sys.stderr.isatty() else ProgressBar(noun)
 
 
-def line(done: int, total: int, seconds: float, noun: str = "tick", first: int = 0, note: str = "") -> str:
-    """The bar as text; `first` were done before the seconds began, a note stands at the end.
+def line(done: int, total: int, seconds: float, noun: str = "tick", first: int = 0, width: int = 1000) -> str:
+    """The bar as text of at most so many letters; `first` were done before the seconds began.
 
     >>> line(250_000, 1_000_000, 5.0)
     ' 25 % [######..................] 250,000 of 1,000,000 ticks, 20 us a tick, 15 s left'
+    >>> line(250_000, 1_000_000, 5.0, width=59)
+    ' 25 %, 250,000 of 1,000,000 ticks, 15 s left'
     """
-    part = done / total
-    bar = "#" * int(24 * part)
-    new = done - first
-    rate = (
-        f"{time_text(seconds / new)} a {noun}, {time_text(seconds / new * (total - done))} left" if new else "starting"
+    part, new = done / total, done - first
+    each = seconds / new if new else 0.0
+    counted = f"{done:,} of {total:,} {noun}s"
+    rate, left = (
+        (f"{time_text(each)} a {noun}", f"{time_text(each * (total - done))} left") if new else ("", "starting")
     )
-    return f"{100 * part:3.0f} % [{bar:.<24}] {done:,} of {total:,} {noun}s, {rate}" + (f", {note}" if note else "")
+    bar = f"{100 * part:3.0f} % [{'#' * int(24 * part):.<24}] " + ", ".join(filter(None, (counted, rate, left)))
+    return bar if len(bar) <= width else f"{100 * part:3.0f} %, {counted}, {left}"[:width]
+
+
+def wrapped(note: str, width: int) -> list[str]:
+    """Entries that commas separate, in rows of at most so many letters.
+
+    >>> wrapped("bias 1.5(2) V, noise 3.1(1) mV", 20)
+    ['bias 1.5(2) V', 'noise 3.1(1) mV']
+    """
+    rows = [""]
+    for entry in note.split(", ") if note else ():
+        longer = f"{rows[-1]}, {entry}" if rows[-1] else entry
+        rows[-1:] = [longer] if len(longer) <= width or not rows[-1] else [rows[-1], entry]
+    return [row[:width] for row in rows if row]
 
 
 def time_text(seconds: float) -> str:

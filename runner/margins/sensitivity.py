@@ -15,9 +15,9 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.blocks.problem import ModelError, Problem
+from proofmass.blocks.units import short_unit
 from proofmass.graphs.graph import split
 from proofmass.graphs.schedule import Node
-from proofmass.graphs.toml_writer import short_unit
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.margins import Margins
 from proofmass.runner.margins.open_loop import Complex, OpenLoop

@@ -35,11 +35,15 @@ def paragraphs(text: str) -> list[str]:
     return [escape(part) for part in re.split(r"\n\s*\n", text.strip()) if part]
 
 
-def picture(figure: "Figure") -> str:
-    """A figure as SVG that takes its colours and letters from the page."""
+def picture(figure: "Figure", name: str) -> str:
+    """A figure as SVG that takes its colours and letters from the page; no other on the page has its name.
+
+    What a page holds is one document: two pictures with clips of the same name would be cut by those of the first.
+    """
     file = io.BytesIO()
     write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
-    text = inline(file.getvalue().decode())
+    text = inline(file.getvalue().decode()).replace("<svg ", '<svg class="picture" ', 1)
+    text = re.sub(r"\bclip_(?=\d)", f"{name}_clip_", text)
     for colour, name in _COLOURS.items():
         text = text.replace(colour, name)
     return re.sub(r'(<text[^>]*style=")(?![^"]*fill:)', r"\1fill: var(--ink); ", text)

@@ -27,7 +27,7 @@ p { margin: .5rem 0; max-width: 46rem; }
 .warning { border-left: .3rem solid var(--orange); padding: .3rem .8rem; background: var(--panel); }
 .wide { overflow-x: auto; }
 .wide svg { display: block; max-width: 100%; height: auto; margin: 0 auto; }
-@media screen { .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
+@media screen { .picture { min-width: 36rem; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }
 th { font-weight: 600; max-width: 20rem; }

@@ -59,7 +59,8 @@ def _diagram(graph: Graph) -> str:
 
 
 def _plots(result: Result) -> str:
-    return f'<div class="wide{" page" if len(result.traces) <= _ONE_PAGE else ""}">{picture(plot_traces(result))}</div>'
+    drawing, page = picture(plot_traces(result), "traces"), " page" if len(result.traces) <= _ONE_PAGE else ""
+    return f'<div class="wide{page}">{drawing}</div>'
 
 
 def _summary(result: Result) -> str:

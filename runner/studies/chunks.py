@@ -14,7 +14,7 @@ from proofmass.runner.engine.faults import RunError
 from proofmass.runner.engine.result import Array
 from proofmass.runner.studies.cluster import connected
 from proofmass.runner.studies.outcomes import Outcomes
-from proofmass.runner.studies.parcel import packed
+from proofmass.runner.studies.parcel import Parcel, packed
 from proofmass.runner.studies.running_means import RunningMeans
 from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.worker import run_chunk
@@ -36,8 +36,9 @@ def runs_on_workers(
     Raises `RunError`, `ModelError`, `OSError`.
     """
     if len(left):
+        parcel = packed(sensors)
         with connected(dask) as client:
-            yield from _Chunks(client, sensors, dask, left).runs(means, interrupted)
+            yield from _Chunks(client, parcel, sensors.lanes, dask, left).runs(means, interrupted)
 
 
 def chunk_size(before: int, seconds: float, lanes: int) -> int:
@@ -54,10 +55,9 @@ def chunk_size(before: int, seconds: float, lanes: int) -> int:
 class _Chunks:
     """The chunks of one study on one cluster."""
 
-    def __init__(self, client: Any, sensors: SensorRuns, dask: str, left: Array) -> None:
-        self._client, self._lanes, self._dask = client, sensors.lanes, dask
-        self._parcel = packed(sensors)
-        self._size, self._left = max(1, sensors.lanes), left
+    def __init__(self, client: Any, parcel: Parcel, lanes: int, dask: str, left: Array) -> None:
+        self._client, self._parcel, self._lanes, self._dask = client, parcel, lanes, dask
+        self._size, self._left = max(1, lanes), left
         self._under_way = dict[Any, tuple[int, ...]]()  # by future
         self._suspects, self._alone = list[tuple[int, ...]](), tuple[int, ...]()
         self._threads, self._counted, self._last_seen = 0, -COUNTS, time.monotonic()

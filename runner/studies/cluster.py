@@ -57,7 +57,7 @@ def _local_cluster(distributed: Any, count: int) -> Any:
         processes=True,
         dashboard_address="127.0.0.1:0",  # of its pages; any port that is free
         worker_dashboard_address=None,
-        silence_logs=logging.ERROR,
+        silence_logs=logging.CRITICAL,  # what a worker cannot do is said here
         preload="proofmass.runner.studies.worker",
     )
 

@@ -8,7 +8,7 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.changes import moved
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
-from proofmass.graphs.study_writer import write_study
+from proofmass.graphs.study_writer import files_beside, write_study
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.output.provenance import graph_text, provenance
 from proofmass.runner.studies.ledger import FILE, Ledger
@@ -21,8 +21,10 @@ STUDY_FILE = "study.toml"
 
 def keep_study(study: Study, folder: Path) -> None:
     """Write the study into its folder, where it may be read without the files that it came from."""
-    with whole_file(folder / STUDY_FILE) as file:
-        file.write(write_study(study, moved(study.graph, str(folder))).encode())
+    files = files_beside(study) | {STUDY_FILE: write_study(study, moved(study.graph, str(folder))).encode()}
+    for name, content in files.items():
+        with whole_file(folder / name) as file:
+            file.write(content)
 
 
 def find_folder(path: Path, own: Own | None = None) -> Path:

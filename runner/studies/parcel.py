@@ -14,7 +14,8 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.changes import with_recordings
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study_text
-from proofmass.graphs.study_writer import write_study
+from proofmass.graphs.study_writer import files_beside, write_study
+from proofmass.graphs.toml_reader import parsed
 from proofmass.runner.engine.engines import EngineName
 from proofmass.runner.output.provenance import graph_text
 from proofmass.runner.studies.facts import facts_of
@@ -32,7 +33,7 @@ class Parcel:
     """A study, how its runs are computed, and what must come out alike wherever it is unpacked."""
 
     text: str
-    files: tuple[tuple[str, bytes], ...]  # recordings, named by their hashes, and files of own blocks
+    files: tuple[tuple[str, bytes], ...]  # recordings and long lists, named by their hashes, and files of own blocks
     own: tuple[str, ...]  # which of them are those
     engine: EngineName
     lanes: int
@@ -41,9 +42,12 @@ class Parcel:
 
 
 def packed(sensors: SensorRuns) -> Parcel:
-    """The study of some sensors. Raises `ModelError` for own blocks that no file declares, `OSError`."""
-    study, files = sensors.study, dict[str, bytes]()
-    own = _own_files(study)
+    """The study of some sensors.
+
+    Raises `ModelError` for own blocks that no file declares, and for more text than may be read; `OSError`.
+    """
+    study = sensors.study
+    own, files = _own_files(study), files_beside(study)
     files |= {path.name: path.read_bytes() for path in own}
 
     def by_content(folder: str, file: str) -> str:
@@ -57,6 +61,7 @@ def packed(sensors: SensorRuns) -> Parcel:
     engine: EngineName = "compiled" if sensors.engine == "compiled" else "python"
     facts = _digest(facts_of(sensors) | {"graph": graph_text(graph)})
     text = write_study(study, graph)
+    _refuse_unreadable(text)
     return Parcel(text, tuple(files.items()), tuple(p.name for p in own), engine, sensors.lanes, __version__, facts)
 
 
@@ -88,6 +93,15 @@ def _own_files(study: Study) -> list[Path]:
             message, hint = "a block declared here cannot travel to workers", "put it into a file: --blocks FILE.py"
             raise ModelError([Problem(message=message, key="blocks", got=kind, hint=hint)])
     return sorted(Path(str(sys.modules[module].__file__)) for module in names)
+
+
+def _refuse_unreadable(text: str) -> None:
+    """Raise `ModelError` for more than a worker would read: what several files hold is one text here."""
+    try:
+        parsed(text, "", ".")
+    except ModelError as error:
+        message, hint = "the study with its graph is too large for workers", "run it here, without --dask"
+        raise ModelError([Problem(message=message, key="dask", got=error.problems[0].message, hint=hint)]) from None
 
 
 def _digest(facts: dict[str, str]) -> str:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.result import Array
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty
 from proofmass.runner.studies.sensitivities import Regression
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def plot_influences(
             panel.plot(
                 parameters[influence.parameter][:_POINTS], values[:_POINTS], ".", color=BLUE, markersize=3, alpha=0.6
             )
-            unit = study.unit_of(influence.parameter)
+            unit = pretty(study.unit_of(influence.parameter))
             panel.set_xlabel(influence.parameter + (f" [{unit}]" if unit != "1" else ""))
             panel.ticklabel_format(useOffset=False)
             panel.tick_params(axis="x", labelrotation=30)
@@ -51,5 +51,6 @@ def _draw_tornado(panel: "Axes", found: Regression, label: str) -> None:
     halves = [influence.effect_half for influence in shown]
     names = [influence.parameter for influence in shown]
     panel.barh(names, effects, color=colours, height=0.6, xerr=halves, error_kw={"ecolor": INK, "elinewidth": 0.8})
+    panel.set_ylim(min(-0.5, 0.5 * len(shown) - 2.0), max(len(shown) - 0.5, 0.5 * len(shown) + 1.0))  # no fat bars
     panel.axvline(0.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"{label} for one standard deviation")

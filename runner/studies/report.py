@@ -10,11 +10,13 @@ import numpy as np
 
 from proofmass.graphs.study_writer import write_study
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
-from proofmass.runner.studies.ages import age_text, recalibration_text, some_of
+from proofmass.runner.output.plot import pretty
+from proofmass.runner.studies.ages import age_text, some_of
 from proofmass.runner.studies.folder import STUDY_FILE
 from proofmass.runner.studies.intervals import LEVEL, concise
-from proofmass.runner.studies.plot import plot_measure
+from proofmass.runner.studies.plot import label_of, plot_measure
 from proofmass.runner.studies.plot_influences import plot_influences
+from proofmass.runner.studies.points import MOST_POINTS, all_points_text, parts, swept_parts
 from proofmass.runner.studies.result import PERCENTILES, StudyResult
 from proofmass.runner.studies.sensitivities import MOST_RUNS, Influence, drawn_parameters, regression, sobol_indices
 from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
@@ -22,6 +24,7 @@ from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
 FILE = "report.html"
 _WORST = 5
 _FAILED = 10
+Section = Callable[[StudyResult], str]
 
 
 def save_study_report(result: StudyResult, path: str | Path) -> Path:
@@ -54,20 +57,25 @@ def _opening(result: StudyResult) -> str:
     return page
 
 
-def _at_each(section: Callable[[StudyResult], str]) -> Callable[[StudyResult], str]:
-    """A section for each interval between calibrations, under a heading where there are several."""
+def _at_each(points: Callable[[StudyResult], dict[str, StudyResult]]) -> Callable[[Section], Section]:
+    """A section at each of some points of the study, under a heading where there are several."""
 
-    def whole(result: StudyResult) -> str:
-        parts = result.by_recalibration()
-        if len(parts) == 1:
-            return section(result)
-        heads = (f"<h3>{escape(recalibration_text(every).capitalize())}</h3>\n" for every in parts)
-        return "\n".join(head + section(part) for head, part in zip(heads, parts.values(), strict=True))
+    def decorated(section: Section) -> Section:
+        def whole(result: StudyResult) -> str:
+            told_apart = points(result)
+            if len(told_apart) == 1:
+                together = f"<p>{all_points_text(result.study).capitalize()}.</p>\n"
+                body = section(result)
+                return together + body if body and result.study.points > MOST_POINTS else body
+            bodies = {name if "=" in name else name.capitalize(): section(part) for name, part in told_apart.items()}
+            return "\n".join(f"<h3>{escape(head)}</h3>\n{body}" for head, body in bodies.items() if body)
 
-    return whole
+        return whole
+
+    return decorated
 
 
-@_at_each
+@_at_each(parts)
 def _yield(result: StudyResult) -> str:
     intervals, rows = result.yield_intervals(), []
     for name, part in result.yields().items():
@@ -82,8 +90,8 @@ def _yield(result: StudyResult) -> str:
     return table(("measure", "limit", "good", f"{100 * LEVEL:g} % confidence"), rows, numbers=(2, 3))
 
 
-@_at_each
-def _measures(result: StudyResult) -> str:
+@_at_each(parts)
+def _tables(result: StudyResult) -> str:
     keys = ("mean", "std", *(f"p{p:g}" for p in PERCENTILES))
     rows = []
     shown = some_of(result.study.epochs)
@@ -91,14 +99,18 @@ def _measures(result: StudyResult) -> str:
         cells = "".join(f'<td class="number">{_with_interval(row, key)}</td>' for key in keys)
         age = escape(age_text(row["age_s"]))
         rows.append(
-            f"<th>{broken(row['measure'])}</th><td>{escape(row['unit'])}</td>"
+            f"<th>{broken(row['measure'])}</th><td>{escape(pretty(row['unit']))}</td>"
             f'<td class="number">{age}</td><td class="number">{row["runs"]:,}</td>{cells}'
         )
+    return table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
+
+
+def _measures(result: StudyResult) -> str:
     about = (
         f"<p>In brackets half of the {100 * LEVEL:g} % confidence interval, in units of the last digits; below it the"
         " interval. Runs that failed are left out.</p>"
     )
-    return about + table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
+    return about + _tables(result)
 
 
 def _with_interval(row: dict[str, object], key: str) -> str:
@@ -106,23 +118,40 @@ def _with_interval(row: dict[str, object], key: str) -> str:
     if not isinstance(value, float) or not isinstance(intervals, dict):
         return ""
     low, high = intervals[key]
-    return f"{concise(value, (low, high))}<br>{small(f'{low:.5g} to {high:.5g}')}"
+    return f"{concise(value, (low, high))}<br>{small(_ends(low, high))}"
 
 
+def _ends(low: float, high: float) -> str:
+    """An interval with as many digits as tell its ends apart.
+
+    >>> _ends(3275.8213, 3277.61), _ends(1.0000464, 1.0000566), _ends(-math.inf, 2.0), _ends(1.0, math.inf)
+    ('3275.82 to 3277.61', '1.000046 to 1.000057', '≤ 2', '≥ 1')
+    """
+    if math.isinf(low) or math.isinf(high):
+        return f"≤ {high:.5g}" if math.isfinite(high) else f"≥ {low:.5g}" if math.isfinite(low) else "unknown"
+    ratio = max(abs(low), abs(high)) / (high - low) if high > low else 1.0
+    digits = min(15, max(5, math.ceil(math.log10(ratio)) + 2))
+    return f"{low:.{digits}g} to {high:.{digits}g}"
+
+
+@_at_each(swept_parts)
 def _distributions(result: StudyResult) -> str:
-    return "\n".join(f'<div class="wide">{picture(plot_measure(result, m.name))}</div>' for m in result.measures)
+    return "\n".join(
+        f'<div class="wide">{picture(plot_measure(result, m.name), f"{m.name}-distribution-{_first(result)}")}</div>'
+        for m in result.measures
+    )
 
 
+@_at_each(swept_parts)
 def _influences(result: StudyResult) -> str:
     runs, last = result.numbers[:MOST_RUNS], len(result.study.epochs) - 1
     parameters = drawn_parameters(result.study, runs, last) if len(runs) else {}
-    parts = []
+    shown = []
     for measure in result.measures:
         values = result[measure.name][:MOST_RUNS, last]
         found = regression(parameters, values)
         if found is None:
             continue
-        label = measure.name + (f" [{measure.unit}]" if measure.unit != "1" else "")
         about = (
             f"Straight lines explain {100 * found.explained:.1f} % of the variance of {measure.name} at the age of "
             f"{age_text(result.study.epochs[last])}, of its ranks {100 * found.explained_of_ranks:.1f} %."
@@ -133,20 +162,29 @@ def _influences(result: StudyResult) -> str:
             for i in found.influences
         )
         heads = ("parameter", "slope", "effect of 1 σ", "standardised", "of ranks")
-        drawing = picture(plot_influences(result.study, found, parameters, values, label))
-        parts.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
-    return "\n".join(parts)
+        drawing = picture(
+            plot_influences(result.study, found, parameters, values, label_of(measure)),
+            f"{measure.name}-influences-{_first(result)}",
+        )
+        shown.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
+    return "\n".join(shown)
+
+
+def _first(result: StudyResult) -> int:
+    """Number of the first point that has runs."""
+    return int(result.numbers[0]) % result.study.points if len(result.numbers) else 0
 
 
 def _effect(influence: Influence) -> str:
     low, high = influence.effect - influence.effect_half, influence.effect + influence.effect_half
-    return f"{concise(influence.effect, (low, high))}<br>{small(f'{low:.5g} to {high:.5g}')}"
+    return f"{concise(influence.effect, (low, high))}<br>{small(_ends(low, high))}"
 
 
+@_at_each(swept_parts)
 def _indices(result: StudyResult) -> str:
     last, rows = len(result.study.epochs) - 1, []
     for measure in result.measures:
-        for index in sobol_indices(result, measure.name, last):
+        for index in sobol_indices(result, measure.name, last, _first(result)):
             cells = (
                 f"{value:.3f}<br>{small(f'{low:.3f} to {high:.3f}')}"
                 for value, (low, high) in ((index.first, index.first_interval), (index.total, index.total_interval))

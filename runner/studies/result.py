@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -55,22 +55,6 @@ class StudyResult:
         for name in sorted(self.values):
             digest.update(np.ascontiguousarray(self.values[name], dtype="<f8").tobytes())
         return digest.hexdigest()
-
-    def by_recalibration(self) -> "dict[float, StudyResult]":
-        """The same study seen at each interval between calibrations alone; one part where it has no calibrations."""
-        every = self.study.recalibration.every
-        found = {}
-        for place, interval in enumerate(every):
-            chosen = self.numbers % len(every) == place
-            numbers = self.numbers[chosen]
-            found[interval] = replace(
-                self,
-                numbers=numbers,
-                values={name: values[chosen] for name, values in self.values.items()},
-                faults={key: fault for key, fault in self.faults.items() if key[0] in set(numbers.tolist())},
-                planned_runs=self.planned_runs // len(every),
-            )
-        return found
 
     def good(self) -> Array | None:
         """Per run, whether it keeps all limits at all epochs; None without limits."""

@@ -127,6 +127,7 @@ def test_products_and_quotients_read_from_the_left() -> None:
     ("text", "target", "message", "hint"),
     [
         ("5 V", "A", "V is m^2*kg/s^3/A, not A", "give it in A"),
+        ("5 hours", "s", "unknown unit 'hours'", "did you mean h?"),
         ("5 khz", "Hz", "unknown unit 'khz'", "did you mean kHz?"),
         ("5 m²", "m^2", "cannot read the unit 'm²' at '²'", '"kg*m^2/s"'),
         ("5 kmin", "s", "unknown unit 'kmin'", "did you mean min?"),

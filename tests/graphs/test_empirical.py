@@ -1,12 +1,17 @@
 """A measured lot as a distribution: its values, its units, and files that cannot be one."""
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proofmass.blocks.counter_random import uniform_deviate
+from proofmass.blocks.units import convert
 from proofmass.graphs.distributions import read_spread
+from proofmass.graphs.empirical import read_column
 from proofmass.graphs.table_entries import TableError
 
 LOT = "device, offset [mV], gain\n1, 3.0, 1.5\n2, -1.25, 1.25\n\n3, 2e1, 1.0\n"
@@ -35,7 +40,7 @@ def test_values_in_the_unit_of_the_parameter(folder: str) -> None:
         ({}, LOT, "column", "no such column"),
         ({"column": "offset"}, LOT.replace("3.0", "three"), "file", "line 2: not a number"),
         ({"column": "offset"}, LOT.replace("3.0", "nan"), "file", "line 2: not a number"),
-        ({"column": "offset"}, LOT.replace("mV", "mA"), "file", "line 2: not a number in V"),
+        ({"column": "offset"}, LOT.replace("mV", "mA"), "column", "line 1: mA is"),
         ({"column": "gain"}, LOT + "4, 5\n", "file", "line 6"),
         ({"column": "gain"}, LOT.partition("\n")[0], "file", "0 rows"),
         ({"column": "gain"}, "", "column", "no such column"),
@@ -52,3 +57,13 @@ def test_mistakes(table: dict[str, object], text: str, key: str, said: str, fold
         read_spread({"file": "lot.csv"} | table, "V", folder)
     assert caught.value.key == key
     assert said in f"{caught.value} {caught.value.got} {caught.value.hint}"
+
+
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=50))
+def test_numbers_are_rounded_once(numbers: list[float]) -> None:
+    """Each as the quantity that it is with the unit of the head."""
+    with tempfile.TemporaryDirectory() as folder:
+        for head, unit in (("a [mV]", "mV"), ("a", "V")):
+            (Path(folder) / "lot.csv").write_text("\n".join([head, *map(repr, numbers)]))
+            expected = sorted(convert(f"{number!r} {unit}", "V") for number in numbers)
+            assert list(read_column("lot.csv", "a", folder, "V")) == expected

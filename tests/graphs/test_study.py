@@ -113,6 +113,8 @@ def test_a_limit_on_the_change_and_on_a_failed_run() -> None:
             "no ramp to go with it",
         ),
         ('"20 ppm/year"', '"20 ppm"', 'drift."adc.reference".ramp', "a number in 1/s"),
+        ("at_most = 100", "at_most = 100, at_least = 101", "limits.noise", "no sensor can keep it"),
+        ('change = "100 ppm"', 'change = "-100 ppm"', "limits.bias.change", "at least 0"),
         ("noise = { at_most", "nosie = { at_most", "limits.nosie", "did you mean noise?"),
         ("at_most", "at_msot", "limits.noise.at_msot", "did you mean at_most?"),
     ],

@@ -1,12 +1,14 @@
 """A study as text: it reads back to the same study, wherever that came from."""
 
+import hashlib
+import random
 from pathlib import Path
 
 import pytest
 
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
-from proofmass.graphs.study_writer import write_study
+from proofmass.graphs.study_writer import files_beside, write_study
 from tests.study_texts import CALIBRATED, RICH, STUDY
 
 
@@ -29,3 +31,22 @@ def test_a_study_made_in_python(tmp_path: Path) -> None:
     made = Study(graph, runs=3, spread={"noise.density": {"lognormal": 0.1}}, epochs={"ages": ["1 h"]})
     (tmp_path / "made.toml").write_text(write_study(made))
     assert read_study(tmp_path / "made.toml") == made
+
+
+def test_a_long_list_of_values_lies_beside_the_text(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY)
+    graph, dice = read_study(tmp_path / "study.toml").graph, random.Random(5)
+    values = [dice.gauss(5.0, 1e-3) for _ in range(100_000)]
+    made = Study(graph, spread={"adc.reference": {"values": values}, "source.value": {"values": [1.0, 2.0]}})
+    ((name, content),) = files_beside(made).items()
+    assert name == f"{hashlib.sha256(content).hexdigest()}.csv"
+    (tmp_path / name).write_bytes(content)
+    text = write_study(made)
+    assert len(text) < 3000
+    (tmp_path / "made.toml").write_text(text)
+    again = read_study(tmp_path / "made.toml")
+    assert again.spread["adc.reference"].values == tuple(sorted(values))
+    assert again.spread["source.value"].values == (1.0, 2.0)
+    assert len(made.text()) < 1000
+    other = Study(graph, spread={"adc.reference": {"values": [*values[:-1], 5.0]}})
+    assert other.text().splitlines()[-2] != made.text().splitlines()[-2]

@@ -76,8 +76,8 @@ def test_intervals_between_calibrations_have_tables_of_their_own(
     assert "every 2 year:" in tables[2]
     assert main([*command, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    assert [part["every_s"] for part in data["recalibrations"]] == [None, 2 * 31557600.0, 31557600.0]
-    assert len(data["recalibrations"][0]["measures"]) == len(data["measures"]) == 2 * 41
+    assert [part["every_s"] for part in data["points"]] == [None, 2 * 31557600.0, 31557600.0]
+    assert len(data["points"][0]["measures"]) == len(data["measures"]) == 2 * 41
     opened = xarray.open_dataset(tmp_path / "out" / "study.nc", engine="h5netcdf")
     assert opened["recalibration"].values.tolist() == [float("inf"), 2 * 31557600.0, 31557600.0] * 2
     opened.close()

@@ -13,6 +13,7 @@ from proofmass.graphs.study_reader import read_study
 from proofmass.runner.studies.facts import facts_of
 from proofmass.runner.studies.parcel import Parcel, ParcelError, packed, unpacked
 from proofmass.runner.studies.sensor_runs import SensorRuns
+from proofmass.runner.studies.study import run_study
 from tests.study_texts import CALIBRATED, RECORDED, RECORDING, RICH, STUDY, TRIPLE
 
 
@@ -51,6 +52,25 @@ def test_recordings_and_own_blocks_travel_as_content(here: Path) -> None:
     assert again.run(2) == sensors.run(2)
     assert str(here) not in parcel.text
     assert "triple.py" in {path.name for path in (here / "there").iterdir()}
+
+
+def test_long_lists_travel_as_files(here: Path) -> None:
+    """100,000 measured values, more than the text of a study may hold."""
+    values = "\n".join(f"{1000 + number / 1e5!r}" for number in range(100_000))
+    (here / "lot.csv").write_text(f"offset [mV]\n{values}\n")
+    (here / "study.toml").write_text(RICH)
+    sensors = SensorRuns(read_study(here / "study.toml"), "python")
+    again = unpacked(packed(sensors), here / "there")
+    assert again.run(3) == sensors.run(3)
+    assert facts_of(again) == facts_of(sensors)
+
+
+def test_more_text_than_workers_read_is_refused_before_any_is_asked(here: Path) -> None:
+    (here / "study.toml").write_text(STUDY)
+    graph = read_study(here / "study.toml").graph
+    large = Study(graph, runs=2, sweep={"source.value": [1.0 + number / 1e6 for number in range(60_000)]})
+    with pytest.raises(ModelError, match=r"too large for workers\n.*words"):
+        run_study(large, engine="python", dask="tcp://127.0.0.1:1")
 
 
 @pytest.mark.parametrize(

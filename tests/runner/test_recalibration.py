@@ -10,6 +10,7 @@ from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.engine.engines import EngineName
 from proofmass.runner.studies.plot import plot_study
+from proofmass.runner.studies.points import by_point, parts
 from proofmass.runner.studies.sensor_runs import SensorRuns
 from proofmass.runner.studies.study import replay, run_study
 from tests.study_texts import CALIBRATED
@@ -88,17 +89,16 @@ def test_a_failed_calibration_leaves_the_registers_as_they_are(study: Study) -> 
 
 def test_results_are_told_apart_by_their_interval(study: Study) -> None:
     result = run_study(study, engine="python")
-    parts = result.by_recalibration()
-    assert list(parts) == [float("inf"), 2.0 * YEAR, YEAR]
-    for place, part in enumerate(parts.values()):
+    assert [result.study.recalibrated_every(point) for point in range(3)] == [float("inf"), 2.0 * YEAR, YEAR]
+    for place, part in enumerate(by_point(result)):
         assert part.numbers.tolist() == [place, place + 3, place + 6, place + 9]
         assert part["found"].tolist() == result["found"][place::3].tolist()
     data = result.to_xarray()
     assert data["recalibration"].values.tolist() == [float("inf"), 2.0 * YEAR, YEAR] * 4
-    labels = [text.get_text() for text in plot_study(result).axes[0].get_legend().get_texts()]
+    labels = [text.get_text() for text in plot_study(result).legends[0].get_texts()]
     assert labels == ["never recalibrated", "recalibrated every 2 year", "recalibrated every 1 year"]
     alone = replace(study.recalibration, every=(YEAR,))
-    assert list(replace(result, study=_with(study, alone)).by_recalibration()) == [YEAR]
+    assert list(parts(replace(result, study=_with(study, alone)))) == ["recalibrated every 1 year"]
 
 
 def _with(study: Study, recalibration: object) -> Study:

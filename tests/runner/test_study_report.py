@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.folder import kept_result
+from proofmass.runner.studies.points import by_point
 from proofmass.runner.studies.report import save_study_report
 from proofmass.runner.studies.study import run_study
 from tests.runner.test_report import Outline, texts
@@ -47,14 +49,21 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(page: str) -> None:
 
 def test_the_page_holds_what_came_out(page: str, folder: Path) -> None:
     result, text = kept_result(folder), texts(page)
-    for row in result.summary():
-        low, high = row["intervals"]["mean"]
-        assert f"{low:.5g} to {high:.5g}" in text
-    for name, part in result.yields().items():
-        assert re.search(rf"{name} .{{0,20}}{100 * part:.2f} %", text)
+    for point in by_point(result):
+        for row in point.summary():
+            low, high = row["intervals"]["mean"]
+            assert f"{low:.5g} to {high:.5g}" in text
+        for name, part in point.yields().items():
+            assert re.search(rf"{name} .{{0,20}}{100 * part:.2f} %", text)
     assert "80 runs at 3 ages up to 1 year, 2 points of the sweep, seed 11" in text
     assert result.digest in text
-    for label in ("bias for one standard deviation", "source.value [V]", "age [years]", "0 h", "1 to 99 %"):
+    for label in (
+        "bias for one standard deviation",
+        "source.value [V]",
+        "age [years]",
+        "1 to 99 %",
+        "corner_frequency = 100 Hz",
+    ):
         assert label in text
 
 
@@ -94,6 +103,16 @@ def test_a_study_under_way_and_one_with_failed_runs(tmp_path: Path) -> None:
     nothing = {name: np.full((10, 3), np.nan) for name in result.values}
     empty = save_study_report(dataclasses.replace(result, values=nothing), tmp_path / "empty.html").read_text()
     assert "What scatters them" not in Outline(empty).headings
+
+
+def test_a_study_of_a_long_list_is_kept_with_it(tmp_path: Path) -> None:
+    (tmp_path / "sensor.toml").write_text(STUDY)
+    graph = read_study(tmp_path / "sensor.toml").graph
+    study = Study(graph, runs=3, spread={"source.value": {"values": [1.0 + number / 1e6 for number in range(70_000)]}})
+    made = run_study(study, engine="python", folder=tmp_path / "out")
+    assert kept_result(tmp_path / "out").digest == made.digest
+    page = save_study_report(made, tmp_path / "out" / "report.html").read_text()
+    assert len(page) < 200_000
 
 
 def test_a_folder_without_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
