@@ -15,6 +15,7 @@ from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.parameter import Parameter
 
 Own = Mapping[str, type[Block]]
+_OWN = "proofmass_own_"  # what modules of a user's own blocks are called
 
 
 def find(kind: str, own: Own | None = None) -> type[Block] | None:
@@ -39,7 +40,7 @@ def all_blocks(own: Own | None = None) -> dict[str, type[Block]]:
 
 def load_own_blocks(path: Path) -> dict[str, type[Block]]:
     """The blocks that a user's Python file declares; the file is run, so only the caller may name it."""
-    name = f"proofmass_own_{path.stem}"
+    name = f"{_OWN}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is not a Python file")
@@ -47,6 +48,12 @@ def load_own_blocks(path: Path) -> dict[str, type[Block]]:
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return _blocks_of(module)
+
+
+def own_file(kind: type[Block]) -> Path | None:
+    """The user's file that a block was loaded from; None for blocks from elsewhere."""
+    module = sys.modules.get(kind.__module__)
+    return Path(str(module.__file__)) if module and kind.__module__.startswith(_OWN) else None
 
 
 def facts(kind: type[Block]) -> dict[str, Any]:

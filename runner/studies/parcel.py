@@ -4,12 +4,11 @@ Nothing compiled and no object of a graph travels: whoever unpacks it reads the 
 """
 
 import hashlib
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from proofmass import __version__
-from proofmass.blocks.catalog import load_own_blocks
+from proofmass.blocks.catalog import load_own_blocks, own_file
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.changes import with_recordings
 from proofmass.graphs.study import Study
@@ -20,8 +19,6 @@ from proofmass.runner.engine.engines import EngineName
 from proofmass.runner.output.provenance import graph_text
 from proofmass.runner.studies.facts import facts_of
 from proofmass.runner.studies.sensor_runs import SensorRuns
-
-_OWN = "proofmass_own_"  # what modules of a user's own blocks are called
 
 
 class ParcelError(RuntimeError):
@@ -87,12 +84,12 @@ def unpacked(parcel: Parcel, folder: Path) -> SensorRuns:
 def _own_files(study: Study) -> list[Path]:
     """The files that declare the user's own blocks among those of the graph."""
     kinds = {type(block) for block in study.flat.blocks.values()}
-    names = {kind.__module__: kind.__name__ for kind in kinds if not kind.__module__.startswith("proofmass.blocks.")}
-    for module, kind in names.items():
-        if not module.startswith(_OWN):
+    files = {kind: own_file(kind) for kind in kinds if not kind.__module__.startswith("proofmass.blocks.")}
+    for kind, file in files.items():
+        if file is None:
             message, hint = "a block declared here cannot travel to workers", "put it into a file: --blocks FILE.py"
-            raise ModelError([Problem(message=message, key="blocks", got=kind, hint=hint)])
-    return sorted(Path(str(sys.modules[module].__file__)) for module in names)
+            raise ModelError([Problem(message=message, key="blocks", got=kind.__name__, hint=hint)])
+    return sorted({file for file in files.values() if file})
 
 
 def _refuse_unreadable(text: str) -> None:

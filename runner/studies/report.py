@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from proofmass.blocks.catalog import own_file
 from proofmass.graphs.study_writer import write_study
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import pretty
@@ -204,7 +205,7 @@ def _worst(result: StudyResult) -> str:
 
 def _rows(result: StudyResult, name: str, runs: Sequence[WorstRun]) -> Iterator[str]:
     for worst in runs:
-        command = _command("--run", str(worst.run), *(("--epoch", str(worst.epoch)) if worst.epoch else ()))
+        command = _command(result, "--run", str(worst.run), *(("--epoch", str(worst.epoch)) if worst.epoch else ()))
         value = "" if np.isnan(worst.value) else f"{worst.value:.9g}"
         age = escape(age_text(result.study.epochs[worst.epoch]))
         yield (
@@ -214,8 +215,10 @@ def _rows(result: StudyResult, name: str, runs: Sequence[WorstRun]) -> Iterator[
         )
 
 
-def _command(*words: str) -> str:
-    return shlex.join(["proofmass", "montecarlo", STUDY_FILE, *words])
+def _command(result: StudyResult, *words: str) -> str:
+    files = {own_file(type(block)) for block in result.study.flat.blocks.values()} - {None}
+    own = [word for file in sorted(map(str, files)) for word in ("--blocks", file)]
+    return shlex.join(["proofmass", "montecarlo", STUDY_FILE, *own, *words])
 
 
 def _facts(result: StudyResult) -> str:
@@ -236,5 +239,5 @@ def _repeat(result: StudyResult) -> str:
     text = write_study(result.study)
     return (
         f"<p>In the folder of this report; <code>{STUDY_FILE}</code> is the study below.</p>"
-        f"<pre>{escape(_command('--out', '.'))}</pre>\n<pre>{escape(text)}</pre>"
+        f"<pre>{escape(_command(result, '--out', '.'))}</pre>\n<pre>{escape(text)}</pre>"
     )

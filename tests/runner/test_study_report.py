@@ -17,7 +17,7 @@ from proofmass.runner.studies.points import by_point
 from proofmass.runner.studies.report import save_study_report
 from proofmass.runner.studies.study import run_study
 from tests.runner.test_report import Outline, texts
-from tests.study_texts import CALIBRATED, STUDY
+from tests.study_texts import CALIBRATED, RECORDED, RECORDING, STUDY, TRIPLE
 
 TEXT = STUDY.replace("seed = 11", 'seed = 11\ndesign = "saltelli"').replace("runs = 6", "runs = 40")
 
@@ -80,6 +80,22 @@ def test_its_commands_replay_the_runs_it_names(
         assert main([*words[1:], "--json"]) == 0
         replayed = json.loads(capsys.readouterr().out)
         assert replayed["measures"][name]["value"] == result[name][run, epoch]
+
+
+def test_its_commands_know_the_blocks_of_the_user(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "data").mkdir()
+    for name, text in (("triple.py", TRIPLE), ("study.toml", RECORDED), ("data/source.csv", RECORDING)):
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    assert main(["montecarlo", "study.toml", "--blocks", "triple.py", "--out", "kept", "--quiet"]) == 0
+    assert main(["report", "kept", "--blocks", "triple.py"]) == 0
+    found = re.search(r"<code>(proofmass montecarlo [^<]*)</code>", (tmp_path / "kept" / "report.html").read_text())
+    assert found is not None
+    monkeypatch.chdir(tmp_path / "kept")
+    assert main([*shlex.split(found[1])[1:], "--json"]) == 0
+    assert "gain.output" in capsys.readouterr().out
 
 
 def test_the_worst_are_those_furthest_beyond_the_limit(page: str, folder: Path) -> None:
