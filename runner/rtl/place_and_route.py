@@ -18,13 +18,14 @@ from proofmass.runner.rtl.programs import found
 
 REGISTER = "register"  # attribute of wires of the netlist that are registers of the Verilog
 SEED = 1
-_SECONDS = 500
+_SECONDS = 1800  # a few thousand lookup tables take minutes, on a busy core a quarter of an hour
 _DEVICES: Mapping[str, tuple[str, ...]] = {
     "ecp5": ("--45k", "--package", "CABGA381", "--out-of-context"),
     "ice40": ("--up5k", "--package", "sg48"),
 }
 PLACED = frozenset(_DEVICES)  # families
 _FLIP_FLOPS = ("TRELLIS_FF", "SB_DFF")
+_NO_PATH = "no path from register to register"
 _PACKED = re.compile(r"_(DFFLC|LC)$")  # what nextpnr adds to the name of a cell that it packs
 
 
@@ -67,7 +68,7 @@ def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) 
     """
     cells = {cell["type"] for cell in netlist["cells"].values()}
     if not any(cell.startswith(_FLIP_FLOPS) for cell in cells):
-        return Clock(None, "no path from register to register")
+        return Clock(None, _NO_PATH)
     if "SB_MAC16" in cells:
         return Clock(None, "nextpnr takes multipliers of this family for registers, and finds no clock")
     placer = found(f"nextpnr-{family}", f"yowasp-nextpnr-{family}")
@@ -92,11 +93,11 @@ def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) 
 
 def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: str, told: str) -> Clock:
     """The clock in a report of nextpnr; constant nets may be clocks there too."""
-    name = next((name for name in timing["fmax"] if re.fullmatch(r"clock(\$.*)?", name)), None)
-    if name is None:
-        return Clock(None, "no path from register to register")
-    ends = f"posedge {name}"
-    steps = next(each["path"] for each in timing["critical_paths"] if each["from"] == each["to"] == ends)
+    name = next((name for name in timing["fmax"] if re.fullmatch(r"clock(\$.*)?", name)), "")
+    ends = {"from": f"posedge {name}", "to": f"posedge {name}"}
+    steps = next((each["path"] for each in timing["critical_paths"] if ends.items() <= each.items()), None)
+    if not name or not steps:
+        return Clock(None, _NO_PATH)
     names = _Registers(netlist)
     path = CriticalPath(
         names.of(steps[0]["from"]["cell"]),

