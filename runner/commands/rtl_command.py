@@ -26,6 +26,7 @@ from proofmass.runner.commands.options import blocks_option, graph_argument, jso
     show_default=True,
     help="Mark sums, so that synthesis makes carry chains of them.",
 )
+@click.option("--amaranth", is_flag=True, help="Also write the blocks as modules of Amaranth.")
 @click.option(
     "--simulate",
     "simulators",
@@ -63,6 +64,7 @@ def write_rtl(
     out: Path,
     ticks: int | None,
     keep_adders: bool,
+    amaranth: bool,
     simulators: tuple[Any, ...],
     prove: bool,
     family: Any,
@@ -74,6 +76,7 @@ def write_rtl(
     from proofmass.graphs.toml_reader import read_graph
     from proofmass.runner.commands.run_command import changed, own_blocks
     from proofmass.runner.engine.plan import plan
+    from proofmass.runner.rtl.amaranth import amaranth_files
     from proofmass.runner.rtl.bench import bench_files
     from proofmass.runner.rtl.cocotb_bench import cocotb_files
     from proofmass.runner.rtl.compose import compose
@@ -93,6 +96,8 @@ def write_rtl(
     verilog = machine_text(machine, keep_adders=keep_adders)
     files = {f"{top_name(machine)}.v": verilog}
     files |= bench_files(machine, vectors)
+    if amaranth:
+        files |= amaranth_files(machine)
     if "cocotb" in simulators:
         files |= cocotb_files(machine, vectors.clocks)
     out.mkdir(parents=True, exist_ok=True)
