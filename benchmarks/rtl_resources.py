@@ -47,7 +47,7 @@ def show(name: str, paper: tuple[int, ...], found: Resources, why: str) -> None:
     ours = (found.slices_bound, found.flip_flops, found.luts, found.multipliers)
     row = (" / ".join(map(str, each)) for each in (paper, ours))
     theirs, own = row
-    clock = f"; about {found.clock_mhz:.1f} MHz (estimate)" if found.clock_mhz else ""
+    clock = f"; about {found.clock.megahertz:.1f} MHz (estimate)" if found.clock.megahertz else ""
     print(f"{name:22}{theirs:>28}{own:>36}   {why}{clock}", flush=True)
 
 

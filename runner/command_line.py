@@ -10,6 +10,7 @@ import click
 from proofmass import __version__
 from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, WRONG_MODEL, count, explain
 from proofmass.runner.commands.options import blocks_option, graph_argument, json_option, set_option
+from proofmass.runner.commands.rtl_command import rtl
 
 
 class Commands(click.Group):
@@ -254,48 +255,6 @@ def report(**options: Any) -> int:
 
 
 @cli.command()
-@graph_argument
-@click.option("--block", "names", multiple=True, metavar="NAME", help="Only this block, or all in this subgraph.")
-@click.option(
-    "-o", "--output", "out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write to."
-)
-@click.option(
-    "--ticks",
-    type=click.IntRange(1, 10**7),
-    help="Clocks of the test bench; else the graph's duration, at most 10,000.",
-)
-@click.option(
-    "--keep-adders/--merge-adders",
-    default=True,
-    show_default=True,
-    help="Mark sums, so that synthesis makes carry chains of them.",
-)
-@click.option(
-    "--prove", is_flag=True, help="Prove for all inputs and registers that the Verilog does what Python does."
-)
-@click.option(
-    "--synth",
-    "family",
-    type=click.Choice(["xc2vp", "xc7", "ice40", "ecp5"]),
-    help="Count lookup tables, flip-flops and multipliers in this family.",
-)
-@set_option
-@blocks_option
-@json_option
-def rtl(**options: Any) -> int:
-    """Write the digital part of a graph as Verilog, with a self-checking test bench and a report.
-
-    \b
-    proofmass rtl graphs/library/self_calibration_fixed.toml -o hardware
-    cd hardware && iverilog -o bench self_calibration_fixed*.v && vvp bench
-    proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
-    """
-    from proofmass.runner.commands.rtl_command import write_rtl
-
-    return write_rtl(**options)
-
-
-@cli.command()
 @click.argument("kind", required=False)
 @blocks_option
 @json_option
@@ -351,6 +310,9 @@ def schema(output: Path | None, own: Path | None) -> None:
     else:
         output.write_text(text + "\n", encoding="utf-8")
         click.echo(f"wrote {output}")
+
+
+cli.add_command(rtl)
 
 
 def main(arguments: list[str] | None = None) -> int:

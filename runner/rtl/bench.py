@@ -26,6 +26,14 @@ def bench_files(machine: Machine, vectors: Vectors) -> dict[str, str]:
     return files
 
 
+def places(ports: Sequence[Port]) -> Iterator[tuple[Port, int]]:
+    """The lowest bit of each port in a vector, the first port lowest."""
+    low = 0
+    for port in ports:
+        yield port, low
+        low += port.word.width
+
+
 def _lines(machine: Machine, clocks: int) -> Iterator[str]:
     name, late = top_name(machine), machine.latency
     names = Names(_OWN)
@@ -54,8 +62,8 @@ def _lines(machine: Machine, clocks: int) -> Iterator[str]:
         yield f"            {before}applied = stimuli[n];"
     yield f"            awaited = expected[{at}];"
     yield "            #4;"
-    for port, place in _places(machine.outputs):
-        wire = found[port.name]
+    for port, low in places(machine.outputs):
+        wire, place = found[port.name], _bits(port, low)
         told = f"$signed(awaited{place})" if port.word.signed else f"awaited{place}"
         yield f"            if ({due}{wire} !== awaited{place}) begin"
         yield "                wrong = wrong + 1;"
@@ -73,7 +81,7 @@ def _lines(machine: Machine, clocks: int) -> Iterator[str]:
 
 def _instance(machine: Machine, found: Mapping[str, str]) -> Iterator[str]:
     rows = [".clock(clock)", ".reset(reset)", ".enable(1'b1)"] if machine.clocked else []
-    rows += [f".{port.name}(applied{place})" for port, place in _places(machine.inputs)]
+    rows += [f".{port.name}(applied{_bits(port, low)})" for port, low in places(machine.inputs)]
     rows += [f".{port.name}({found[port.name]})" for port in machine.outputs]
     yield f"    {top_name(machine)} machine ("
     yield ",\n".join(f"        {row}" for row in rows)
@@ -84,24 +92,14 @@ def _width(ports: Sequence[Port]) -> int:
     return sum(port.word.width for port in ports)
 
 
-def _places(ports: Sequence[Port]) -> Iterator[tuple[Port, str]]:
-    """Where the bits of each port stand in a vector, the first port lowest."""
-    low = 0
-    for port in ports:
-        yield port, f"[{low + port.word.width - 1}:{low}]"
-        low += port.word.width
+def _bits(port: Port, low: int) -> str:
+    return f"[{low + port.word.width - 1}:{low}]"
 
 
 def _packed(ports: Sequence[Port], columns: Mapping[str, Column]) -> str:
     """A line of hexadecimal digits a clock."""
     digits = -(-_width(ports) // 4)
     rows = zip(*(columns[port.name].tolist() for port in ports), strict=True)
-    widths = [port.word.width for port in ports]
-    lines = []
-    for row in rows:
-        word, low = 0, 0
-        for value, width in zip(row, widths, strict=True):
-            word |= (value & ((1 << width) - 1)) << low
-            low += width
-        lines.append(f"{word:0{digits}x}\n")
-    return "".join(lines)
+    where = [(low, (1 << port.word.width) - 1) for port, low in places(ports)]
+    words = (sum((value & mask) << low for value, (low, mask) in zip(row, where, strict=True)) for row in rows)
+    return "".join(f"{word:0{digits}x}\n" for word in words)

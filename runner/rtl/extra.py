@@ -10,8 +10,7 @@ def installed(package: str) -> bool:
     return find_spec(package) is not None
 
 
-def need(package: str, purpose: str) -> None:
+def need(package: str, purpose: str, hint: str = "pip install proofmass[rtl]") -> None:
     """Raise `ModelError` with what to install, where a package is missing."""
     if not installed(package):
-        hint = "pip install proofmass[rtl]"
         raise ModelError([Problem(message=f"{package} is not installed: it makes {purpose}", hint=hint)])

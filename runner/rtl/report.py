@@ -1,7 +1,6 @@
 """The report beside the Verilog: ports, registers, latency and cost, as JSON and as one HTML file.
 
-What proofs and synthesis found is put in by those who ran them: `proofs` are shown by what was proved, `resources` by
-what was counted.
+What simulators, proofs and synthesis found is put in by those who ran them, by what was simulated, proved or counted.
 """
 
 import json
@@ -33,15 +32,14 @@ _COSTS = {
 }
 
 
+_FOUND = {"simulations": "Simulations", "proofs": "Proofs", "resources": "Resources"}  # sections of what others found
+
+
 def report_data(
-    graph: Graph,
-    machine: Machine,
-    vectors: int,
-    proofs: Mapping[str, Any] | None = None,
-    resources: Mapping[str, Any] | None = None,
+    graph: Graph, machine: Machine, vectors: int, found: Mapping[str, Mapping[str, Any]] | None = None
 ) -> dict[str, Any]:
-    """The report as plain data; `vectors` are the clocks of the test bench."""
-    data: dict[str, Any] = {
+    """The report as plain data; `vectors` are the clocks of the test bench, `found` is by the keys of `_FOUND`."""
+    data = {
         "graph": graph.name,
         "graph_hash": graph_hash(graph),
         "proofmass": version("proofmass"),
@@ -65,11 +63,7 @@ def report_data(
         "modules": [_module(module) for module in machine.modules],
         "cost": machine_cost(machine).as_data(),
     }
-    if proofs is not None:
-        data["proofs"] = proofs
-    if resources is not None:
-        data["resources"] = resources
-    return data
+    return data | dict(found or {})
 
 
 def save_report(graph: Graph, data: Mapping[str, Any], folder: Path) -> list[Path]:
@@ -80,7 +74,7 @@ def save_report(graph: Graph, data: Mapping[str, Any], folder: Path) -> list[Pat
         ("Ports", _ports([("in", data["inputs"]), ("out", data["outputs"])])),
         ("Blocks", _blocks(data)),
         *((f"Module {module['name']}", _module_page(module)) for module in data["modules"]),
-        *((head, _found(data[key])) for key, head in (("proofs", "Proofs"), ("resources", "Resources")) if key in data),
+        *((head, _found(data[key])) for key, head in _FOUND.items() if key in data),
     ]
     opening = [*paragraphs(graph.description), escape(_summary(data))]
     footer = f"proofmass {data['proofmass']}, {data['date']}, graph {data['graph_hash'][:12]}"

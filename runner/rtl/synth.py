@@ -7,17 +7,16 @@ where it is installed.
 
 import json
 import re
-import shutil
-import subprocess
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from proofmass.runner.rtl.narrow_products import NARROW, SWAPPED
 from proofmass.runner.rtl.path_delay import longest_path
+from proofmass.runner.rtl.place_and_route import PLACED, REGISTER, Clock, routed
 from proofmass.runner.rtl.yosys import run_yosys
 
 Family = Literal["xc2vp", "xc7", "ice40", "ecp5"]
@@ -41,25 +40,18 @@ _KINDS = {  # of cells, by what they are
     "multipliers": r"MULT18X18.*|DSP48.*|SB_MAC16",
     "carries": r"MUXCY|CARRY4|SB_CARRY|CCU2C",
 }
-_PLACERS: Mapping[str, tuple[str, ...]] = {
-    "ecp5": ("--45k", "--package", "CABGA381", "--out-of-context"),
-    "ice40": ("--up5k", "--package", "sg48"),
-}
-_SECONDS = 500  # for place and route
-SEED = 1
 
 
 @dataclass(frozen=True)
 class Resources:
-    """Cells of a module; the clock in megahertz, and where that comes from."""
+    """Cells of a module, and its clock."""
 
     family: str
     luts: int
     flip_flops: int
     multipliers: int
     carries: int
-    clock_mhz: float | None
-    clock_from: str
+    clock: Clock
 
     @property
     def slices_bound(self) -> int:
@@ -68,20 +60,22 @@ class Resources:
 
     def as_data(self) -> dict[str, Any]:
         """As plain data."""
-        return asdict(self) | ({"slices_bound": self.slices_bound} if self.family == "xc2vp" else {})
+        counts = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "clock"}
+        slices = {"slices_bound": self.slices_bound} if self.family == "xc2vp" else {}
+        return counts | slices | self.clock.as_data()
 
     def __str__(self) -> str:
-        clock = f"{self.clock_mhz:.1f} MHz, {self.clock_from}" if self.clock_mhz else self.clock_from
         slices = f", at least {self.slices_bound} slices" if self.family == "xc2vp" else ""
         cells = f"{self.luts} LUT, {self.flip_flops} FF, {self.multipliers} multipliers, {self.carries} carries"
-        return f"{cells}{slices}; clock: {clock}"
+        return f"{cells}{slices}; clock: {self.clock}"
 
 
 def synthesized(verilog: str, top: str, family: Family) -> Resources:
     """The resources of the module `top` of a Verilog text; raises `ModelError` for what Yosys refuses."""
     with TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "module.v").write_text(verilog)
+        marked = re.sub(r"^(\s+)reg ", rf"\1(* {REGISTER} *) reg ", verilog, flags=re.MULTILINE)
+        (folder / "module.v").write_text(marked)
         (folder / "narrow.v").write_text(NARROW)
         (folder / "swapped.v").write_text(SWAPPED)
         commands = [
@@ -89,7 +83,8 @@ def synthesized(verilog: str, top: str, family: Family) -> Resources:
             f"hierarchy -check -top {top}",
             "proc",
             "flatten",
-            "opt",
+            "opt",  # takes out registers that nothing sees; the names of others outlive synthesis if they are kept
+            f"setattr -set keep 1 a:{REGISTER}",
             *_NARROW_PRODUCTS,
         ]
         run_yosys(folder, [*commands, f"{_COMMANDS[family]} {top}", "opt_clean", "write_json netlist.json"])
@@ -102,28 +97,12 @@ def synthesized(verilog: str, top: str, family: Family) -> Resources:
         if family == "ecp5":  # a carry cell there is two lookup tables
             found["luts"] = counts["LUT4"] + 2 * found["carries"]
             found["multipliers"] = counts["MULT18X18D"]
-        clock: float | None
-        if family == "xc2vp":
-            clock, told = 1e3 / longest_path(netlist), "an estimate from the longest path, delays not checked"
-        else:
-            clock, told = _routed(folder, family)
-        return Resources(family=family, clock_mhz=clock, clock_from=told, **found)
+        return Resources(family=family, clock=_clock(folder, netlist, family, verilog), **found)
 
 
-def _routed(folder: Path, family: str) -> tuple[float | None, str]:
-    """The clock that nextpnr finds; its netlist is named from its own folder, as its sandboxed build wants it."""
-    if family not in _PLACERS:
-        return None, "nothing open places and routes this family"
-    placer = shutil.which(f"nextpnr-{family}") or shutil.which(f"yowasp-nextpnr-{family}")
-    if placer is None:
-        return None, f"pip install yowasp-nextpnr-{family} to have it placed and routed"
-    arguments = [placer, *_PLACERS[family], "--json", "netlist.json", "--seed", str(SEED), "--timing-allow-fail"]
-    try:
-        ended = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False, timeout=_SECONDS)
-    except subprocess.TimeoutExpired:
-        return None, f"not routed within {_SECONDS} s"
-    found = re.findall(r"Max frequency for clock.*?: ([0-9.]+) MHz", ended.stderr)
-    if not found:
-        return None, "nextpnr names no path from register to register"
-    told = f"{Path(placer).name}, seed {SEED}, from register to register"
-    return float(found[-1]), told
+def _clock(folder: Path, netlist: Mapping[str, Any], family: Family, verilog: str) -> Clock:
+    if family == "xc2vp":
+        return Clock(1e3 / longest_path(netlist), "an estimate from the longest path, delays not checked")
+    if family in PLACED:
+        return routed(folder, netlist, family, verilog)
+    return Clock(None, "nothing is called that places and routes this family")

@@ -13,7 +13,7 @@ from proofmass.runner.rtl.expressions import Expressions, fitted
 from proofmass.runner.rtl.modules import CLOCKING, Module
 from proofmass.runner.rtl.words import Names, Port, Word
 
-_WORDS = {
+WORDS = {
     "narrow": "low_bits",
     "pipe": "cut",
     "add": "sum",
@@ -78,6 +78,15 @@ def first_line(doc: str) -> str:
     return doc.strip().partition("\n")[0]
 
 
+def line_comment(place: Place | None, told: set[Place], mark: str = "//") -> str:
+    """The line of Python that made something, as a comment; with its text where it has not been `told` before."""
+    if place is None:
+        return ""
+    text = "" if place in told else f"  {linecache.getline(place.path, place.line).strip()}"
+    told.add(place)
+    return f"  {mark} {place}{text}".rstrip()
+
+
 def _lines(module: Module, keep_adders: bool) -> Iterator[str]:
     writer = _Writer(module)
     wires = list(writer.wires(keep_adders))
@@ -135,8 +144,8 @@ class _Writer:
         if expression.alias:
             return expression.text, expression.truth
         self._count += 1
-        name = self.names.add(f"{_WORDS[node.operation]}_{self._count}")
-        comment = _comment(node.place, self._told)
+        name = self.names.add(f"{WORDS[node.operation]}_{self._count}")
+        comment = line_comment(node.place, self._told)
         if node.operation == "pipe":
             self._moves.append((name, expression.text))
             yield f"    {self._declared('reg', name, node, expression.truth)};{comment}"
@@ -178,11 +187,3 @@ class _Writer:
 
     def _declared(self, kind: str, name: str, node: Node, truth: bool) -> str:
         return f"{kind} {name}" if truth else f"{kind} signed [{node.width - 1}:0] {name}"
-
-
-def _comment(place: Place | None, told: set[Place]) -> str:
-    if place is None:
-        return ""
-    text = "" if place in told else f"  {linecache.getline(place.path, place.line).strip()}"
-    told.add(place)
-    return f"  // {place}{text}".rstrip()

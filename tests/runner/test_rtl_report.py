@@ -42,7 +42,9 @@ def test_latency_is_said() -> None:
 def test_the_page_has_all_of_it_and_what_others_found(tmp_path: Path) -> None:
     graph = loop_at_rates()
     machine, vectors = made(graph)
-    data = report_data(graph, machine, vectors.clocks, {"integrator.total": "proved"}, {"LUT": 12})
+    data = report_data(
+        graph, machine, vectors.clocks, {"proofs": {"integrator.total": "proved"}, "resources": {"LUT": 12}}
+    )
     paths = save_report(graph, data, tmp_path)
     assert [path.name for path in paths] == ["report.json", "report.html"]
     assert json.loads(paths[0].read_text(encoding="utf-8")) == data
