@@ -4,6 +4,7 @@ import ast
 import re
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 _RATE = re.compile(r"tick % \d+ == 0")
 
@@ -36,7 +37,12 @@ def statements(lines: Iterable[str], arrays: Collection[str] = ()) -> list[State
     return list(_statements("\n".join(lines), frozenset(arrays)))
 
 
-def _statements(source: str, arrays: frozenset[str]) -> Iterator[Statement]:
+@lru_cache(maxsize=16)  # studies that differ in numbers have the same source
+def _statements(source: str, arrays: frozenset[str]) -> tuple[Statement, ...]:
+    return tuple(_taken_apart(source, arrays))
+
+
+def _taken_apart(source: str, arrays: frozenset[str]) -> Iterator[Statement]:
     texts = source.split("\n")
 
     def made(node: ast.stmt, guard: str, indent: int) -> Statement:
