@@ -4,6 +4,7 @@ The functions of one deviate are compiled and applied to arrays; all else is pla
 floats, which NumPy does with the same bits.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from proofmass.blocks.counter_random import normal_deviate, normal_quantile, uniform_deviate
 from proofmass.blocks.elementary import exponential
 from proofmass.graphs.designs import half_of_bits, permuted, stream_of
-from proofmass.graphs.distributions import Spread
+from proofmass.graphs.distributions import NORMAL, Spread
 from proofmass.graphs.graph import split
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.elementwise import Elementwise
@@ -29,14 +30,14 @@ def drawn_together(study: Study, runs: Array) -> dict[str, Array]:
     """Parameters of some runs by `block.parameter` of the flat graph: an array with a row for each epoch."""
     sensors = runs // study.points
     drawn = {name: _rows(study, value) for name, value in _points(study, runs).items()}
-    deviates = {name: _deviates(study, sensors, name) for name in study.spread}
-    correlation: Any = study.correlation
-    normals = correlation.applied({n: normal_quantiles(deviates[n]) for n in correlation.names})
+    deviates = _deviates(study, sensors)
+    normals = _normals(study, deviates)
     for name in dict.fromkeys([*study.spread, *study.drift]):
         block, parameter = split(name)
         value = drawn[name][0] if name in drawn else np.full(len(runs), getattr(study.flat.blocks[block], parameter))
         if name in normals:
-            value = _of_normals(study.spread[name], value, normals[name])
+            spread: Any = study.spread[name]
+            value = np.asarray(spread.of_normal(value, normals[name], exponentials))
         elif name in study.spread:
             value = _spread(study.spread[name], value, deviates[name])
         drawn[name] = _rows(study, value)
@@ -58,26 +59,34 @@ def _points(study: Study, runs: Array) -> dict[str, Array]:
     return {name: np.array([point[name] for point in every])[runs % study.points] for name in study.sweep}
 
 
-def _deviates(study: Study, sensors: Array, name: str) -> Array:
-    """Uniform deviates of one parameter."""
-    design, stream = study.designed, stream_of("spread", name)
-    if design.kind == "random":
-        return uniform_deviates(study.seed, sensors, stream, 0)
+def _deviates(study: Study, sensors: Array) -> dict[str, Array]:
+    """Uniform deviates of the parameters that are spread."""
+    design, names = study.designed, list(study.spread)
+    if design.kind not in ("random", "latin_hypercube"):
+        return {name: np.array([design.deviate(sensor, name) for sensor in sensors.tolist()]) for name in names}
+    streams = np.array([stream_of("spread", name) for name in names], dtype=np.int64)[:, None]
+    rows = uniform_deviates(study.seed, sensors, streams, 0)
     if design.kind == "latin_hypercube":
-        strata = permutations(sensors, study.runs, half_of_bits(study.runs), study.seed, stream)
-        return np.asarray(design.within(strata, uniform_deviates(study.seed, sensors, stream, 0), np.minimum))
-    return np.array([design.deviate(sensor, name) for sensor in sensors.tolist()])
+        strata = permutations(sensors, study.runs, half_of_bits(study.runs), study.seed, streams)
+        rows = np.asarray(design.within(strata, rows, np.minimum))
+    return dict(zip(names, rows, strict=True))
+
+
+def _normals(study: Study, deviates: Mapping[str, Array]) -> dict[str, Array]:
+    """Standard normal deviates of the parameters that follow from them, correlated and truncated."""
+    spreads: dict[str, Any] = {name: spread for name, spread in study.spread.items() if spread.shape in NORMAL}
+    if not spreads:
+        return {}
+    rows = normal_quantiles(np.array([spread.inside(deviates[name]) for name, spread in spreads.items()]))
+    normals = dict(zip(spreads, rows, strict=True))
+    bounded = {n: np.maximum(-s.truncated, np.minimum(normals[n], s.truncated)) for n, s in spreads.items()}
+    correlated: Any = study.correlation
+    bounded |= correlated.applied(normals)
+    return bounded
 
 
 def _spread(spread: Spread, nominal: Any, uniforms: Any) -> Array:
-    """`Spread.at` of many sensors."""
-    if spread.shape == "normal" or spread.shape == "lognormal":
-        normals = normal_quantiles(spread.inside(uniforms))
-        return _of_normals(spread, nominal, np.maximum(-spread.truncated, np.minimum(normals, spread.truncated)))
+    """`Spread.at` of many sensors, for the shapes that do not follow from normal deviates."""
     if spread.shape == "uniform":
         return np.asarray(spread.at(nominal, uniforms))
     return np.array([spread.at(*each) for each in zip(nominal.tolist(), uniforms.tolist(), strict=True)])
-
-
-def _of_normals(spread: Any, nominal: Array, normals: Array) -> Array:
-    return np.asarray(spread.of_normal(nominal, normals, exponentials))
