@@ -4,9 +4,9 @@
 
 Blocks are named by their kind, or by their name in the table; without names all run, and after them every angle of 20
 bits through the pipelined exponential, which is `exponential`. All outputs are compared in every clock, the registers
-after the last. A row has the milliseconds from the functions to Verilog, the fewest of several, and clocks a second;
-below it stand the clocks in which outputs and registers changed. What differs, is slow or never changes is listed at
-the end; the program ends with 1 then.
+after the last. A row has the milliseconds from the functions to Verilog, the fewest of several, and clocks a second,
+all of processor time; below it stand the clocks in which outputs and registers changed. What differs, is slow or never
+changes is listed at the end; the program ends with 1 then.
 """
 
 import sys

@@ -1,10 +1,14 @@
-"""A block on its stimuli in four ways: plain Python, the compiled loop, CXXRTL, Icarus Verilog."""
+"""A block on its stimuli in four ways: plain Python, the compiled loop, CXXRTL, Icarus Verilog.
+
+Seconds are those of the processor, so that others may share the machine.
+"""
 
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from time import perf_counter
+from resource import RUSAGE_CHILDREN, getrusage
+from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +24,7 @@ from proofmass.runner.rtl.machine_verilog import machine_text
 from proofmass.runner.rtl.reference import reference_of
 from proofmass.runner.rtl.vectors import Vectors
 
-TRIALS = 5  # of which the fastest counts, since others may share the machine
+TRIALS = 5  # of which the fastest counts
 
 
 class Found(NamedTuple):
@@ -34,20 +38,20 @@ class Found(NamedTuple):
 def by_python(planned: Plan, machine: Machine, clocks: int) -> tuple[Found, dict[str, int]]:
     """The functions of the block, interpreted; and in how many clocks each register changed."""
     engine = make_engine(planned, "python", 0, 0, start(planned))
-    rows = _rows(planned, clocks)
+    rows, readers = _rows(planned, clocks), _readers(machine)
     probed = list(zip(planned.probes, rows, strict=True))
-    held = _registers(machine, engine.memory())
-    changes = dict.fromkeys(held, 0)
-    seconds = 0.0
+    held = [read(engine.memory()) for read in readers.values()]
+    changes = [0] * len(held)
+    began = process_time()
     for clock in range(clocks):
-        began = perf_counter()
         engine.advance(clock + 1, [each[probe.rows(0, clock) :] for probe, each in probed])
-        seconds += perf_counter() - began
-        following = _registers(machine, engine.memory())
-        for name, value in following.items():
-            changes[name] += value != held[name]
+        following = [read(engine.memory()) for read in readers.values()]
+        for i, value in enumerate(following):
+            changes[i] += value != held[i]
         held = following
-    return Found(_outputs(planned, machine, rows, clocks), held, seconds), changes
+    seconds = process_time() - began
+    found = Found(_outputs(planned, machine, rows, clocks), dict(zip(readers, held, strict=True)), seconds)
+    return found, dict(zip(readers, changes, strict=True))
 
 
 def by_compiled_loop(planned: Plan, machine: Machine, clocks: int) -> Found:
@@ -55,10 +59,11 @@ def by_compiled_loop(planned: Plan, machine: Machine, clocks: int) -> Found:
 
     def run() -> Found:
         engine, rows = make_engine(planned, "compiled", 0, 0, start(planned)), _rows(planned, clocks)
-        began = perf_counter()
+        began = process_time()
         engine.advance(clocks, rows)
-        seconds = perf_counter() - began
-        return Found(_outputs(planned, machine, rows, clocks), _registers(machine, engine.memory()), seconds)
+        seconds = process_time() - began
+        registers = {text: read(engine.memory()) for text, read in _readers(machine).items()}
+        return Found(_outputs(planned, machine, rows, clocks), registers, seconds)
 
     return _fastest(run)
 
@@ -71,9 +76,9 @@ def by_model(planned: Plan, machine: Machine, columns: Mapping[str, Column], clo
 
     def run() -> Found:
         model = Model(reference_of(planned, machine), text)
-        began = perf_counter()
+        began = process_time()
         outputs = model.run(inputs, clocks + late)
-        seconds = perf_counter() - began
+        seconds = process_time() - began
         held = dict(zip((each.text.removeprefix(f"{TESTED}.") for each in model.registers), model.held, strict=True))
         registers = {} if late else {each.text: held[each.text] for each in machine.modules[0].registers}
         return Found({name: column[late:] for name, column in outputs.items()}, registers, seconds)
@@ -90,9 +95,9 @@ def by_icarus(machine: Machine, columns: Mapping[str, Column], expected: Found, 
         (folder / name).write_text(text, encoding="utf-8")
     sources = [name for name in files if name.endswith(".v")]
     subprocess.run(["iverilog", "-g2001", "-o", "bench", *sources], cwd=folder, check=True)
-    began = perf_counter()
+    began = getrusage(RUSAGE_CHILDREN).ru_utime
     ended = subprocess.run(["vvp", "-n", "bench"], cwd=folder, check=True, capture_output=True, text=True)
-    return ended.stdout.splitlines()[-1], perf_counter() - began
+    return ended.stdout.splitlines()[-1], getrusage(RUSAGE_CHILDREN).ru_utime - began
 
 
 def has_icarus() -> bool:
@@ -126,14 +131,15 @@ def _outputs(planned: Plan, machine: Machine, rows: list[Any], clocks: int) -> d
     return found
 
 
-def _registers(machine: Machine, memory: Memory) -> dict[str, int]:
-    return dict(_held(machine, memory))
+def _readers(machine: Machine) -> dict[str, Callable[[Memory], int]]:
+    """What reads a register of the block, by what Python calls it."""
+    return {register.text: _reader(register.text) for register in machine.modules[0].registers}
 
 
-def _held(machine: Machine, memory: Memory) -> Iterator[tuple[str, int]]:
-    for register in machine.modules[0].registers:
-        buffer, _, entry = register.text.removesuffix("]").partition("[")
-        if entry:
-            yield register.text, int(memory.buffers[TESTED, buffer][int(entry)])
-        else:
-            yield register.text, int(getattr(memory.states[TESTED], register.text.removeprefix("x.")))
+def _reader(text: str) -> Callable[[Memory], int]:
+    buffer, _, entry = text.removesuffix("]").partition("[")
+    if entry:
+        place = int(entry)
+        return lambda memory: int(memory.buffers[TESTED, buffer][place])
+    field = text.removeprefix("x.")
+    return lambda memory: int(getattr(memory.states[TESTED], field))
