@@ -5,8 +5,8 @@
 Blocks are named by their kind, or by their name in the table; without names all run, and after them every angle of 20
 bits through the pipelined exponential, which is `exponential`. All outputs are compared in every clock, the registers
 after the last. A row has the milliseconds from the functions to Verilog, the fewest of several, and clocks a second,
-all of processor time; below it stand the clocks in which outputs and registers changed. What differs, is slow or never
-changes is listed at the end; the program ends with 1 then.
+all of processor time, the compiled loop with what plays the vectors. Below it stand the clocks in which
+outputs and registers changed. What differs, is slow or never changes is listed at the end; the exit code is 1 then.
 """
 
 import sys
@@ -105,7 +105,7 @@ def compared(alone: Alone, columns: Mapping[str, Column], clocks: int) -> Row:
         graph = played(alone.block, alone.rate, columns, folder)
         planned = plan(graph, wide=True)
         machine = compose(planned, [TESTED])
-        expected, changes = by_python(planned, machine, clocks)
+        expected, changes = by_python(planned, machine, columns, clocks)
         row = Row(alone.name, formats(machine.modules[0]), min(milliseconds(planned) for _ in range(TRIALS)))
         row.speeds["Python"] = clocks / expected.seconds
         _compare(row, "CXXRTL", by_model(planned, machine, columns, clocks), expected)

@@ -6,6 +6,7 @@ Seconds are those of the processor, so that others may share the machine.
 import shutil
 import subprocess
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
 from time import process_time
@@ -17,6 +18,7 @@ from rtl_stimuli import GIVEN, TESTED, Column
 from proofmass.runner.engine.engines import make_engine
 from proofmass.runner.engine.memory import Memory, start
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.rtl.bench import bench_files
 from proofmass.runner.rtl.cxxrtl import Model
 from proofmass.runner.rtl.machine import Machine
@@ -35,23 +37,41 @@ class Found(NamedTuple):
     seconds: float
 
 
-def by_python(planned: Plan, machine: Machine, clocks: int) -> tuple[Found, dict[str, int]]:
-    """The functions of the block, interpreted; and in how many clocks each register changed."""
-    engine = make_engine(planned, "python", 0, 0, start(planned))
-    rows, readers = _rows(planned, clocks), _readers(machine)
-    probed = list(zip(planned.probes, rows, strict=True))
-    held = [read(engine.memory()) for read in readers.values()]
+def by_python(
+    planned: Plan, machine: Machine, columns: Mapping[str, Column], clocks: int
+) -> tuple[Found, dict[str, int]]:
+    """The functions of the block alone, interpreted; and in how many clocks each register changed."""
+    alone = _without_sources(planned)
+    engine, rows, readers = make_engine(alone, "python", 0, 0, start(alone)), _rows(alone, clocks), _readers(machine)
+    memory = engine.memory()
+    kinds = {name: held_as(port.dtype) for name, port in alone.blocks[TESTED].inputs.items()}
+    given = [(alone.schedule.drivers[TESTED, n], list(map(kind, columns[n].tolist()))) for n, kind in kinds.items()]
+    probed = list(zip(alone.probes, rows, strict=True))
+    held = [read(memory) for read in readers.values()]
     changes = [0] * len(held)
     began = process_time()
     for clock in range(clocks):
+        for node, column in given:
+            memory.wires[node] = column[clock]
         engine.advance(clock + 1, [each[probe.rows(0, clock) :] for probe, each in probed])
-        following = [read(engine.memory()) for read in readers.values()]
+        following = [read(memory) for read in readers.values()]
         for i, value in enumerate(following):
             changes[i] += value != held[i]
         held = following
     seconds = process_time() - began
-    found = Found(_outputs(planned, machine, rows, clocks), dict(zip(readers, held, strict=True)), seconds)
+    found = Found(_outputs(alone, machine, rows, clocks), dict(zip(readers, held, strict=True)), seconds)
     return found, dict(zip(readers, changes, strict=True))
+
+
+def _without_sources(planned: Plan) -> Plan:
+    """The plan of the block alone: what its wires carry is written there clock by clock."""
+    order = [node for node in planned.schedule.order if node[0] == TESTED]
+    return replace(
+        planned,
+        schedule=replace(planned.schedule, order=order),
+        blocks={TESTED: planned.blocks[TESTED]},
+        buffers={node: held for node, held in planned.buffers.items() if node[0] == TESTED},
+    )
 
 
 def by_compiled_loop(planned: Plan, machine: Machine, clocks: int) -> Found:
