@@ -3,10 +3,11 @@
     python benchmarks/rtl_vectors.py [vectors] [block ...]
 
 Blocks are named by their kind, or by their name in the table; without names all run, and after them every angle of 20
-bits through the pipelined exponential, which is `exponential`. All outputs are compared in every clock, the registers
-after the last. A row has the milliseconds from the functions to Verilog, the fewest of several, and clocks a second,
-all of processor time, the compiled loop with what plays the vectors. Below it stand the clocks in which
-outputs and registers changed. What differs, is slow or never changes is listed at the end; the exit code is 1 then.
+bits through the pipelined exponential, which is `exponential`. All outputs are compared in every clock, registers of
+the compiled loop after the last. A row has the milliseconds from the functions to Verilog, the fewest of several, and
+clocks a second, all of processor time, the compiled loop with what plays the vectors. Below it stand the clocks in
+which outputs and registers changed. What differs, is slow or never changes is listed at the end; the exit code is 1
+then.
 """
 
 import sys

@@ -30,7 +30,7 @@ TRIALS = 5  # of which the fastest counts
 
 
 class Found(NamedTuple):
-    """Outputs of each clock by the names of the ports; registers after the last, by what Python calls them."""
+    """Outputs of each clock by port; registers after the last by what Python calls them, where they are seen."""
 
     outputs: Mapping[str, Column]
     registers: Mapping[str, int]
@@ -89,7 +89,7 @@ def by_compiled_loop(planned: Plan, machine: Machine, clocks: int) -> Found:
 
 
 def by_model(planned: Plan, machine: Machine, columns: Mapping[str, Column], clocks: int) -> Found:
-    """The Verilog compiled; behind pipeline cuts the run is longer by their ticks, and its registers are ahead."""
+    """The Verilog compiled, its outputs alone; where it has pipeline cuts the run is longer by their ticks."""
     late = machine.latency
     inputs = {name: np.pad(column, (0, late), "edge") for name, column in _inputs(machine, columns).items()}
     text = machine_text(machine)
@@ -99,9 +99,7 @@ def by_model(planned: Plan, machine: Machine, columns: Mapping[str, Column], clo
         began = process_time()
         outputs = model.run(inputs, clocks + late)
         seconds = process_time() - began
-        held = dict(zip((each.text.removeprefix(f"{TESTED}.") for each in model.registers), model.held, strict=True))
-        registers = {} if late else {each.text: held[each.text] for each in machine.modules[0].registers}
-        return Found({name: column[late:] for name, column in outputs.items()}, registers, seconds)
+        return Found({name: column[late:] for name, column in outputs.items()}, {}, seconds)
 
     return _fastest(run)
 
