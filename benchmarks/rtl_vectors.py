@@ -1,103 +1,187 @@
-"""Compiled models of Verilog against the Python functions, on vectors at random with the ends of the ranges among them.
+"""Every block that becomes hardware on vectors at random: plain Python = compiled loop = CXXRTL = Icarus Verilog.
 
-    python benchmarks/rtl_vectors.py [vectors] [graph ...]
+    python benchmarks/rtl_vectors.py [vectors] [block ...]
 
-For each module of the digital part of the graphs: whether all outputs are equal, and clocks a second of both. Then
-every angle of 20 bits through the pipelined exponential and through the one within a tick, which is proved.
+Blocks are named by their kind, or by their name in the table; without names all run, and after them every angle of 20
+bits through the pipelined exponential, which is `exponential`. All outputs are compared in every clock, registers of
+the compiled loop after the last. A row has the milliseconds from the functions to Verilog, the fewest of several, and
+clocks a second, all of processor time, the compiled loop with what plays the vectors. Below it stand the clocks in
+which outputs and registers changed. What differs, is slow or never changes is listed at the end; the exit code is 1
+then.
 """
 
-import random
 import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import groupby
 from pathlib import Path
-from time import perf_counter
+from tempfile import TemporaryDirectory
+from time import process_time
 
 import numpy as np
+from rtl_blocks import Alone, blocks_alone
+from rtl_stimuli import TESTED, Column, drawn, played
+from rtl_ways import TRIALS, Found, by_compiled_loop, by_icarus, by_model, by_python, has_icarus
 
 from proofmass.blocks.fixed_cordic_exponential import FixedCordicExponential
 from proofmass.blocks.fixed_cordic_exponential_pipeline import FixedCordicExponentialPipeline
-from proofmass.blocks.fixed_point import Fixed
-from proofmass.blocks.fixed_quantiser import FixedQuantiser
-from proofmass.blocks.sine import Sine
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.toml_reader import read_graph
+from proofmass.blocks.problem import ModelError
 from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.planned import Plan
 from proofmass.runner.rtl.compose import compose
-from proofmass.runner.rtl.cxxrtl import Model
+from proofmass.runner.rtl.machine_verilog import machine_text
 from proofmass.runner.rtl.modules import Module
-from proofmass.runner.rtl.reference import ModuleReference, as_it_runs
-from proofmass.runner.rtl.verilog import module_text
 
-LIBRARY = Path(__file__).parent.parent / "graphs" / "library"
-GRAPHS = ("self_calibration_fixed.toml", "temperature_compensation_m1.toml")
+VECTORS = 100_000
+LONGEST = 100.0  # milliseconds from the functions of a block to its Verilog
+SLOWEST = 1e6  # clocks a second of a model
+WAYS = ("Python", "compiled", "CXXRTL", "Icarus")
+ANGLES = 1 << 20
+SLOT = "a slot is longer than the stretches of stimuli"
+STILL = {  # blocks of which some outputs and registers may never change, and why
+    "quartz_calibration.switch_slots": SLOT,
+    "quartz_calibration.test_slots": SLOT,
+    "quartz_calibration_disturbed.sensor.switch_slots": SLOT,
+    "quartz_calibration_disturbed.sensor.test_slots": SLOT,
+    "quartz_recalibration.switch_slots": SLOT,
+    "quartz_recalibration.sequencer": "it begins behind the drift",
+}
 
 
-def main() -> None:
-    """Print a line for each module."""
-    vectors = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
-    for path in map(Path, sys.argv[2:] or [str(LIBRARY / name) for name in GRAPHS]):
-        machine = compose(plan(read_graph(path), wide=True))
-        for module in machine.modules:
-            print(f"{path.stem}: {compared(module, vectors)}", flush=True)
-    print(exponentials())
+@dataclass
+class Row:
+    """A row of the table."""
+
+    name: str
+    formats: str
+    milliseconds: float = 0.0
+    speeds: dict[str, float] = field(default_factory=dict)  # clocks a second
+    notes: list[str] = field(default_factory=list)
+    misses: list[str] = field(default_factory=list)
+    changes: dict[str, int] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        speeds = " ".join(f"{f'{self.speeds[way]:,.0f}' if way in self.speeds else '-':>11}" for way in WAYS)
+        verdict = "; ".join([*(self.misses or ["equal"]), *self.notes])
+        return f"{self.milliseconds:6.1f} {speeds}  {self.name}: {self.formats}: {verdict}\n{'':8}{self._changes()}"
+
+    def _changes(self) -> str:
+        """Entries of a vector together."""
+        found = []
+        for name, group in groupby(self.changes.items(), lambda each: each[0].partition("[")[0]):
+            counts = [count for _, count in group]
+            entries = f"[{len(counts)}]" if len(counts) > 1 else ""
+            found.append(f"{name}{entries} {min(counts):,}" + (f" to {max(counts):,}" if entries else ""))
+        return ", ".join(found)
 
 
-def exponentials() -> str:
-    """All angles, and by how many ticks the pipeline is late."""
-    angles = np.arange(1 << 20)
+def main() -> int:
+    """Print the rows as they come; whether anything was missed."""
+    numbers = [argument for argument in sys.argv[1:] if argument.isdigit()]
+    vectors, names = int(numbers[0]) if numbers else VECTORS, {*sys.argv[1:]} - {*numbers}
+    print(f"{vectors:,} vectors for each block")
+    print(f"{'ms':>6} " + " ".join(f"{way:>11}" for way in WAYS), flush=True)
+    misses = []
+    for row in rows(vectors, names):
+        print(row, flush=True)
+        misses += [f"{row.name}: {miss}" for miss in row.misses]
+    print("missed:" if misses else "nothing missed", *misses, sep="\n")
+    return bool(misses)
+
+
+def rows(vectors: int, names: set[str]) -> Iterator[Row]:
+    """Of the blocks that are named, or of all."""
+    for alone in blocks_alone():
+        if not names or names & {alone.kind, alone.name}:
+            yield compared(alone, drawn(alone.block, vectors), vectors)
+    if not names or "exponential" in names:
+        yield exponential()
+
+
+def compared(alone: Alone, columns: Mapping[str, Column], clocks: int) -> Row:
+    """A block run in all ways."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        graph = played(alone.block, alone.rate, columns, folder)
+        planned = plan(graph, wide=True)
+        machine = compose(planned, [TESTED])
+        expected, changes = by_python(planned, machine, columns, clocks)
+        row = Row(alone.name, formats(machine.modules[0]), min(milliseconds(planned) for _ in range(TRIALS)))
+        row.speeds["Python"] = clocks / expected.seconds
+        _compare(row, "CXXRTL", by_model(planned, machine, columns, clocks), expected)
+        try:
+            _compare(row, "compiled", by_compiled_loop(plan(graph), machine, clocks), expected)
+        except ModelError as error:
+            row.notes.append(f"not compiled: {error.problems[0].got}")
+        if has_icarus():
+            told, seconds = by_icarus(machine, columns, expected, folder)
+            row.speeds["Icarus"] = clocks / seconds
+            if told != f"PASS: {clocks} clocks":
+                row.misses.append(f"Icarus: {told}")
+    texts = {port.name: port.text.removeprefix(f"{TESTED}.") for port in machine.outputs}
+    moved = {texts[name]: int(np.count_nonzero(np.diff(column))) for name, column in expected.outputs.items()}
+    row.changes = moved | changes
+    _judge(row, alone)
+    return row
+
+
+def exponential() -> Row:
+    """Every angle through the pipelined exponential, and by how many ticks it is behind the one without stages."""
+    later, now = FixedCordicExponentialPipeline(fraction_bits=20), FixedCordicExponential(fraction_bits=20)
+    clocks = ANGLES + 64
+    columns = {"angle": np.arange(clocks) % ANGLES}
+    row = compared(Alone(later, Fraction(1000), "exponential"), columns, clocks)
     found = []
-    for kind in (FixedCordicExponential, FixedCordicExponentialPipeline):
-        graph = Graph(
-            name="exponential",
-            rate=1000,
-            blocks={
-                "sine": Sine(),
-                "angle": FixedQuantiser(output_format=Fixed(20, 20, signed=False)),
-                "exponential": kind(fraction_bits=20),
-            },
-            wires=["sine.output -> angle.input", "angle.output -> exponential.angle"],
-            probes=["exponential.exponential"],
-        )
-        (module,) = compose(plan(graph)).modules
-        model = Model(ModuleReference(module), module_text(module))
-        found.append(model.run({"angle": np.concatenate([angles, np.zeros(64, np.int64)])}, len(angles) + 64))
-    now, later = (next(iter(each.values())) for each in found)
-    late = next((n for n in range(64) if np.array_equal(now[: len(angles)], later[n : n + len(angles)])), None)
-    return f"pipelined exponential: {len(angles):,} angles " + (
-        "DIFFERENT" if late is None else f"equal, {late} ticks late"
-    )
+    for block in (now, later):
+        with TemporaryDirectory() as name:
+            planned = plan(played(block, Fraction(1000), columns, Path(name)))
+            found.append(by_model(planned, compose(planned, [TESTED]), columns, clocks).outputs["exponential"])
+    at = (n for n in range(64) if np.array_equal(found[0][:ANGLES], found[1][n : n + ANGLES]))
+    late = next(at, None)
+    row.notes.append(f"{ANGLES:,} angles {late} ticks later than without stages")
+    if late is None:
+        row.misses.append("differs from the one without stages")
+    return row
 
 
-def compared(module: Module, vectors: int) -> str:
-    """Both run on the same vectors."""
-    if module.pipeline.latency:
-        return f"{module.name}: late by its cuts, not compared"
-    reference, draws = ModuleReference(module), random.Random(1)
-    inputs = {
-        port.name: [drawn(draws, port.word.low, port.word.high) for _ in range(vectors)] for port in module.inputs
-    }
-    model = Model(reference, module_text(module))
-    columns = {name: np.array(column) for name, column in inputs.items()}
-    began = perf_counter()
-    found = model.run(columns, vectors)
-    fast = vectors / (perf_counter() - began)
-    held = {register.name: register.start for register in module.registers}
-    expected: dict[str, list[int]] = {port.name: [] for port in module.outputs}
-    began = perf_counter()
-    for t in range(vectors):
-        clock = reference.clock(held | {name: column[t] for name, column in inputs.items()}, as_it_runs)
-        held = {name: int(value) for name, value in clock.following.items()}
-        for name, value in clock.outputs.items():
-            expected[name].append(int(value))
-    slow = vectors / (perf_counter() - began)
-    equal = all(found[name].tolist() == column for name, column in expected.items())
-    verdict = "equal" if equal else "DIFFERENT"
-    return f"{module.name}: {vectors:,} vectors {verdict}; model {fast:,.0f} clocks/s, Python {slow:,.0f}"
+def milliseconds(planned: Plan) -> float:
+    """Time of the processor from the functions of the block to its Verilog."""
+    began = process_time()
+    machine_text(compose(planned, [TESTED]))
+    return 1e3 * (process_time() - began)
 
 
-def drawn(draws: random.Random, low: int, high: int) -> int:
-    """A number of a range."""
-    return draws.choice((low, high, draws.randint(low, high), draws.randint(low, high)))
+def formats(module: Module) -> str:
+    """Formats of the inputs and of the outputs, each once."""
+    sides = ({str(port.word): None for port in ports} for ports in (module.inputs, module.outputs))
+    return " -> ".join(", ".join(side) or "nothing" for side in sides)
+
+
+def _compare(row: Row, way: str, found: Found, expected: Found) -> None:
+    row.speeds[way] = len(next(iter(found.outputs.values()))) / found.seconds
+    for name, column in expected.outputs.items():
+        different = np.flatnonzero(found.outputs[name] != column)
+        if len(different):
+            row.misses.append(f"{way}: {name} DIFFERS in {len(different):,} clocks, first in {different[0]}")
+    wrong = [name for name, value in found.registers.items() if value != expected.registers[name]]
+    if wrong:
+        row.misses.append(f"{way}: registers DIFFER at the end: {', '.join(wrong)}")
+
+
+def _judge(row: Row, alone: Alone) -> None:
+    """Note what was slow or stood still."""
+    if row.milliseconds > LONGEST:
+        row.misses.append(f"{row.milliseconds:.0f} ms to Verilog")
+    if row.speeds["CXXRTL"] < SLOWEST:
+        row.misses.append(f"CXXRTL at {row.speeds['CXXRTL']:,.0f} clocks a second")
+    still = ", ".join(name for name, count in row.changes.items() if not count)
+    why = STILL.get(alone.name, "")
+    if not alone.block.inputs and "update" not in alone.block.functions:
+        why = "they are constants"
+    if still:
+        (row.notes if why else row.misses).append(f"never changing: {still}" + f", as {why}" * bool(why))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

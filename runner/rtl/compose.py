@@ -26,11 +26,13 @@ def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
 
 
 def digital_blocks(planned: Plan) -> tuple[str, ...]:
-    """The blocks that are hardware by their kind: all that they carry and keep are integers."""
-    return tuple(name for name in sorted(planned.blocks) if _is_digital(planned.blocks[name], planned, name))
+    """The blocks that are hardware by their kind, and whose parameters nothing drives."""
+    driven = {path for path, port in planned.schedule.drivers if port in planned.blocks[path].parameters}
+    return tuple(name for name in sorted(planned.blocks) if is_digital(planned.blocks[name]) and name not in driven)
 
 
-def _is_digital(block: Block, planned: Plan, name: str) -> bool:
+def is_digital(block: Block) -> bool:
+    """Whether all that a block carries and keeps are integers, and it knows neither time nor noise."""
     state = block.state_class()
     kinds: list[type] = [port.dtype for port in (*block.inputs.values(), *block.outputs.values())]
     kinds += [buffer.dtype for buffer in block.buffers.values()]
@@ -40,7 +42,6 @@ def _is_digital(block: Block, planned: Plan, name: str) -> bool:
         block.continuous()
         or not block.outputs
         or float in kinds
-        or any((name, parameter) in planned.schedule.drivers for parameter in block.parameters)
         or any({"time", "normal"} & set(function.arguments) for function in functions)
     )
 

@@ -1,0 +1,73 @@
+"""The blocks that become hardware, each alone: with defaults, with other formats, as graphs of the library set them."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+from proofmass.blocks.catalog import all_blocks
+from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_cordic_exponential_pipeline import FixedCordicExponentialPipeline
+from proofmass.blocks.fixed_correlation_cell import FixedCorrelationCell
+from proofmass.blocks.fixed_mass_spring_damper import FixedMassSpringDamper
+from proofmass.blocks.fixed_pid import FixedPID
+from proofmass.blocks.fixed_point import Fixed
+from proofmass.blocks.fixed_stiffness_controller import FixedStiffnessController
+from proofmass.graphs.flatten import flatten
+from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner.rtl.compose import is_digital
+
+GRAPHS = Path(__file__).parent.parent / "graphs" / "library"
+RATE = Fraction(4800)  # of blocks that no graph gives one
+SOFTWARE = {"Correlator"}  # its sums are plain integers, of which no format says how large they grow
+WORDS = ("large_format", "damping_format", "small_format", "step_format")
+OTHERS: tuple[Block, ...] = (
+    FixedCordicExponentialPipeline(fraction_bits=8, iterations=6),
+    FixedCorrelationCell(lag=3, order=3),
+    FixedMassSpringDamper(method="forward_euler", overflow="wrap"),
+    FixedMassSpringDamper(method="leapfrog"),
+    FixedMassSpringDamper(**dict.fromkeys(WORDS, Fixed(32, 24))),
+    FixedPID(rounding="floor", overflow="wrap"),
+    FixedStiffnessController(rounding="toward_zero", overflow="wrap"),
+)
+
+
+class Alone(NamedTuple):
+    """A block by itself: `where` is the graph and the path that it comes from, or empty."""
+
+    block: Block
+    rate: Fraction
+    where: str = ""
+
+    @property
+    def kind(self) -> str:
+        """The name of its class."""
+        return type(self.block).__name__
+
+    @property
+    def name(self) -> str:
+        """What it is called in the table, and may be on the command line."""
+        return self.where or repr(self.block).removesuffix("()")
+
+
+def blocks_alone() -> Iterator[Alone]:
+    """Every one once: at another rate it is the same where its constants are."""
+    seen = set()
+    for each in _found():
+        if is_digital(each.block) and each.kind not in SOFTWARE:
+            made = each.block.functions.get("constants")
+            key = each.block, made and str(made.function(each.block, float(1 / each.rate)))
+            if key not in seen:
+                yield each
+            seen.add(key)
+
+
+def _found() -> Iterator[Alone]:
+    yield from (Alone(kind(), RATE) for _, kind in sorted(all_blocks().items()))
+    yield from (Alone(block, RATE) for block in OTHERS)
+    for path in sorted(GRAPHS.glob("*.toml")):
+        if "[blocks" not in path.read_text(encoding="utf-8"):
+            continue  # a study that names its graph
+        graph = flatten(read_graph(path))
+        for name, block in graph.blocks.items():
+            yield Alone(block, graph.rates.get(name, graph.rate) or RATE, f"{path.stem}.{name}")
