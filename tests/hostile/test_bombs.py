@@ -12,7 +12,7 @@ from proofmass.graphs.limits import FILE_BYTES
 from proofmass.graphs.toml_reader import read_graph, read_graph_text
 from tests.graph_texts import SMALL
 
-SECONDS = 0.5  # of the processor, so that a busy machine does not matter
+SECONDS = 0.5  # of the processor for this thread, so that a busy machine does not matter
 
 BOMBS: dict[str, Callable[[], str]] = {
     "nested brackets": lambda: "a = " + "[" * 100_000 + "]" * 100_000,
@@ -70,12 +70,12 @@ def _blocks_are_imported() -> None:
 @pytest.mark.parametrize("name", BOMBS)
 def test_a_bomb_is_refused_or_read_at_once(name: str) -> None:
     text = BOMBS[name]()
-    began = time.process_time()
+    began = time.thread_time()
     try:
         problems = list(check(read_graph_text(text, "bomb.toml")))
     except ModelError as error:
         problems = list(error.problems)
-    taken = time.process_time() - began
+    taken = time.thread_time() - began
     assert problems
     assert all(len(str(problem)) < 3_000 and problem.file == "bomb.toml" for problem in problems)
     assert taken < SECONDS
@@ -102,10 +102,10 @@ def test_what_is_said_of_a_bomb(name: str, message: str) -> None:
 def test_a_file_over_a_mebibyte_is_refused_unread(tmp_path: Path) -> None:
     file = tmp_path / "large.toml"
     file.write_bytes(b"# " + b"\xff" * 50_000_000)
-    began = time.process_time()
+    began = time.thread_time()
     with pytest.raises(ModelError) as caught:
         read_graph(file)
-    assert time.process_time() - began < SECONDS
+    assert time.thread_time() - began < SECONDS
     assert (
         str(caught.value)
         == f"""\
@@ -115,10 +115,10 @@ def test_a_file_over_a_mebibyte_is_refused_unread(tmp_path: Path) -> None:
 
 
 def test_an_endless_file_is_refused() -> None:
-    began = time.process_time()
+    began = time.thread_time()
     with pytest.raises(ModelError, match="/dev/zero: larger than 1024 KiB"):
         read_graph("/dev/zero")
-    assert time.process_time() - began < SECONDS
+    assert time.thread_time() - began < SECONDS
 
 
 def test_a_file_of_a_mebibyte_is_read(tmp_path: Path) -> None:
@@ -137,6 +137,6 @@ def test_a_graph_of_thousands_of_blocks_is_read_within_seconds() -> None:
     text += "".join(f'"b{n}.output -> b{n + 1}.input",\n' for n in range(6_000))
     text += '"b0.output -> b0.input",\n]\nprobes = ["b6000.output"]\n'
     text += "".join(f'[blocks.b{n}]\nkind = "UnitDelay"\n' for n in range(6_001))
-    began = time.process_time()
+    began = time.thread_time()
     assert check(read_graph_text(text)) == []
-    assert time.process_time() - began < 4.0
+    assert time.thread_time() - began < 4.0

@@ -93,7 +93,7 @@ def test_a_damaged_file_is_read_or_refused_with_file_and_line(
     file = tmp_path / "damaged.toml"
     texts = [path.read_bytes() for path in LIBRARY]
     refused = 0
-    began = time.process_time()
+    began = time.thread_time()
     for seed in range(COPIES // len(DAMAGES) + 1):
         draw = random.Random(f"{damage.__name__} {seed}")
         data = damage(draw.choice(texts), draw)
@@ -107,6 +107,6 @@ def test_a_damaged_file_is_read_or_refused_with_file_and_line(
             assert problem.line > 0 or problem.message in WHOLE_FILE, told
             assert problem.message, told
             assert all(row.isprintable() for row in str(problem).split("\n")), told
-    TAKEN[damage.__name__] = time.process_time() - began
+    TAKEN[damage.__name__] = time.thread_time() - began
     assert sum(TAKEN.values()) < SECONDS, TAKEN
     assert refused > 20

@@ -21,10 +21,10 @@ def using(name: str, more: str = "") -> str:
 
 
 def refused(file: Path) -> tuple[Problem, ...]:
-    began = time.process_time()
+    began = time.thread_time()
     with pytest.raises(ModelError) as caught:
         read_graph(file)
-    assert time.process_time() - began < SECONDS
+    assert time.thread_time() - began < SECONDS
     return caught.value.problems
 
 
@@ -100,12 +100,12 @@ def test_a_million_blocks_by_nesting_files(tmp_path: Path) -> None:
 
 def test_a_million_blocks_by_nesting_values() -> None:
     graph = Graph(name="", rate=1, blocks={"gain": Gain()})
-    began = time.process_time()
+    began = time.thread_time()
     for _ in range(4):
         graph = Graph(name="", rate=1, blocks={f"part_{n}": graph for n in range(10)})
     with pytest.raises(ModelError, match="too many blocks with those inside the subgraphs"):
         Graph(name="", rate=1, blocks={f"part_{n}": graph for n in range(100)})
-    assert time.process_time() - began < SECONDS
+    assert time.thread_time() - began < SECONDS
 
 
 def test_wires_are_limited_too() -> None:
@@ -123,10 +123,10 @@ def test_a_long_chain_of_files(tmp_path: Path) -> None:
 
 def test_deep_tables() -> None:
     text = "x = " + "{ blocks.a = " * 30 + "1" + " }" * 30
-    began = time.process_time()
+    began = time.thread_time()
     with pytest.raises(ModelError, match="subgraphs nested deeper than 15 levels"):
         read_graph_text(text.replace("x = { blocks.a", "blocks.a", 1).replace("}", "", 1))
-    assert time.process_time() - began < SECONDS
+    assert time.thread_time() - began < SECONDS
 
 
 def test_many_large_files(tmp_path: Path) -> None:
@@ -144,8 +144,8 @@ def test_many_large_files(tmp_path: Path) -> None:
 def test_one_part_many_times_is_read_once(tmp_path: Path) -> None:
     (tmp_path / "large.toml").write_text("rate = 1\n" + GAIN + "#" * (1 << 19))
     (tmp_path / "a.toml").write_text(using("large.toml", 'count = 2000\n"gain.value" = 3\n'))
-    began = time.process_time()
+    began = time.thread_time()
     graph = read_graph(tmp_path / "a.toml")
     assert len(graph.subgraphs) == 2000
     assert all(problem.note for problem in check(graph))
-    assert time.process_time() - began < 4.0
+    assert time.thread_time() - began < 4.0

@@ -269,4 +269,4 @@ def test_a_terminal_has_a_progress_bar_that_leaves_no_trace(tmp_path: Path) -> N
     os.close(here)
     assert process.returncode == 0
     assert b"of 300,000 ticks" in seen
-    assert seen.endswith(b"\r\x1b[K")
+    assert seen.endswith(b"\r\x1b[J")
