@@ -10,6 +10,7 @@ import ctypes
 import dataclasses
 import json
 import tempfile
+import threading
 import time
 from collections.abc import Callable
 from fractions import Fraction
@@ -49,7 +50,7 @@ def main() -> None:
         print(f"{name:28} {seconds:8.2f} {seconds / row['ns']['scalar C']:8.3f}")
     print(f"start of a study: {row['start_ms']:.0f} ms")
     print(f"a run besides its samples: {row['outside_us']:.2f} us, {row['outside_share']:.2%} of its loop")
-    print(f"two threads: {row['two_threads']:.2f} times one")
+    print(f"two threads: {row['two_threads']:.2f} times one; bare loops on this machine: {row['two_loops']:.2f}")
     print(f"largest difference to the C: mean {row['mean_difference']:.2g}, std {row['std_difference']:.2g} codes")
 
 
@@ -78,14 +79,25 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
         library.monte_carlo(ctypes.c_int64(count), ctypes.c_int64(samples), *pointers)
         return (time.perf_counter() - began) / count
 
-    def lanes(width: int) -> float:
-        sensors = SensorRuns(study, "compiled", width)
-        compiled = sensors.together.compiled
+    def made(width: int) -> Lanes:
+        compiled = SensorRuns(study, "compiled", width).together.compiled
         given = {tuple(name.split(".")): np.array([v[name] for v in drawn[:width]]) for name in drawn[0]}
-        lanes = Lanes(compiled, study.seed, range(width), given)
-        began = time.perf_counter()
-        lanes.advance(samples)
-        return (time.perf_counter() - began) / width
+        return Lanes(compiled, study.seed, range(width), given)
+
+    def lanes(width: int) -> float:
+        loop = made(width)
+        return _seconds(lambda: loop.advance(samples)) / width
+
+    def at_once(width: int, threads: int) -> float:
+        each = [threading.Thread(target=made(width).advance, args=(samples,)) for _ in range(threads)]
+
+        def together() -> None:
+            for thread in each:
+                thread.start()
+            for thread in each:
+                thread.join()
+
+        return _seconds(together) / (threads * width)
 
     def whole(threads: int) -> float:
         began = time.perf_counter()
@@ -105,6 +117,7 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
             times.setdefault("scalar C", []).append(c(library, few))
             for width in (8, 16, 32, 64):
                 times.setdefault(f"loop of {width} lanes", []).append(lanes(width))
+            times.setdefault("two loops of 64 at once", []).append(at_once(64, 2))
             for threads in (1, 2):
                 times.setdefault(f"study, threads: {threads}", []).append(whole(threads))
         c(library, runs)
@@ -116,6 +129,7 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
         "start_ms": (few - 1024 * outside) * 1e3,
         "outside_us": outside * 1e6,
         "outside_share": outside / best["loop of 64 lanes"],
+        "two_loops": best["loop of 64 lanes"] / best["two loops of 64 at once"],
         "two_threads": best["study, threads: 1"] / best["study, threads: 2"],
         "mean_difference": float(np.abs(found[0]["mean"][:, 0] - result[:, 0]).max()),
         "std_difference": float(np.abs(found[0]["std"][:, 0] - result[:, 1]).max()),
