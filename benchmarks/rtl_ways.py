@@ -1,14 +1,10 @@
 """A block on its stimuli in four ways: plain Python, the compiled loop, CXXRTL, Icarus Verilog.
 
-Seconds are those of the processor, so that others may share the machine.
+Seconds are those of the processor, so that others may share the machine, but for Icarus.
 """
 
-import shutil
-import subprocess
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
-from resource import RUSAGE_CHILDREN, getrusage
 from time import process_time
 from typing import Any, NamedTuple
 
@@ -22,8 +18,9 @@ from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.rtl.bench import bench_files
 from proofmass.runner.rtl.cxxrtl import Model
 from proofmass.runner.rtl.machine import Machine
-from proofmass.runner.rtl.machine_verilog import machine_text
+from proofmass.runner.rtl.machine_verilog import machine_text, top_name
 from proofmass.runner.rtl.reference import reference_of
+from proofmass.runner.rtl.simulators import Played, play
 from proofmass.runner.rtl.vectors import Vectors
 
 TRIALS = 5  # of which the fastest counts
@@ -104,23 +101,11 @@ def by_model(planned: Plan, machine: Machine, columns: Mapping[str, Column], clo
     return _fastest(run)
 
 
-def by_icarus(machine: Machine, columns: Mapping[str, Column], expected: Found, folder: Path) -> tuple[str, float]:
-    """What the self-checking bench ends with, and the seconds of its run."""
+def by_icarus(machine: Machine, columns: Mapping[str, Column], expected: Found) -> Played:
+    """The self-checking bench, by the clock on the wall; raises `ModelError` where it cannot be played."""
     clocks = len(next(iter(expected.outputs.values())))
     files = bench_files(machine, Vectors(clocks, _inputs(machine, columns), expected.outputs))
-    files["machine.v"] = machine_text(machine)
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    sources = [name for name in files if name.endswith(".v")]
-    subprocess.run(["iverilog", "-g2001", "-o", "bench", *sources], cwd=folder, check=True)
-    began = getrusage(RUSAGE_CHILDREN).ru_utime
-    ended = subprocess.run(["vvp", "-n", "bench"], cwd=folder, check=True, capture_output=True, text=True)
-    return ended.stdout.splitlines()[-1], getrusage(RUSAGE_CHILDREN).ru_utime - began
-
-
-def has_icarus() -> bool:
-    """Whether Icarus Verilog is installed."""
-    return shutil.which("iverilog") is not None
+    return play("icarus", machine, {f"{top_name(machine)}.v": machine_text(machine), **files})
 
 
 def _fastest(run: Callable[[], Found]) -> Found:
