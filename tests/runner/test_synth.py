@@ -8,7 +8,11 @@ import pytest
 from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.fixed_product import FixedProduct
 from proofmass.blocks.shift_register import ShiftRegister
+from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.command_line import main
+from proofmass.runner.engine.plan import plan
+from proofmass.runner.rtl.compose import compose
+from proofmass.runner.rtl.machine_verilog import machine_text, top_name
 from proofmass.runner.rtl.narrow_products import NARROW, SWAPPED
 from proofmass.runner.rtl.path_delay import longest_path
 from proofmass.runner.rtl.smt_implementation import read_implementation
@@ -21,6 +25,7 @@ from tests.runner.modules_by_hand import module_of
 pytest.importorskip("pyosys")
 
 CALIBRATION = Path(__file__).parents[2] / "graphs" / "library" / "self_calibration_fixed.toml"
+REFERENCE_MODEL = Path(__file__).parents[2] / "benchmarks" / "reference_model_32_bits.toml"
 
 
 def test_a_shift_register_is_ten_flip_flops_and_one_lookup_table() -> None:
@@ -35,6 +40,14 @@ def test_a_product_of_32_by_32_bits_is_four_multipliers() -> None:
     wide = Fixed(32, 20)
     block = FixedProduct(first_format=wide, second_format=wide, output_format=wide)
     assert synthesized(module_text(module_of(block)), "block", "xc2vp").multipliers == 4
+
+
+def test_the_reference_model_of_32_bits_takes_21_multipliers_as_published() -> None:
+    """Sarraf et al. 2012, tables 3 and 4: DUT-R."""
+    machine = compose(plan(read_graph(REFERENCE_MODEL), wide=True))
+    found = synthesized(machine_text(machine), top_name(machine), "xc2vp")
+    assert (found.flip_flops, found.multipliers) == (64, 21)
+    assert found.luts <= 4865
 
 
 @pytest.mark.parametrize("product", ["a * 12'sd1471", "a * -7'sd43", "a * b", "b * a", "c * a", "c * 9'd300"])
