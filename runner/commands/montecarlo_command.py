@@ -14,7 +14,7 @@ from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
 from proofmass.runner.studies.ages import age_text, some_of
 from proofmass.runner.studies.intervals import concise
-from proofmass.runner.studies.points import all_points_text, parts
+from proofmass.runner.studies.points import all_points_text, first_point, parts
 
 if TYPE_CHECKING:
     from proofmass.graphs.study import Study
@@ -109,8 +109,9 @@ def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list
 
 def _data(result: "StudyResult") -> dict[str, Any]:
     study = result.study
-    found = list(parts(result).values())
-    points = [{"sweep": study.point(point), **_every(study, point), **_found(part)} for point, part in enumerate(found)]
+    told_apart = parts(result).values()
+    numbered = [(first_point(part), part) for part in told_apart] if len(told_apart) > 1 else []
+    points = [{"sweep": study.point(point), **_every(study, point), **_found(part)} for point, part in numbered]
     return {
         "graph": study.graph.name,
         "runs": len(result.numbers),
@@ -119,7 +120,7 @@ def _data(result: "StudyResult") -> dict[str, Any]:
         "seed": study.seed,
         "epochs_s": list(study.epochs),
         **_found(result),
-        **({"points": points} if len(points) > 1 else {}),
+        **({"points": points} if points else {}),
         "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
         "digest": result.digest,
         "seconds": result.seconds,

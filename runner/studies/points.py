@@ -35,6 +35,11 @@ def swept_parts(result: StudyResult) -> dict[str, StudyResult]:
     return {name: _some(result, numbers == number, swept) for number, name in enumerate(names)}
 
 
+def first_point(result: StudyResult) -> int:
+    """Number of the point of the first run."""
+    return int(result.numbers[0]) % result.study.points if len(result.numbers) else 0
+
+
 def point_text(study: Study, point: int) -> str:
     """What a point is: values of the swept parameters, and how often sensors are calibrated; "" for a study of one."""
     calibrated = recalibration_text(study.recalibrated_every(point)) if study.recalibration.carried else ""

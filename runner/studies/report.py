@@ -17,7 +17,7 @@ from proofmass.runner.studies.folder import STUDY_FILE
 from proofmass.runner.studies.intervals import LEVEL, concise
 from proofmass.runner.studies.plot import label_of, plot_measure
 from proofmass.runner.studies.plot_influences import plot_influences
-from proofmass.runner.studies.points import MOST_POINTS, all_points_text, parts, swept_parts
+from proofmass.runner.studies.points import MOST_POINTS, all_points_text, first_point, parts, swept_parts
 from proofmass.runner.studies.result import PERCENTILES, StudyResult
 from proofmass.runner.studies.sensitivities import MOST_RUNS, Influence, drawn_parameters, regression, sobol_indices
 from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
@@ -137,8 +137,9 @@ def _ends(low: float, high: float) -> str:
 
 @_at_each(swept_parts)
 def _distributions(result: StudyResult) -> str:
+    point = first_point(result)
     return "\n".join(
-        f'<div class="wide">{picture(plot_measure(result, m.name), f"{m.name}-distribution-{_first(result)}")}</div>'
+        f'<div class="wide">{picture(plot_measure(result, m.name), f"{m.name}-distribution-{point}")}</div>'
         for m in result.measures
     )
 
@@ -165,15 +166,10 @@ def _influences(result: StudyResult) -> str:
         heads = ("parameter", "slope", "effect of 1 σ", "standardised", "of ranks")
         drawing = picture(
             plot_influences(result.study, found, parameters, values, label_of(measure)),
-            f"{measure.name}-influences-{_first(result)}",
+            f"{measure.name}-influences-{first_point(result)}",
         )
         shown.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
     return "\n".join(shown)
-
-
-def _first(result: StudyResult) -> int:
-    """Number of the first point that has runs."""
-    return int(result.numbers[0]) % result.study.points if len(result.numbers) else 0
 
 
 def _effect(influence: Influence) -> str:
@@ -185,7 +181,7 @@ def _effect(influence: Influence) -> str:
 def _indices(result: StudyResult) -> str:
     last, rows = len(result.study.epochs) - 1, []
     for measure in result.measures:
-        for index in sobol_indices(result, measure.name, last, _first(result)):
+        for index in sobol_indices(result, measure.name, last, first_point(result)):
             cells = (
                 f"{value:.3f}<br>{small(f'{low:.3f} to {high:.3f}')}"
                 for value, (low, high) in ((index.first, index.first_interval), (index.total, index.total_interval))

@@ -8,6 +8,7 @@ import pytest
 
 from proofmass.graphs.study_reader import read_study_text
 from proofmass.runner.command_line import main
+from proofmass.runner.commands.montecarlo_command import _data as as_json
 from proofmass.runner.studies.plot import plot_study
 from proofmass.runner.studies.points import MOST_POINTS, by_point, parts, point_text, swept_parts
 from proofmass.runner.studies.report import save_study_report
@@ -60,6 +61,14 @@ def test_the_command_and_the_report_tell_them_apart(
         assert f"\n{name}:\n" in said
         assert page.count(f"<h3>{name}</h3>") == 4
         assert point["measures"][0]["mean"] == part.summary()[0]["mean"]
+
+
+def test_points_without_runs_are_left_out_of_the_data(result: StudyResult) -> None:
+    """As where workers brought later runs first, and the study was interrupted."""
+    late = dataclasses.replace(
+        result, numbers=result.numbers[1:3], values={n: v[1:3] for n, v in result.values.items()}
+    )
+    assert [point["sweep"]["source.value"] for point in as_json(late)["points"]] == [1.5, 2.0]
 
 
 def test_one_point_is_drawn_with_its_percentiles() -> None:
