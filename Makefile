@@ -7,13 +7,17 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: demo test lint benchmark clean
+.PHONY: demo test defects lint benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.self_test demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+
+# What was once silently wrong (S), hung (H) or crashed (C): test, before, after, outcome.
+defects: $(VENV)/installed-test
+	$(BIN)/python -m pytest -m defect --defects
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -8,12 +8,21 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+from tests.defects import DefectTable
+
 hypothesis.settings.register_profile("proofmass", deadline=None)
 hypothesis.settings.load_profile("proofmass")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--defects` prints the table of what was once wrong."""
+    parser.addoption("--defects", action="store_true", help="print defect, test, before and after as a table")
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
+    if config.getoption("--defects"):
+        config.pluginmanager.register(DefectTable())
     if hasattr(config, "workerinput"):  # such a process: the folder is there
         return
     folder = tempfile.mkdtemp(prefix="proofmass-tests-")
