@@ -8,10 +8,15 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
+from proofmass.runner.margins.crossings import value_at
+from proofmass.runner.margins.figures import Figures
 from proofmass.runner.margins.open_loop import Complex, OpenLoop
 from proofmass.runner.margins.period_map import Array
+from proofmass.runner.margins.rational import Rational
 
 _PER_DECADE = 60
+_MOST_TURNS = 64  # of the circle that a picture shows in detail
+_TOLD = 1e8  # condition number up to which floating point tells L well
 _ROUNDING = 1e-12
 _ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 Measure = Callable[[Complex], Array]
@@ -19,27 +24,59 @@ _brentq: Any = scipy.optimize.brentq
 _minimize: Any = scipy.optimize.minimize_scalar
 
 
-def grid(system: OpenLoop) -> Array:
-    """Angular frequencies up to half the rate of the wire, denser about open- and closed-loop poles."""
-    period, last = system.map.period, math.pi / system.sample
+def sweep(system: OpenLoop) -> Array:
+    """Angular frequencies up to half the rate of the wire, denser about open- and closed-loop poles, for pictures."""
+    period = 1.0 if system.continuous else system.map.period
     poles = np.concatenate([system.open_poles, system.poles])
-    logs: Complex = np.log(poles[np.abs(poles) > 1e-6])
-    corners = np.abs(logs)[np.abs(logs) > 1e-9] / period
+    logs: Complex = poles if system.continuous else np.log(poles[np.abs(poles) > 1e-6])
+    corners = np.abs(logs)[np.abs(logs) > 1e-12] / period
+    last = 1e3 * float(np.max(corners, initial=1.0)) if system.continuous else math.pi / system.sample
     lowest = 1e-3 * min(float(np.min(corners, initial=last)), last)
-    decades = math.log10(last / lowest)
-    points = [np.geomspace(lowest, last, 2 + int(_PER_DECADE * decades))]
-    points.append(np.linspace(0.0, last, 16 * (len(poles) + 16) * system.per_period)[1:])
+    turns = min(system.per_period, _MOST_TURNS)
+    points = [np.geomspace(lowest, last, 2 + int(_PER_DECADE * math.log10(last / lowest)))]
+    if not system.continuous:
+        points.append(np.linspace(0.0, last, 16 * (len(poles) + 16) * turns)[1:])
     for log in logs[np.abs(logs.real) < 1.0]:
-        for turn in range(system.per_period):
+        for turn in range(turns):
             centre = (abs(log.imag) + 2.0 * math.pi * turn) / period
-            width = abs(log.real) if abs(log.real) > 1e-9 else 1e-2  # on the unit circle rounding hides what is nearer
-            points.append(centre + width / period * _ABOUT_A_POLE)
+            points.append(centre + max(abs(log.real), 1e-9 * abs(log)) / period * _ABOUT_A_POLE)
     w = np.unique(np.concatenate(points))
     w = w[(w >= lowest) & (w <= last)]
-    on_circle = system.open_poles[np.abs(np.abs(system.open_poles) - 1.0) < 1e-9]
-    distance = np.abs(np.exp(1j * w * period)[:, None] - on_circle)
-    far: Array = w[np.min(distance, axis=1, initial=2.0) > 1e-6]  # from where L is infinite, or is but for a zero
+    on_boundary = logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag / period
+    distance = np.abs(w[:, None] - on_boundary)
+    far: Array = w[np.min(distance / w[:, None], axis=1, initial=2.0) > 1e-9]  # from where L is infinite
     return far
+
+
+def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures) -> None:
+    """Compare the polynomials of a loop with its state space; raises `ArithmeticError` where they disagree.
+
+    Each is looked at between the crossovers and at some frequencies of the whole range; where floating point cannot
+    tell L there, it is not asked.
+    """
+    single = system.single()
+    if single is None or not len(single[0]):
+        return
+    a, b, c, d = single
+    period = 1.0 if system.continuous else system.map.period
+    corners = [2.0 * math.pi * v * period for v in (*figures.gain_crossovers, *figures.phase_crossovers)]
+    marks = np.unique([1e-4, *corners, math.pi])
+    angles = np.sqrt(marks[:-1] * marks[1:])
+    z = 1j * angles if system.continuous else np.exp(1j * angles)
+    matrices = z[:, None, None] * np.eye(len(a)) - a
+    told = np.linalg.cond(matrices) < _TOLD
+    if not np.any(told):
+        return
+    swept = np.linalg.solve(matrices[told], np.broadcast_to(b.reshape(-1, 1), (int(told.sum()), len(a), 1)))
+    values = (c @ swept[:, :, 0].T) + d
+    for angle, value in zip(angles[told], values, strict=True):
+        t = angle if system.continuous else math.tan(0.5 * angle)
+        exact = value_at(axis, t)
+        if abs(exact - value) > 1e-3 * max(abs(value), 1e-12):
+            raise ArithmeticError(
+                f"margins of {name}: L at {angle / period / (2.0 * math.pi):.6g} Hz is {value:.6g} by its state space, "
+                f"{exact:.6g} by its polynomials"
+            )
 
 
 @dataclass(frozen=True)

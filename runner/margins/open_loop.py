@@ -21,9 +21,15 @@ _schur: Any = scipy.linalg.schur
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """L(z) = C (z I - A)^-1 B + D, z = exp(j w T) over the common period T."""
+    """L(z) = C (z I - A)^-1 B + D, z = exp(j w T) over the common period T; z = j w where it is `continuous`.
+
+    `variation` is by how much the closed transition matrix changes from one period to the next at the operating point,
+    entry by entry; None where it does not.
+    """
 
     map: PeriodMap
+    continuous: bool = False
+    variation: Array | None = None
 
     @property
     def matrices(self) -> tuple[Array, Array, Array, Array]:
@@ -48,6 +54,23 @@ class OpenLoop:
         """Seconds between two values of the wire."""
         return self.map.period / self.per_period
 
+    def single(self) -> tuple[Array, Array, Array, float] | None:
+        """A, b, c and d of the one L that decides on stability, det(I + L) = 1 + L; None where no single one does.
+
+        It does where a period has one value of the wire, where one of several values is read or given, and where all
+        are read alike, as by an average.
+        """
+        a, b, c, d = self.matrices
+        found = _factored(np.vstack([b, d]))
+        if found is not None:
+            column, row = found
+            return a, column[: len(a)], row @ c, float(row @ column[len(a) :])
+        found = _factored(np.hstack([c, d]).T)
+        if found is not None:
+            row, column = found
+            return a, b @ column, row[: len(a)], float(row[len(a) :] @ column)
+        return None
+
     def closed(self, factor: complex = 1.0) -> npt.NDArray[Any]:
         """The transition matrix over a period of the loop closed through an extra factor at the wire."""
         a, b, c, d = self.matrices
@@ -70,7 +93,7 @@ class OpenLoop:
 
     def lifted(self, w: Array) -> Complex:
         """L over the period, a matrix for each angular frequency."""
-        return self._open_transfer(np.exp(1j * np.asarray(w) * self.map.period))
+        return self._open_transfer(self._points(w))
 
     def response(self, w: Array | float) -> Complex:
         """What comes back at the frequency that goes in, as a network analyser measures it; w in rad/s."""
@@ -82,7 +105,12 @@ class OpenLoop:
 
     def complementary(self, w: Array) -> Complex:
         """T = L (I + L)^-1 over the period, from the closed loop, so that poles of L on the unit circle do not hurt."""
-        return self._closed_transfer(np.exp(1j * np.asarray(w) * self.map.period))
+        return self._closed_transfer(self._points(w))
+
+    def _points(self, w: Array) -> Complex:
+        """Where on the boundary of stability the frequencies lie."""
+        s: Complex = 1j * np.asarray(w, dtype=float)
+        return s if self.continuous else np.asarray(np.exp(s * self.map.period), dtype=complex)
 
     @cached_property
     def _open_transfer(self) -> "_Transfer":
@@ -93,6 +121,18 @@ class OpenLoop:
         _, b, c, d = self.matrices
         inverse = np.linalg.inv(np.eye(len(d)) + d)
         return _Transfer(self.closed(), b @ inverse, inverse @ c, d @ inverse)
+
+
+def _factored(matrix: Array) -> tuple[Array, Array] | None:
+    """A column and a row whose product the matrix is, to rounding; None where there are none."""
+    sizes = np.abs(matrix).max(axis=0, initial=0.0)
+    column = matrix[:, int(np.argmax(sizes))]
+    largest = int(np.argmax(np.abs(column)))
+    if column[largest] == 0.0:
+        return column, np.zeros(matrix.shape[1])
+    row = matrix[largest] / column[largest]
+    product = np.outer(column, row)
+    return (column, row) if np.all(np.abs(matrix - product) <= 4.0 * np.finfo(float).eps * np.abs(product)) else None
 
 
 class _Transfer:

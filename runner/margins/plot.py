@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.runner.margins.frequencies import grid
+from proofmass.runner.margins.frequencies import sweep
 from proofmass.runner.margins.margins import Margins
 from proofmass.runner.margins.period_map import Array
 from proofmass.runner.margins.sensitivity import Sensitivity
@@ -27,7 +27,7 @@ def plot_margins(margins: Margins) -> "Figure":
         figure = Figure(figsize=(11.0, 7.2), facecolor=PAPER, layout="constrained")
         figure.suptitle(_title(margins), size=12, weight="bold")
         panels = figure.subplot_mosaic([["magnitude", "nyquist"], ["phase", "step"]])
-        w = grid(margins.system)
+        w = sweep(margins.system)
         response = margins.system.response(w)
         _draw_bode(margins, panels["magnitude"], panels["phase"], w / (2.0 * math.pi), response)
         _draw_nyquist(panels["nyquist"], response)

@@ -9,8 +9,10 @@ from proofmass.graphs.graph import Graph
 from proofmass.graphs.loops import REQUIREMENTS, Loop
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.margins.figures import decibels
 from proofmass.runner.margins.linearise import loops_of, node_of, one_loop, open_loop, tick_at
-from proofmass.runner.margins.margins import Margins, decibels, margins_of
+from proofmass.runner.margins.margins import Margins, margins_of
+from proofmass.runner.margins.modes import Pole
 
 
 def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -> Margins:
@@ -50,21 +52,49 @@ def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:
 
 def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
     for key, wanted in loop.requirements.items():
+        path = ("loops", name, key)
+        if not got.stable:
+            yield Problem(
+                message=f"the loop is {got.verdict}",
+                key=f"loops.{name}.{key}",
+                got=_slowest(got.slowest[0], not got.system.continuous),
+                expected="a stable loop",
+                hint=_way_back(got),
+                path=path,
+            )
+            return
         value, unit = attained(got, key), REQUIREMENTS[key]
         peak = key == "sensitivity_peak"
-        if got.stable and (value <= wanted if peak else value >= wanted):
+        if value <= wanted if peak else value >= wanted:
             continue
-        pole = abs(got.poles[0])
         yield Problem(
-            message=f"the {key.replace('_', ' ')} of the loop is not kept" if got.stable else "the loop is unstable",
+            message=f"the {key.replace('_', ' ')} of the loop is not kept",
             key=f"loops.{name}.{key}",
-            got=f"{value:.4g} {unit}" if got.stable else f"a closed-loop pole of size {pole:.6g}",
+            got=f"{value:.4g} {unit}",
             expected=f"at {'most' if peak else 'least'} {wanted:g} {unit}",
             hint=f"proofmass margins shows what limits it; it is opened at {got.open_at}",
-            path=("loops", name, key),
+            path=path,
         )
-        if not got.stable:
-            return
+
+
+def _slowest(pole: Pole, sampled: bool) -> str:
+    """The pole that decides: its size, or its distance from the boundary where the size would not show it."""
+    if pole.verdict == "marginal":
+        return f"a closed-loop pole on the boundary of stability, but for what rounding hides: {pole.uncertainty:.1g}"
+    if not sampled:
+        return f"a closed-loop pole at {pole.value:.6g} 1/s"
+    if abs(pole.distance) < 1e-5:
+        return f"a closed-loop pole {-pole.distance:.3g} outside the unit circle"
+    return f"a closed-loop pole of size {abs(pole.value):.6g}"
+
+
+def _way_back(got: Margins) -> str:
+    """How a loop that is not stable could become so."""
+    if not got.stable_gains:
+        return f"no factor at {got.open_at} makes it stable; proofmass margins shows its poles and crossovers"
+    low, high = got.stable_gains[-1]
+    limits = f"above {low:.4g}" if math.isinf(high) else f"between {low:.4g} and {high:.4g}"
+    return f"a factor {limits} at {got.open_at} makes it stable"
 
 
 def attained(got: Margins, key: str) -> float:

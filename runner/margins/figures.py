@@ -1,0 +1,61 @@
+"""The figures of a loop: margins, peaks, crossovers."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+LARGEST_FACTOR = 1.0e9  # of gain margins; beyond it they are no limit
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figures:
+    """What does not exist is None: a margin without limit, any margin of a loop that is not stable."""
+
+    gain_margin: float | None = None  # factor above 1
+    gain_reduction: float | None = None  # factor below 1 which makes the loop unstable
+    phase_margin: float | None = None  # rad
+    delay_margin: float | None = None  # s
+    disk_margin: float | None = None
+    sensitivity_peak: float | None = None
+    sensitivity_peak_frequency: float | None = None  # Hz
+    bandwidth: float | None = None  # Hz
+    distance: float | None = None  # the least |1 + L|; None where L is no single number
+    stable_gains: tuple[Interval, ...] = ()  # factors with which the loop is stable
+    gain_crossovers: tuple[float, ...] = ()  # Hz, where |L| = 1
+    gain_crossover_phases: tuple[float, ...] = ()  # rad, arg(-L) there: the phase that is left until -1
+    phase_crossovers: tuple[float, ...] = ()  # Hz, where L < 0
+    phase_crossover_gains: tuple[float, ...] = ()  # |L| there
+
+    def with_values(self, **values: Any) -> "Figures":
+        """The same but for some of them."""
+        return Figures(**{**vars(self), **values})
+
+    def as_data(self) -> dict[str, Any]:
+        """The numbers as plain data, in the units of their names."""
+        return {
+            "gain_margin_db": decibels(self.gain_margin),
+            "gain_reduction_db": decibels(self.gain_reduction),
+            "phase_margin_deg": None if self.phase_margin is None else math.degrees(self.phase_margin),
+            "delay_margin_s": self.delay_margin,
+            "disk_margin": self.disk_margin,
+            "sensitivity_peak_db": decibels(self.sensitivity_peak),
+            "sensitivity_peak_frequency_hz": self.sensitivity_peak_frequency,
+            "bandwidth_hz": self.bandwidth,
+            "distance": self.distance,
+            "stable_gains": [[low, None if math.isinf(high) else high] for low, high in self.stable_gains],
+            "gain_crossovers_hz": list(self.gain_crossovers),
+            "gain_crossover_phases_deg": [math.degrees(phase) for phase in self.gain_crossover_phases],
+            "phase_crossovers_hz": list(self.phase_crossovers),
+            "phase_crossover_gains_db": [decibels(gain) for gain in self.phase_crossover_gains],
+        }
+
+
+def decibels(factor: float | None) -> float | None:
+    """20 log10 of a factor."""
+    return None if factor is None else 20.0 * math.log10(factor)
+
+
+def nearest_to_one(factors: list[float]) -> tuple[float | None, float | None]:
+    """The least factor above 1 and the largest below."""
+    return min((f for f in factors if f > 1.0), default=None), max((f for f in factors if f < 1.0), default=None)

@@ -1,0 +1,238 @@
+"""Which modes a loop sees, and what its closed-loop poles say of its stability.
+
+Three stages take out of the quotient N / D what the loop does not see:
+
+1. factors that N and D share to the last bit: modes that the wire does not reach, or that do not reach it, such as the
+   integrators of a CIC filter behind its combs;
+2. closed-loop poles on the unit circle, to what the numbers of the loop tell, that stand where the loop has the same
+   pole when it is open: no gain moves them, such as the phase of an oscillation, which is neutral;
+3. nothing else: a pole and a zero that are near to each other but apart by more than rounding both count.
+
+What the numbers tell is the distance by which a pole moves when each number of the loop changes by its rounding, and,
+at an operating point that is not at rest, by as much as it does until it is (Golub and Van Loan, Matrix Computations,
+7.2.2). A verdict within that distance of the unit circle is "marginal", neither stable nor unstable.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import flint
+import numpy as np
+import scipy.linalg
+
+from proofmass.runner.margins.period_map import Array, Entry
+from proofmass.runner.margins.rational import Polynomial, Transfer, coprime, precise, roots
+
+Verdict = Literal["stable", "marginal", "unstable"]
+ROUNDINGS = 8  # by which each number of a loop may be off
+_EXACT_BITS = 12  # a number of so few bits is one that was meant: 0, 1, 1/2, not the result of arithmetic
+_NEAR = 1e-3  # of the boundary: poles further away need no closer look
+_SETTLING = 10.0  # time constants of the slowest visible mode, within which an operating point may still move
+_EPSILON = float(np.finfo(float).eps)
+_eig: Any = scipy.linalg.eig
+
+
+@dataclass(frozen=True)
+class Pole:
+    """A pole; its distance inside the boundary of stability, negative outside, and how well that is known.
+
+    The distance is 1 - |z| of a sampled loop, and -Re s of a continuous one.
+    """
+
+    value: complex
+    distance: float
+    uncertainty: float
+
+    @property
+    def verdict(self) -> Verdict:
+        """What this pole makes of the loop."""
+        if abs(self.distance) <= self.uncertainty:
+            return "marginal"
+        return "stable" if self.distance > 0.0 else "unstable"
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A mode that the loop does not see, and the blocks that hold it, those that move most first."""
+
+    pole: Pole
+    times: int  # how often the loop has it
+    blocks: tuple[str, ...]
+    sampled: bool
+
+    def __str__(self) -> str:
+        """What it is, in words: "an integrator that the loop does not see: ramp, delayed"."""
+        value, verdict = self.pole.value, self.pole.verdict
+        at_rest = abs(value - 1.0) if self.sampled else abs(value)
+        if verdict == "marginal" and at_rest <= max(self.pole.uncertainty, 1e-9):
+            kind = "integrator" if self.pole.distance == 0.0 else "neutral mode, such as the phase of an oscillation,"
+        else:
+            kind = "undamped oscillation" if verdict == "marginal" else "growing mode"
+        article = "an" if kind[0] in "aeiou" else "a"
+        often = "" if self.times == 1 else f", {self.times} times"
+        return f"{article} {kind} that the loop does not see{often}: {', '.join(self.blocks)}"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a loop sees: its quotient and its closed-loop poles, the slowest first; and the modes that are hidden."""
+
+    transfer: Transfer
+    verdict: Verdict
+    poles: tuple[Pole, ...]
+    hidden: tuple[Mode, ...]
+
+
+def seen(
+    whole: Transfer,
+    opened: tuple[Array, Array, Array],
+    closed: Array,
+    states: Sequence[Entry],
+    sampled: bool,
+    variation: Array | None = None,
+) -> Seen:
+    """Take hidden modes out of the quotient of a loop, opened with A, B and C, and judge its closed-loop poles.
+
+    `variation` is by how much the entries of the closed matrix change from one period to the next at the operating
+    point; None where they do not.
+    """
+    numerator, denominator, common = coprime(whole.numerator, whole.denominator)
+    judge = _Judge(closed, sampled, variation)
+    hidden = [judge.pole(root) for root in roots(common) if not (sampled and root.is_zero())]
+    visible = [judge.pole(root) for root in roots(numerator + denominator)]
+    neutral = [pole for pole in visible if pole.verdict == "marginal"]
+    if neutral:
+        open_poles = roots(denominator)
+        for pole in neutral:
+            place = min(open_poles, key=lambda root: abs(complex(root) - pole.value), default=None)
+            if place is None or abs(complex(place) - pole.value) > 2.0 * pole.uncertainty:
+                continue
+            numerator, denominator = _without(numerator, denominator, pole.value)
+            visible.remove(pole)
+            hidden.append(pole)
+            open_poles.remove(place)
+    verdict, poles = _together(visible)
+    return Seen(Transfer(numerator, denominator), verdict, poles, tuple(_modes(hidden, opened, states, sampled)))
+
+
+def _modes(
+    hidden: Sequence[Pole], opened: tuple[Array, Array, Array], states: Sequence[Entry], sampled: bool
+) -> Iterable[Mode]:
+    """Hidden modes that do not decay, each once, a pair as one."""
+    lasting = sorted((p for p in hidden if p.verdict != "stable" and p.value.imag >= 0.0), key=lambda p: p.distance)
+    for pole in dict.fromkeys(lasting):
+        times = lasting.count(pole)
+        yield Mode(pole, times, _blocks_of(pole, opened, states, times), sampled)
+
+
+def judged(closed: Array, sampled: bool, variation: Array | None = None) -> tuple[Verdict, tuple[Pole, ...]]:
+    """Verdict and poles from the eigenvalues of a closed transition matrix, where no single quotient tells more."""
+    precise()
+    judge = _Judge(closed, sampled, variation)
+    return _together(judge.pole(flint.acb(value.real, value.imag)) for value in judge.values)
+
+
+def _together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
+    """Unstable where a pole is, else marginal where one is, else stable; and the poles, the slowest first."""
+    slowest = tuple(sorted(poles, key=lambda pole: (pole.distance, pole.value.imag)))
+    verdicts = {pole.verdict for pole in slowest}
+    return "unstable" if "unstable" in verdicts else "marginal" if "marginal" in verdicts else "stable", slowest
+
+
+class _Judge:
+    """Distances of poles from the boundary, and how well they are known."""
+
+    def __init__(self, closed: Array, sampled: bool, variation: Array | None) -> None:
+        self._sampled = sampled
+        self.values = np.zeros(0, dtype=complex)
+        self._rounding = self._movement = np.zeros(0)
+        if not len(closed):
+            return
+        balanced, (scale, _) = scipy.linalg.matrix_balance(closed, permute=False, separate=True)
+        values, left, right = _eig(balanced, left=True, right=True)
+        between = np.abs(np.einsum("ij,ij->j", left.conj(), right))
+        with np.errstate(divide="ignore"):
+            moved = np.einsum("ij,ik,kj->j", np.abs(left), np.abs(balanced) * _inexact(closed), np.abs(right)) / between
+            self._rounding = np.minimum(ROUNDINGS * _EPSILON * moved, math.sqrt(ROUNDINGS * _EPSILON))
+            self.values = values
+            self._movement = np.zeros(len(values))
+            if variation is not None:
+                change = np.abs(variation) / scale[:, None] * scale
+                self._movement = np.einsum("ij,ik,kj->j", np.abs(left), change, np.abs(right)) / between
+        inside = 1.0 - np.abs(values) if sampled else -values.real
+        settling = inside[inside > max(_NEAR * 1e-3, 10.0 * float(np.max(self._movement, initial=0.0)))]
+        self._movement = self._movement * (1.0 + _SETTLING / float(np.min(settling, initial=1.0)))
+
+    def pole(self, root: Any) -> Pole:
+        """The pole at a root, a ball."""
+        value = complex(root)
+        inside = float(1 - abs(root)) if self._sampled else -float(root.real)
+        near = _NEAR if self._sampled else _NEAR * abs(value)
+        if abs(inside) > near or not len(self.values):
+            return Pole(value, inside, 0.0)
+        if self._sampled and abs(root).contains(1):
+            inside = 0.0
+        at = int(np.argmin(np.abs(self.values - value)))
+        return Pole(value, inside, float(self._rounding[at] + self._movement[at]))
+
+
+def _inexact(matrix: Array) -> Array:
+    """One where a number is the result of arithmetic, zero where it was meant: of few bits."""
+    fractions = np.frexp(matrix)[0] * 2.0**_EXACT_BITS
+    return np.asarray(fractions != np.round(fractions), dtype=float)
+
+
+def _without(numerator: Polynomial, denominator: Polynomial, value: complex) -> tuple[Polynomial, Polynomial]:
+    """Both divided by the factors of their zeros next to a place; a pair goes with its upper half."""
+    if value.imag < 0.0:
+        return numerator, denominator
+    quotients = [divmod(flint.fmpq_poly(part), _factor(part, value))[0] for part in (numerator, denominator)]
+    below = math.lcm(*(int(quotient.denom()) for quotient in quotients))
+    first, second = ((quotient * below).numer() for quotient in quotients)
+    return first, second
+
+
+def _factor(polynomial: Polynomial, value: complex) -> Any:
+    """The factor of the zero next to a place, with its numbers cut after some hundred bits."""
+    at = min(roots(polynomial), key=lambda root: abs(complex(root) - value))
+    if at.imag.is_zero():
+        return flint.fmpq_poly([-_fraction(at.real), 1])
+    return flint.fmpq_poly([_fraction(at.real) ** 2 + _fraction(at.imag) ** 2, -2 * _fraction(at.real), 1])
+
+
+def _fraction(ball: Any) -> Any:
+    mantissa, exponent = ball.mid().man_exp()
+    return flint.fmpq(mantissa * 2**exponent, 1) if exponent >= 0 else flint.fmpq(mantissa, 2 ** int(-exponent))
+
+
+def _blocks_of(
+    pole: Pole, system: tuple[Array, Array, Array], states: Sequence[Entry], multiplicity: int
+) -> tuple[str, ...]:
+    """Blocks that move in a hidden mode, those that move most first.
+
+    Such a mode moves without being seen, or is not reached: vectors x with (A - p)^m x = 0 and C (A - p)^k x = 0, or
+    the same of the transposed system (Popov, Belevitch and Hautus; Kailath, Linear Systems, 6.2).
+    """
+    a, b, c = system
+    balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    parts = _unseen(balanced, c * scale, pole, multiplicity)
+    if not parts.any():
+        parts = _unseen(balanced.T, (b / scale[:, None]).T, pole, multiplicity)
+    if not parts.any():
+        return ()
+    order = np.argsort(-parts, kind="stable")
+    return tuple(dict.fromkeys(states[i][0] for i in order if parts[i] >= 0.1 * parts[order[0]]))
+
+
+def _unseen(a: Array, c: Array, pole: Pole, multiplicity: int) -> Array:
+    """How much each state moves in the modes at a pole that c does not show."""
+    less = a - pole.value * np.eye(len(a))
+    powers = [np.eye(len(a), dtype=complex)]
+    for _ in range(multiplicity):
+        powers.append(less @ powers[-1])
+    rows = np.vstack([powers[-1], *(c @ power for power in powers[:-1])])
+    _, sizes, turned = np.linalg.svd(rows)
+    missing = sizes <= max(1e-9, 10.0 * pole.uncertainty) * max(sizes[0], 1.0)
+    return np.asarray(np.sqrt((np.abs(turned[missing]) ** 2).sum(axis=0)))
