@@ -13,9 +13,14 @@ class Figures:
     """What does not exist is None: a margin without limit, any margin of a loop that is not stable."""
 
     gain_margin: float | None = None  # factor above 1
+    gain_margin_frequency: float | None = (
+        None  # Hz, of the oscillation at the limit; None where only the factor is known
+    )
     gain_reduction: float | None = None  # factor below 1 which makes the loop unstable
     phase_margin: float | None = None  # rad
+    phase_margin_frequency: float | None = None  # Hz
     delay_margin: float | None = None  # s
+    delay_margin_frequency: float | None = None  # Hz
     disk_margin: float | None = None
     sensitivity_peak: float | None = None
     sensitivity_peak_frequency: float | None = None  # Hz
@@ -35,9 +40,12 @@ class Figures:
         """The numbers as plain data, in the units of their names."""
         return {
             "gain_margin_db": decibels(self.gain_margin),
+            "gain_margin_frequency_hz": self.gain_margin_frequency,
             "gain_reduction_db": decibels(self.gain_reduction),
             "phase_margin_deg": None if self.phase_margin is None else math.degrees(self.phase_margin),
+            "phase_margin_frequency_hz": self.phase_margin_frequency,
             "delay_margin_s": self.delay_margin,
+            "delay_margin_frequency_hz": self.delay_margin_frequency,
             "disk_margin": self.disk_margin,
             "sensitivity_peak_db": decibels(self.sensitivity_peak),
             "sensitivity_peak_frequency_hz": self.sensitivity_peak_frequency,
@@ -54,8 +62,3 @@ class Figures:
 def decibels(factor: float | None) -> float | None:
     """20 log10 of a factor."""
     return None if factor is None else 20.0 * math.log10(factor)
-
-
-def nearest_to_one(factors: list[float]) -> tuple[float | None, float | None]:
-    """The least factor above 1 and the largest below."""
-    return min((f for f in factors if f > 1.0), default=None), max((f for f in factors if f < 1.0), default=None)

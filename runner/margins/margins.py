@@ -26,9 +26,7 @@ from proofmass.runner.margins.figures import Figures, decibels
 from proofmass.runner.margins.frequencies import check_by_sweep
 from proofmass.runner.margins.modes import Mode, Pole, Verdict, judged, seen
 from proofmass.runner.margins.open_loop import Complex, OpenLoop
-from proofmass.runner.margins.rational import transfer
-
-LARGEST_ORDER = 160  # of loops whose polynomials are looked at; that takes ten seconds
+from proofmass.runner.margins.rational import LARGEST_ORDER, transfer
 
 
 @dataclass(frozen=True, kw_only=True)

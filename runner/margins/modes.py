@@ -15,7 +15,7 @@ at an operating point that is not at rest, by as much as it does until it is (Go
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import flint
@@ -23,7 +23,15 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.margins.period_map import Array, Entry
-from proofmass.runner.margins.rational import Polynomial, Transfer, coprime, precise, roots
+from proofmass.runner.margins.rational import (
+    LARGEST_ORDER,
+    Polynomial,
+    Transfer,
+    characteristic,
+    coprime,
+    precise,
+    roots,
+)
 
 Verdict = Literal["stable", "marginal", "unstable"]
 ROUNDINGS = 8  # by which each number of a loop may be off
@@ -128,10 +136,12 @@ def _modes(
 
 
 def judged(closed: Array, sampled: bool, variation: Array | None = None) -> tuple[Verdict, tuple[Pole, ...]]:
-    """Verdict and poles from the eigenvalues of a closed transition matrix, where no single quotient tells more."""
-    precise()
+    """Verdict and poles of a closed transition matrix, hidden modes and all."""
     judge = _Judge(closed, sampled, variation)
-    return _together(judge.pole(flint.acb(value.real, value.imag)) for value in judge.values)
+    if len(closed) <= LARGEST_ORDER:
+        return _together(judge.pole(root) for root in roots(characteristic(closed)))
+    precise()
+    return _together(judge.computed(value) for value in judge.values)
 
 
 def _together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
@@ -147,7 +157,7 @@ class _Judge:
     def __init__(self, closed: Array, sampled: bool, variation: Array | None) -> None:
         self._sampled = sampled
         self.values = np.zeros(0, dtype=complex)
-        self._rounding = self._movement = np.zeros(0)
+        self._rounding = self._movement = self._computing = np.zeros(0)
         if not len(closed):
             return
         balanced, (scale, _) = scipy.linalg.matrix_balance(closed, permute=False, separate=True)
@@ -156,6 +166,9 @@ class _Judge:
         with np.errstate(divide="ignore"):
             moved = np.einsum("ij,ik,kj->j", np.abs(left), np.abs(balanced) * _inexact(closed), np.abs(right)) / between
             self._rounding = np.minimum(ROUNDINGS * _EPSILON * moved, math.sqrt(ROUNDINGS * _EPSILON))
+            self._computing = (
+                ROUNDINGS * _EPSILON * np.linalg.norm(balanced) * _lengths(left) * _lengths(right) / between
+            )
             self.values = values
             self._movement = np.zeros(len(values))
             if variation is not None:
@@ -176,6 +189,16 @@ class _Judge:
             inside = 0.0
         at = int(np.argmin(np.abs(self.values - value)))
         return Pole(value, inside, float(self._rounding[at] + self._movement[at]))
+
+    def computed(self, value: complex) -> Pole:
+        """The pole at an eigenvalue that floating point computed, with the error of that."""
+        pole = self.pole(flint.acb(value.real, value.imag))
+        at = int(np.argmin(np.abs(self.values - value)))
+        return replace(pole, uncertainty=pole.uncertainty + float(self._computing[at]))
+
+
+def _lengths(vectors: Array) -> Array:
+    return np.asarray(np.linalg.norm(vectors, axis=0))
 
 
 def _inexact(matrix: Array) -> Array:

@@ -21,6 +21,7 @@ import scipy.linalg
 from proofmass.runner.margins.period_map import Array
 
 Polynomial = Any  # flint.fmpz_poly, which has no types of its own
+LARGEST_ORDER = 160  # of systems whose polynomials are looked at; that takes ten seconds
 BITS = 512  # of all that is not exact; far beyond what cancels in loops of some hundred states
 
 
@@ -76,6 +77,12 @@ def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer:
     numerator, denominator = unit * (closed - denominator) + passed * denominator, unit * denominator
     content = math.gcd(int(numerator.content()), int(denominator.content()))
     return Transfer(_divided(numerator, content), _divided(denominator, content))
+
+
+def characteristic(a: Array) -> Polynomial:
+    """det(z - A), but for a power of two."""
+    matrix, bits = _integers(_balanced(a, np.zeros(len(a)), np.zeros(len(a)))[0])
+    return _unscaled(matrix.charpoly(), bits) if len(a) else flint.fmpz_poly([1])
 
 
 def fraction_of(value: float) -> tuple[int, int]:

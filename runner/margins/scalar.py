@@ -1,6 +1,7 @@
 """The figures of a loop with one L, from polynomials that are known exactly."""
 
 import math
+from typing import NamedTuple
 
 from proofmass.runner.margins.crossings import (
     Crossing,
@@ -11,7 +12,7 @@ from proofmass.runner.margins.crossings import (
     phase_crossings,
     rest,
 )
-from proofmass.runner.margins.figures import LARGEST_FACTOR, Figures, Interval, nearest_to_one
+from proofmass.runner.margins.figures import LARGEST_FACTOR, Figures, Interval
 from proofmass.runner.margins.rational import Rational, Transfer, roots
 
 _TURN = 2.0 * math.pi
@@ -23,7 +24,7 @@ def figures_of(loop: Transfer, sampled: bool, period: float, stable: bool) -> Fi
     time = period if sampled else 1.0  # frequencies of the axis are radians in this time
     hertz = 1.0 / (_TURN * time)
     gains, phases = gain_crossings(axis), phase_crossings(axis)
-    factors = _critical_factors(axis, phases)
+    limits = _limits(axis, phases)
     at_peak, peak = largest_ratio(axis, axis.denominator, axis.closed)
     every = Figures(
         distance=1.0 / peak,
@@ -33,27 +34,40 @@ def figures_of(loop: Transfer, sampled: bool, period: float, stable: bool) -> Fi
         phase_crossover_gains=tuple(c.size for c in phases),
     )
     if not stable:
-        return every.with_values(stable_gains=_stable_gains(loop, sampled, factors))
-    up, down = nearest_to_one(factors)
+        return every.with_values(stable_gains=_stable_gains(loop, sampled, [limit.factor for limit in limits]))
+    up = min((limit for limit in limits if limit.factor > 1.0), default=None)
+    down = max((limit for limit in limits if limit.factor < 1.0), default=None)
+    turn = min(gains, key=lambda c: abs(c.lag), default=None)
+    late = min(gains, key=lambda c: (c.lag % _TURN) / c.w, default=None)
     fall = first_fall(axis, axis.numerator, axis.closed)
     return every.with_values(
-        gain_margin=up,
-        gain_reduction=down,
-        phase_margin=min((abs(c.lag) for c in gains), default=None),
-        delay_margin=min(((c.lag % _TURN) * time / c.w for c in gains), default=None),
+        gain_margin=up and up.factor,
+        gain_margin_frequency=up and up.w * hertz,
+        gain_reduction=down and down.factor,
+        phase_margin=turn and abs(turn.lag),
+        phase_margin_frequency=turn and turn.w * hertz,
+        delay_margin=late and (late.lag % _TURN) * time / late.w,
+        delay_margin_frequency=late and late.w * hertz,
         disk_margin=2.0 / largest_ratio(axis, axis.denominator - axis.numerator, axis.closed)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at_peak * hertz,
         bandwidth=None if fall is None else fall * hertz,
-        stable_gains=((down or 0.0, up or math.inf),),
+        stable_gains=((down.factor if down else 0.0, up.factor if up else math.inf),),
     )
 
 
-def _critical_factors(axis: Rational, phases: list[Crossing]) -> list[float]:
-    """Factors at the wire that put a pole on the boundary of stability, smallest first."""
+class _Limit(NamedTuple):
+    """A factor at the wire that puts a pole on the boundary of stability, and where."""
+
+    factor: float
+    w: float
+
+
+def _limits(axis: Rational, phases: list[Crossing]) -> list[_Limit]:
+    """All of them, the smallest first."""
     ends = [end for end in (rest(axis), half_rate(axis)) if end is not None and end.lag == 0.0]
-    sizes = {crossing.size for crossing in [*phases, *ends]}
-    return sorted(1.0 / size for size in sizes if 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
+    places = {crossing.size: crossing.w for crossing in [*ends, *phases]}
+    return sorted(_Limit(1.0 / size, w) for size, w in places.items() if 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
 
 
 def _stable_gains(loop: Transfer, sampled: bool, factors: list[float]) -> tuple[Interval, ...]:

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import short_unit
 from proofmass.graphs.graph import split
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.margins import Margins
 from proofmass.runner.margins.open_loop import Complex, OpenLoop
-from proofmass.runner.margins.period_map import Array, PeriodMap, period_map
+from proofmass.runner.margins.period_map import period_map
+from proofmass.runner.margins.steady_state import SteadyState
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Sensitivity:
 def transfer_sensitivities(planned: Plan, source: Node, target: Node, tick: int = 0) -> tuple[Sensitivity, Sensitivity]:
     """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
     found = period_map(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
-    settled = _Settled(planned, found, target)
+    settled = SteadyState(planned, found, target)
     scale, bias = settled.values()
     slopes = {name: settled.slopes(name) for name in found.slopes}
     units = [planned.blocks[name].unit_of(planned.blocks[name].outputs[port]) for name, port in (target, source)]
@@ -71,7 +71,7 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     """Gain, phase and delay margin of a loop; `system` is its open loop with the derivatives by parameters."""
     found = []
     if margins.gain_margin is not None:
-        found.append(("gain margin", "dB", _by_gain(system, margins.gain_margin)))
+        found.append(("gain margin", "dB", _by_gain(system, margins)))
     if margins.phase_margin is not None and system.per_period == 1:
         phase, delay = _by_phase(system, margins)
         found += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
@@ -83,64 +83,11 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     ]
 
 
-class _Settled:
-    """The fixed point of a map with a constant input, and its derivatives."""
-
-    def __init__(self, planned: Plan, found: PeriodMap, target: Node) -> None:
-        n = found.order
-        moved = found.matrix.copy()
-        moved[:n, :n] -= np.eye(n)
-        slopes = sum((np.abs(slope[:n]) for slope in found.slopes.values()), np.zeros_like(moved[:n]))
-        moving = np.flatnonzero(((moved[:n] != 0.0) | (slopes != 0.0)).any(axis=1))
-        self._found = found.kept([int(i) for i in moving])
-        a = self._found.parts()[0]
-        if len(a) and np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
-            problem = Problem(
-                message=f"{'.'.join(target)} does not settle: it has no scale factor and no bias",
-                key=".".join(target),
-                hint="a loop is unstable or open, or an integrator is fed by something constant",
-                path=("blocks", target[0]),
-            )
-            raise ModelError([planned.graph.placed(problem)])
-        self._rows = sum(entry[:2] == target for entry in found.outputs)
-        self._inverse = np.linalg.inv(np.eye(len(a)) - a)
-        _, b, _, _, step, _, given = self._parts(self._found.matrix)
-        self._by_input = self._inverse @ b
-        self._at_zero = self._inverse @ (step - b * given)
-
-    def _parts(self, matrix: Array) -> tuple[Array, Array, Array, float, Array, float, float]:
-        """A, B for all values of the input alike, C, D, step and level of the mean output, and the input itself."""
-        n, rows = self._found.order, self._rows
-        mean = matrix[n : n + rows].mean(axis=0)
-        whole = matrix[:n, n:-1].sum(axis=1)
-        given = float(matrix[n + rows :, -1].mean())
-        return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), given
-
-    def values(self) -> tuple[float, float]:
-        """Scale factor and bias."""
-        _, _, c, d, _, level, given = self._parts(self._found.matrix)
-        return float(c @ self._by_input) + d, float(c @ self._at_zero) + level - d * given
-
-    @property
-    def size(self) -> float:
-        """Of what the bias is the difference: the output at the operating point, and the input's part of it."""
-        _, _, _, _, _, level, given = self._parts(self._found.matrix)
-        return abs(level) + abs(self.values()[0] * given)
-
-    def slopes(self, parameter: str) -> tuple[float, float]:
-        """Derivatives of scale factor and bias."""
-        _, b, c, d, _, _, given = self._parts(self._found.matrix)
-        da, db, dc, dd, dstep, dlevel, dgiven = self._parts(self._found.slopes[parameter])
-        by_input = self._inverse @ (da @ self._by_input + db)
-        at_zero = self._inverse @ (da @ self._at_zero + dstep - db * given - b * dgiven)
-        scale = dc @ self._by_input + c @ by_input + dd
-        bias = dc @ self._at_zero + c @ at_zero + dlevel - dd * given - d * dgiven
-        return float(scale), float(bias)
-
-
-def _by_gain(system: OpenLoop, factor: float) -> Callable[[str], float]:
+def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     """Derivative of the gain margin in decibels by each parameter."""
-    pole, vectors = _critical(system, factor)
+    factor, frequency = margins.gain_margin or 1.0, margins.gain_margin_frequency
+    near = None if frequency is None else cmath.exp(2j * math.pi * frequency * system.map.period)
+    pole, vectors = _critical(system, factor, near)
     by_gain = pole.conjugate() * vectors(_by_factor(system, factor))
 
     def slope(parameter: str) -> float:

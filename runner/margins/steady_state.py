@@ -1,0 +1,129 @@
+"""The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
+
+x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay, and that the input and the
+constants do not reach or that the output does not show, are projected out first, with the projector on their
+invariant subspaces, V (W V)^-1 W (Golub and Van Loan, Matrix Computations, 7.6): an integrator behind a difference, the
+phase of an oscillation.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from proofmass.blocks.problem import ModelError, Problem
+from proofmass.graphs.schedule import Node
+from proofmass.runner.engine.planned import Plan
+from proofmass.runner.margins.modes import judged
+from proofmass.runner.margins.open_loop import Complex
+from proofmass.runner.margins.period_map import Array, PeriodMap
+
+_UNSEEN = 1e-9  # of what a mode could pass on, if it passed on all
+_schur: Any = scipy.linalg.schur
+
+
+class SteadyState:
+    """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
+
+    def __init__(self, planned: Plan, found: PeriodMap, target: Node) -> None:
+        n = found.order
+        moved = found.matrix.copy()
+        moved[:n, :n] -= np.eye(n)
+        slopes = sum((np.abs(slope[:n]) for slope in found.slopes.values()), np.zeros_like(moved[:n]))
+        moving = np.flatnonzero(((moved[:n] != 0.0) | (slopes != 0.0)).any(axis=1))
+        self._found = found.kept([int(i) for i in moving])
+        self._rows = sum(entry[:2] == target for entry in found.outputs)
+        a, b, c, _, step, _, given = self._parts(self._found.matrix)
+        lasting = _Lasting(a)
+        if lasting.passes(np.column_stack([b, step - b * given]), c):
+            raise ModelError([planned.graph.placed(self._does_not_settle(target, lasting))])
+        rest = lasting.others
+        self._inverse = rest @ np.linalg.inv(np.eye(len(a)) - rest @ a)
+        self._by_input = self._inverse @ b
+        self._at_zero = self._inverse @ (step - b * given)
+
+    def values(self) -> tuple[float, float]:
+        """Scale factor and bias."""
+        _, _, c, d, _, level, given = self._parts(self._found.matrix)
+        return float(c @ self._by_input) + d, float(c @ self._at_zero) + level - d * given
+
+    @property
+    def size(self) -> float:
+        """Of what the bias is the difference: the output at the operating point, and the input's part of it."""
+        _, _, _, _, _, level, given = self._parts(self._found.matrix)
+        return abs(level) + abs(self.values()[0] * given)
+
+    def slopes(self, parameter: str) -> tuple[float, float]:
+        """Derivatives of scale factor and bias."""
+        _, b, c, d, _, _, given = self._parts(self._found.matrix)
+        da, db, dc, dd, dstep, dlevel, dgiven = self._parts(self._found.slopes[parameter])
+        by_input = self._inverse @ (da @ self._by_input + db)
+        at_zero = self._inverse @ (da @ self._at_zero + dstep - db * given - b * dgiven)
+        scale = dc @ self._by_input + c @ by_input + dd
+        bias = dc @ self._at_zero + c @ at_zero + dlevel - dd * given - d * dgiven
+        return float(scale), float(bias)
+
+    def _parts(self, matrix: Array) -> tuple[Array, Array, Array, float, Array, float, float]:
+        """A, B for all values of the input alike, C, D, step and level of the mean output, and the input itself."""
+        n, rows = self._found.order, self._rows
+        mean = matrix[n : n + rows].mean(axis=0)
+        whole = matrix[:n, n:-1].sum(axis=1)
+        given = float(matrix[n + rows :, -1].mean())
+        return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), given
+
+    def _does_not_settle(self, target: Node, lasting: "_Lasting") -> Problem:
+        signal, holders = ".".join(target), lasting.holders([entry[0] for entry in self._found.states])
+        return Problem(
+            message=f"{signal} does not settle: it has no scale factor and no bias",
+            key=signal,
+            got=f"a mode that does not decay, of size {lasting.largest:.6g}, in {', '.join(holders)}",
+            hint="a loop is unstable or open, or an integrator is fed by something constant",
+            path=("blocks", target[0]),
+        )
+
+
+class _Lasting:
+    """The modes of a matrix that do not decay."""
+
+    def __init__(self, a: Array) -> None:
+        _, poles = judged(a, True)
+        count = sum(pole.verdict != "stable" for pole in poles)
+        self.largest = abs(poles[0].value) if poles else 0.0
+        self._right = self._left = np.zeros((len(a), 0), dtype=complex)
+        self.others = np.eye(len(a))
+        if not count:
+            return
+        balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+        least = 0.5 * (abs(poles[count - 1].value) + (abs(poles[count].value) if count < len(poles) else 0.0))
+        right, left = _invariant(balanced, least), _invariant(balanced.T, least).conj()
+        self._scale, self._balanced = scale, balanced
+        self._right, self._left = right, np.linalg.solve(left.T @ right, left.T).T
+        within = np.real(self._right @ self._left.T)
+        self.others = np.eye(len(a)) - within * scale[:, None] / scale
+
+    def passes(self, into: Array, out: Array) -> bool:
+        """Whether they pass anything on from one of some inputs to an output."""
+        if not self._right.shape[1]:
+            return False
+        reached, shown = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
+        within = self._left.T @ self._balanced @ self._right
+        most = np.linalg.norm(out * self._scale) * np.linalg.norm(into / self._scale[:, None], axis=0)
+        for _ in range(len(within)):
+            if np.any(np.abs(shown @ reached) > _UNSEEN * most):
+                return True
+            reached = within @ reached
+        return False
+
+    def holders(self, names: Sequence[str]) -> list[str]:
+        """The blocks that move in them."""
+        part = np.linalg.norm(self._right, axis=1)
+        order = np.argsort(-part, kind="stable")
+        return list(dict.fromkeys(names[i] for i in order if part[i] >= 0.1 * part[order[0]]))
+
+
+def _invariant(a: Array, least: float) -> Complex:
+    """An orthonormal basis of what belongs to eigenvalues beyond a size."""
+    _, turned, count = _schur(a, output="complex", sort=lambda value: abs(value) > least)
+    basis: Complex = turned[:, :count]
+    return basis
