@@ -15,9 +15,9 @@ from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.commands.run_command import changed, own_blocks
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.linearise import node_of, open_loop, tick_at
 from proofmass.runner.margins.figures import decibels
 from proofmass.runner.margins.lifted import LARGEST_DELAY
+from proofmass.runner.margins.linearise import node_of, open_loop, tick_at
 from proofmass.runner.margins.margins import Margins
 from proofmass.runner.margins.settle import settled_tick
 from proofmass.runner.margins.stability import all_margins, missed

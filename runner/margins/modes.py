@@ -22,6 +22,7 @@ import flint
 import numpy as np
 import scipy.linalg
 
+from proofmass.runner.margins.balance import balanced
 from proofmass.runner.margins.period_map import Array, Entry
 from proofmass.runner.margins.rational import (
     LARGEST_ORDER,
@@ -160,15 +161,13 @@ class _Judge:
         self._rounding = self._movement = self._computing = np.zeros(0)
         if not len(closed):
             return
-        balanced, (scale, _) = scipy.linalg.matrix_balance(closed, permute=False, separate=True)
-        values, left, right = _eig(balanced, left=True, right=True)
+        alike, scale = balanced(closed)
+        values, left, right = _eig(alike, left=True, right=True)
         between = np.abs(np.einsum("ij,ij->j", left.conj(), right))
         with np.errstate(divide="ignore"):
-            moved = np.einsum("ij,ik,kj->j", np.abs(left), np.abs(balanced) * _inexact(closed), np.abs(right)) / between
+            moved = np.einsum("ij,ik,kj->j", np.abs(left), np.abs(alike) * _inexact(closed), np.abs(right)) / between
             self._rounding = np.minimum(ROUNDINGS * _EPSILON * moved, math.sqrt(ROUNDINGS * _EPSILON))
-            self._computing = (
-                ROUNDINGS * _EPSILON * np.linalg.norm(balanced) * _lengths(left) * _lengths(right) / between
-            )
+            self._computing = ROUNDINGS * _EPSILON * np.linalg.norm(alike) * _lengths(left) * _lengths(right) / between
             self.values = values
             self._movement = np.zeros(len(values))
             if variation is not None:
@@ -239,10 +238,10 @@ def _blocks_of(
     the same of the transposed system (Popov, Belevitch and Hautus; Kailath, Linear Systems, 6.2).
     """
     a, b, c = system
-    balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
-    parts = _unseen(balanced, c * scale, pole, multiplicity)
+    alike, scale = balanced(a)
+    parts = _unseen(alike, c * scale, pole, multiplicity)
     if not parts.any():
-        parts = _unseen(balanced.T, (b / scale[:, None]).T, pole, multiplicity)
+        parts = _unseen(alike.T, (b / scale[:, None]).T, pole, multiplicity)
     if not parts.any():
         return ()
     order = np.argsort(-parts, kind="stable")

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
+from proofmass.runner.margins.balance import balanced
 from proofmass.runner.margins.period_map import Array, PeriodMap
 
 Complex = npt.NDArray[np.complex128]
@@ -144,8 +145,8 @@ class _Transfer:
     def __init__(self, a: npt.NDArray[Any], b: npt.NDArray[Any], c: npt.NDArray[Any], d: npt.NDArray[Any]) -> None:
         self._form, self._into, self._out, self._direct = a, b, c, d
         if len(a):
-            balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
-            self._form, turn = _schur(balanced, output="complex")
+            alike, scale = balanced(a)
+            self._form, turn = _schur(alike, output="complex")
             self._into, self._out = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
 
     def __call__(self, z: Complex) -> Complex:

@@ -16,8 +16,8 @@ from typing import Any
 
 import flint
 import numpy as np
-import scipy.linalg
 
+from proofmass.runner.margins.balance import balanced
 from proofmass.runner.margins.period_map import Array
 
 Polynomial = Any  # flint.fmpz_poly, which has no types of its own
@@ -63,7 +63,7 @@ class Transfer:
 def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer:
     """The quotient of a single input and a single output; common factors are left in."""
     n = len(a)
-    scaled, into, out = _balanced(a, b.reshape(n), c.reshape(n))
+    scaled, into, out = _scaled(a, b.reshape(n), c.reshape(n))
     matrix, below = _integers(scaled)
     column, below_column = _integers(into.reshape(n, 1))
     row, below_row = _integers(out.reshape(1, n))
@@ -81,7 +81,7 @@ def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer:
 
 def characteristic(a: Array) -> Polynomial:
     """det(z - A), but for a power of two."""
-    matrix, bits = _integers(_balanced(a, np.zeros(len(a)), np.zeros(len(a)))[0])
+    matrix, bits = _integers(_scaled(a, np.zeros(len(a)), np.zeros(len(a)))[0])
     return _unscaled(matrix.charpoly(), bits) if len(a) else flint.fmpz_poly([1])
 
 
@@ -134,14 +134,14 @@ def precise() -> None:
     flint.ctx.prec = BITS
 
 
-def _balanced(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
+def _scaled(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
     """The same system with states scaled by powers of two: no bit of the result changes, and integers stay short."""
     if len(a) < 2:
         return a, b, c
-    balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    alike, scale = balanced(a)
     into, out = b / scale, c * scale
-    same = (balanced != 0.0).sum() == (a != 0.0).sum() and np.array_equal(into * scale, b)
-    return (balanced, into, out) if same and np.array_equal(out / scale, c) else (a, b, c)
+    same = (alike != 0.0).sum() == (a != 0.0).sum() and np.array_equal(into * scale, b)
+    return (alike, into, out) if same and np.array_equal(out / scale, c) else (a, b, c)
 
 
 def _integers(matrix: Array) -> tuple[Any, int]:

@@ -15,6 +15,7 @@ import scipy.linalg
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.margins.balance import balanced
 from proofmass.runner.margins.modes import judged
 from proofmass.runner.margins.open_loop import Complex
 from proofmass.runner.margins.period_map import Array, PeriodMap
@@ -94,10 +95,10 @@ class _Lasting:
         self.others = np.eye(len(a))
         if not count:
             return
-        balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+        alike, scale = balanced(a)
         least = 0.5 * (abs(poles[count - 1].value) + (abs(poles[count].value) if count < len(poles) else 0.0))
-        right, left = _invariant(balanced, least), _invariant(balanced.T, least).conj()
-        self._scale, self._balanced = scale, balanced
+        right, left = _invariant(alike, least), _invariant(alike.T, least).conj()
+        self._scale, self._alike = scale, alike
         self._right, self._left = right, np.linalg.solve(left.T @ right, left.T).T
         within = np.real(self._right @ self._left.T)
         self.others = np.eye(len(a)) - within * scale[:, None] / scale
@@ -107,7 +108,7 @@ class _Lasting:
         if not self._right.shape[1]:
             return False
         reached, shown = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
-        within = self._left.T @ self._balanced @ self._right
+        within = self._left.T @ self._alike @ self._right
         most = np.linalg.norm(out * self._scale) * np.linalg.norm(into / self._scale[:, None], axis=0)
         for _ in range(len(within)):
             if np.any(np.abs(shown @ reached) > _UNSEEN * most):
