@@ -22,6 +22,8 @@ from proofmass.runner.margins.rational import (
     square,
 )
 
+_FLAT = 1e-12
+
 
 @dataclass(frozen=True)
 class Crossing:
@@ -33,9 +35,17 @@ class Crossing:
 
 
 def gain_crossings(loop: Rational) -> list[Crossing]:
-    """Where |L| = 1, between rest and half the rate."""
+    """Where |L| = 1, between rest and half the rate.
+
+    A first crossover up to which |L| is 1 but for rounding is none: filters pass what is slow unchanged.
+    """
     difference = square(loop.numerator) - square(loop.denominator)
-    return [_crossing(loop, y) for y in positive_roots(difference)]
+    found = positive_roots(difference)
+    at_rest = rest(loop)
+    if found and at_rest is not None and abs(at_rest.size - 1.0) < _FLAT:
+        largest = max(abs(abs(_value(loop, found[0].sqrt() * part)) - 1) for part in (0.1, 0.5, 0.9))
+        found = found[1:] if largest < _FLAT else found
+    return [_crossing(loop, y) for y in found]
 
 
 def phase_crossings(loop: Rational) -> list[Crossing]:

@@ -68,11 +68,12 @@ def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures
     if not np.any(told):
         return
     swept = np.linalg.solve(matrices[told], np.broadcast_to(b.reshape(-1, 1), (int(told.sum()), len(a), 1)))
-    values = (c @ swept[:, :, 0].T) + d
-    for angle, value in zip(angles[told], values, strict=True):
+    states = swept[:, :, 0]
+    values, summands = states @ c + d, np.abs(states) @ np.abs(c) + abs(d)
+    for angle, value, summand in zip(angles[told], values, summands, strict=True):
         t = angle if system.continuous else math.tan(0.5 * angle)
         exact = value_at(axis, t)
-        if abs(exact - value) > 1e-3 * max(abs(value), 1e-12):
+        if abs(exact - value) > 1e-3 * abs(value) + summand / _TOLD:
             raise ArithmeticError(
                 f"margins of {name}: L at {angle / period / (2.0 * math.pi):.6g} Hz is {value:.6g} by its state space, "
                 f"{exact:.6g} by its polynomials"

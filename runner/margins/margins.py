@@ -24,8 +24,9 @@ import numpy as np
 from proofmass.runner.margins import lifted, scalar
 from proofmass.runner.margins.figures import Figures, decibels
 from proofmass.runner.margins.frequencies import check_by_sweep
-from proofmass.runner.margins.modes import Mode, Pole, Verdict, judged, seen
+from proofmass.runner.margins.modes import Mode, seen
 from proofmass.runner.margins.open_loop import Complex, OpenLoop
+from proofmass.runner.margins.poles import Pole, Verdict, judged
 from proofmass.runner.margins.rational import LARGEST_ORDER, transfer
 
 

@@ -1,65 +1,27 @@
 """Which modes a loop sees, and what its closed-loop poles say of its stability.
 
-Three stages take out of the quotient N / D what the loop does not see:
+Two stages take out of the quotient N / D what the loop does not see:
 
 1. factors that N and D share to the last bit: modes that the wire does not reach, or that do not reach it, such as the
    integrators of a CIC filter behind its combs;
-2. closed-loop poles on the unit circle, to what the numbers of the loop tell, that stand where the loop has the same
-   pole when it is open: no gain moves them, such as the phase of an oscillation, which is neutral;
-3. nothing else: a pole and a zero that are near to each other but apart by more than rounding both count.
+2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), that stand where the loop has the
+   same pole when it is open: no gain moves them, such as the phase of an oscillation, which is neutral.
 
-What the numbers tell is the distance by which a pole moves when each number of the loop changes by its rounding, and,
-at an operating point that is not at rest, by as much as it does until it is (Golub and Van Loan, Matrix Computations,
-7.2.2). A verdict within that distance of the unit circle is "marginal", neither stable nor unstable.
+A pole and a zero that are near to each other, but apart by more than rounding, both count.
 """
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any
 
 import flint
 import numpy as np
-import scipy.linalg
 
 from proofmass.runner.margins.balance import balanced
 from proofmass.runner.margins.period_map import Array, Entry
-from proofmass.runner.margins.rational import (
-    LARGEST_ORDER,
-    Polynomial,
-    Transfer,
-    characteristic,
-    coprime,
-    precise,
-    roots,
-)
-
-Verdict = Literal["stable", "marginal", "unstable"]
-ROUNDINGS = 8  # by which each number of a loop may be off
-_EXACT_BITS = 12  # a number of so few bits is one that was meant: 0, 1, 1/2, not the result of arithmetic
-_NEAR = 1e-3  # of the boundary: poles further away need no closer look
-_SETTLING = 10.0  # time constants of the slowest visible mode, within which an operating point may still move
-_EPSILON = float(np.finfo(float).eps)
-_eig: Any = scipy.linalg.eig
-
-
-@dataclass(frozen=True)
-class Pole:
-    """A pole; its distance inside the boundary of stability, negative outside, and how well that is known.
-
-    The distance is 1 - |z| of a sampled loop, and -Re s of a continuous one.
-    """
-
-    value: complex
-    distance: float
-    uncertainty: float
-
-    @property
-    def verdict(self) -> Verdict:
-        """What this pole makes of the loop."""
-        if abs(self.distance) <= self.uncertainty:
-            return "marginal"
-        return "stable" if self.distance > 0.0 else "unstable"
+from proofmass.runner.margins.poles import Pole, Verdict, judge, together
+from proofmass.runner.margins.rational import Polynomial, Transfer, coprime, roots
 
 
 @dataclass(frozen=True)
@@ -108,9 +70,8 @@ def seen(
     point; None where they do not.
     """
     numerator, denominator, common = coprime(whole.numerator, whole.denominator)
-    judge = _Judge(closed, sampled, variation)
-    hidden = [judge.pole(root) for root in roots(common) if not (sampled and root.is_zero())]
-    visible = [judge.pole(root) for root in roots(numerator + denominator)]
+    hidden = judge([root for root in roots(common) if not (sampled and root.is_zero())], closed, sampled, variation)
+    visible = judge(roots(numerator + denominator), closed, sampled, variation)
     neutral = [pole for pole in visible if pole.verdict == "marginal"]
     if neutral:
         open_poles = roots(denominator)
@@ -122,7 +83,7 @@ def seen(
             visible.remove(pole)
             hidden.append(pole)
             open_poles.remove(place)
-    verdict, poles = _together(visible)
+    verdict, poles = together(visible)
     return Seen(Transfer(numerator, denominator), verdict, poles, tuple(_modes(hidden, opened, states, sampled)))
 
 
@@ -134,76 +95,6 @@ def _modes(
     for pole in dict.fromkeys(lasting):
         times = lasting.count(pole)
         yield Mode(pole, times, _blocks_of(pole, opened, states, times), sampled)
-
-
-def judged(closed: Array, sampled: bool, variation: Array | None = None) -> tuple[Verdict, tuple[Pole, ...]]:
-    """Verdict and poles of a closed transition matrix, hidden modes and all."""
-    judge = _Judge(closed, sampled, variation)
-    if len(closed) <= LARGEST_ORDER:
-        return _together(judge.pole(root) for root in roots(characteristic(closed)))
-    precise()
-    return _together(judge.computed(value) for value in judge.values)
-
-
-def _together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
-    """Unstable where a pole is, else marginal where one is, else stable; and the poles, the slowest first."""
-    slowest = tuple(sorted(poles, key=lambda pole: (pole.distance, pole.value.imag)))
-    verdicts = {pole.verdict for pole in slowest}
-    return "unstable" if "unstable" in verdicts else "marginal" if "marginal" in verdicts else "stable", slowest
-
-
-class _Judge:
-    """Distances of poles from the boundary, and how well they are known."""
-
-    def __init__(self, closed: Array, sampled: bool, variation: Array | None) -> None:
-        self._sampled = sampled
-        self.values = np.zeros(0, dtype=complex)
-        self._rounding = self._movement = self._computing = np.zeros(0)
-        if not len(closed):
-            return
-        alike, scale = balanced(closed)
-        values, left, right = _eig(alike, left=True, right=True)
-        between = np.abs(np.einsum("ij,ij->j", left.conj(), right))
-        with np.errstate(divide="ignore"):
-            moved = np.einsum("ij,ik,kj->j", np.abs(left), np.abs(alike) * _inexact(closed), np.abs(right)) / between
-            self._rounding = np.minimum(ROUNDINGS * _EPSILON * moved, math.sqrt(ROUNDINGS * _EPSILON))
-            self._computing = ROUNDINGS * _EPSILON * np.linalg.norm(alike) * _lengths(left) * _lengths(right) / between
-            self.values = values
-            self._movement = np.zeros(len(values))
-            if variation is not None:
-                change = np.abs(variation) / scale[:, None] * scale
-                self._movement = np.einsum("ij,ik,kj->j", np.abs(left), change, np.abs(right)) / between
-        inside = 1.0 - np.abs(values) if sampled else -values.real
-        settling = inside[inside > max(_NEAR * 1e-3, 10.0 * float(np.max(self._movement, initial=0.0)))]
-        self._movement = self._movement * (1.0 + _SETTLING / float(np.min(settling, initial=1.0)))
-
-    def pole(self, root: Any) -> Pole:
-        """The pole at a root, a ball."""
-        value = complex(root)
-        inside = float(1 - abs(root)) if self._sampled else -float(root.real)
-        near = _NEAR if self._sampled else _NEAR * abs(value)
-        if abs(inside) > near or not len(self.values):
-            return Pole(value, inside, 0.0)
-        if self._sampled and abs(root).contains(1):
-            inside = 0.0
-        at = int(np.argmin(np.abs(self.values - value)))
-        return Pole(value, inside, float(self._rounding[at] + self._movement[at]))
-
-    def computed(self, value: complex) -> Pole:
-        """The pole at an eigenvalue that floating point computed, with the error of that."""
-        pole = self.pole(flint.acb(value.real, value.imag))
-        at = int(np.argmin(np.abs(self.values - value)))
-        return replace(pole, uncertainty=pole.uncertainty + float(self._computing[at]))
-
-
-def _lengths(vectors: Array) -> Array:
-    return np.asarray(np.linalg.norm(vectors, axis=0))
-
-
-def _inexact(matrix: Array) -> Array:
-    """One where a number is the result of arithmetic, zero where it was meant: of few bits."""
-    fractions = np.frexp(matrix)[0] * 2.0**_EXACT_BITS
-    return np.asarray(fractions != np.round(fractions), dtype=float)
 
 
 def _without(numerator: Polynomial, denominator: Polynomial, value: complex) -> tuple[Polynomial, Polynomial]:

@@ -12,7 +12,7 @@ from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.figures import decibels
 from proofmass.runner.margins.linearise import loops_of, node_of, one_loop, open_loop, tick_at
 from proofmass.runner.margins.margins import Margins, margins_of
-from proofmass.runner.margins.modes import Pole
+from proofmass.runner.margins.poles import Pole
 
 
 def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -> Margins:

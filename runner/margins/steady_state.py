@@ -16,9 +16,9 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.balance import balanced
-from proofmass.runner.margins.modes import judged
 from proofmass.runner.margins.open_loop import Complex
 from proofmass.runner.margins.period_map import Array, PeriodMap
+from proofmass.runner.margins.poles import judged
 
 _UNSEEN = 1e-9  # of what a mode could pass on, if it passed on all
 _schur: Any = scipy.linalg.schur

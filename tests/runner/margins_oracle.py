@@ -27,7 +27,7 @@ from proofmass.runner.margins.linearise import open_loop
 from proofmass.runner.margins.margins import Margins, margins_of
 from proofmass.runner.margins.open_loop import OpenLoop
 
-DIGITS = 300
+DIGITS = 600
 _LARGEST = 1e9  # a gain margin beyond it is no limit
 
 
@@ -126,9 +126,10 @@ def truth_of(system: OpenLoop) -> Truth:
             numerator, denominator = _without_one(numerator), _without_one(denominator)
         closed = _added(numerator, denominator)
         size = _correlated(numerator, numerator), _correlated(denominator, denominator)
-        gains = _angles(_in_y([a - b for a, b in zip(*_same_length(*size), strict=True)], even=True))
-        crossed = _in_y(_turned(numerator, denominator), even=False)
-        values = {angle: _quotient(numerator, denominator, mpmath.expj(angle)) for angle in _angles(crossed)}
+        crossed = _angles(_in_y([a - b for a, b in zip(*_same_length(*size), strict=True)], even=True))
+        gains = [angle for angle in crossed if not _flat(numerator, denominator, angle)]
+        turned = _in_y(_turned(numerator, denominator), even=False)
+        values = {angle: _quotient(numerator, denominator, mpmath.expj(angle)) for angle in _angles(turned)}
         ends = {0.0: sum(numerator), math.pi: sum(c * (-1) ** i for i, c in enumerate(numerator))}
         below = {0.0: sum(denominator), math.pi: sum(c * (-1) ** i for i, c in enumerate(denominator))}
         values |= {angle: top / below[angle] for angle, top in ends.items() if not _is_zero(below[angle], denominator)}
@@ -194,7 +195,21 @@ def _polynomials(system: OpenLoop) -> tuple[list[Any], list[Any]]:
 
 
 def _quotient(numerator: list[Any], denominator: list[Any], z: Any) -> Any:
-    return mpmath.polyval(numerator[::-1], z) / mpmath.polyval(denominator[::-1], z)
+    bottom = _at(denominator, z)
+    return _at(numerator, z) / bottom if bottom else mpmath.inf
+
+
+def _flat(numerator: list[Any], denominator: list[Any], angle: Any) -> bool:
+    """Whether |L| is 1 from rest to there but for rounding, as where low-pass filters pass what is slow unchanged."""
+    sizes = [abs(_quotient(numerator, denominator, mpmath.expj(angle * part))) for part in (0, 0.1, 0.5, 0.9)]
+    return all(abs(size - 1) < 1e-12 for size in sizes)
+
+
+def _at(polynomial: list[Any], z: Any) -> Any:
+    value = mpmath.mpf(0)
+    for coefficient in reversed(polynomial):
+        value = value * z + coefficient
+    return value
 
 
 def _is_zero(value: Any, of: list[Any]) -> bool:
@@ -310,7 +325,7 @@ def _remainder(above: list[Any], below: list[Any]) -> list[Any]:
 
 
 def _sign(polynomial: list[Any], y: Any) -> int:
-    return int(mpmath.sign(mpmath.polyval(polynomial[::-1], y)))
+    return int(mpmath.sign(_at(polynomial, y)))
 
 
 def _changes(chain: list[list[Any]], y: Any) -> int:
