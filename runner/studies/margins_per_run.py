@@ -1,6 +1,7 @@
 """Margins as measures of a study: each run is linearised with its own parameters, at a stated operating point.
 
-An unstable loop has no margins (NaN, which no limit lets pass), one without limit an infinite one.
+A loop that is not stable has no margins (NaN, which no limit lets pass), one without limit an infinite one. `stable` is
+1, 0 of an unstable loop, and 0.5 where rounding decides: a limit says by `at_least` which of them count.
 """
 
 import math
@@ -8,6 +9,8 @@ import math
 from proofmass.graphs.graph import split
 from proofmass.graphs.loops import MARGIN_MEASURES, REQUIREMENTS
 from proofmass.runner.engine.planned import Plan, PlannedMeasure
+
+_VERDICTS = {"stable": 1.0, "marginal": 0.5, "unstable": 0.0}
 
 
 def margin_measures(plan: Plan, at: str) -> tuple[PlannedMeasure, ...]:
@@ -31,6 +34,6 @@ def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
         for found in all_margins(plan.graph, plan, at=at).values()
         for value in (
             *(attained(found, margin) if found.stable else math.nan for margin in REQUIREMENTS),
-            float(found.stable),
+            _VERDICTS[found.verdict],
         )
     )

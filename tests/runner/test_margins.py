@@ -303,9 +303,28 @@ def test_a_simulated_loop_decays_a_thousandth_below_its_gain_margin_and_grows_ab
     assert _growth(case, 0.999 * limit) < 1.0 < _growth(case, 1.001 * limit)
 
 
-def _growth(case: Case, factor: float) -> float:
+def test_fifty_simulated_loops_decay_inside_their_gain_margin_and_grow_outside() -> None:
+    """A thousandth of the factor on either side; each runs for half a time constant of the growth that is expected."""
+    tried = 0
+    for case in map(random_case, range(1000)):
+        limit = margins(graph_of(case)).gain_margin if case.fast_delays else None
+        if limit is None or tried == 50:
+            continue
+        slowest = min(abs(margins(_pushed(case, part * limit)).slowest[0].distance) for part in (0.999, 1.001))
+        periods = 300 * math.ceil(0.6 / slowest / 300)
+        if periods * case.ratio <= 10_000:
+            tried += 1
+            assert _growth(case, 0.999 * limit, periods) < 1.0 < _growth(case, 1.001 * limit, periods), case
+    assert tried == 50
+
+
+def _growth(case: Case, factor: float, periods: int = 3_000) -> float:
     """How much larger the swings are in the last third of a run than in the one before."""
-    changes = {f"fast_{case.fast_delays - 1}.initial": 1.0, "minus.gain": -factor}
-    run = simulate(graph_of(case).with_parameters(changes), samples=3_000 * case.ratio, engine="python")
-    before, last = np.abs(run["out.output"].values[-2_000:]).reshape(2, 1_000).max(axis=1)
+    run = simulate(_pushed(case, factor), samples=periods * case.ratio, engine="python")
+    third = periods // 3
+    before, last = np.abs(run["out.output"].values[-2 * third :]).reshape(2, third).max(axis=1)
     return float(last / before)
+
+
+def _pushed(case: Case, factor: float) -> Graph:
+    return graph_of(case).with_parameters({f"fast_{case.fast_delays - 1}.initial": 1.0, "minus.gain": -factor})
