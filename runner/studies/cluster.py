@@ -51,7 +51,18 @@ def local_workers(where: str) -> int | None:
 
 
 def _local_cluster(distributed: Any, count: int) -> Any:
+    """Workers that speak with this process alone: over TLS, with a certificate that is made for them and never written.
+
+    Whoever reaches the port of a scheduler can otherwise run code as its owner, other users of this machine too.
+    """
+    try:
+        security = distributed.Security.temporary()
+    except ImportError:
+        hint = 'pip install "proofmass[dask]"'
+        message = "cryptography is not installed, with which local workers are kept from strangers"
+        raise RunError(Problem(message=message, key="dask", hint=hint)) from None
     return distributed.LocalCluster(
+        security=security,
         n_workers=count or None,
         threads_per_worker=1,
         processes=True,
