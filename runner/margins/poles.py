@@ -81,14 +81,14 @@ def judge(found: Sequence[Any], closed: Array, sampled: bool, variation: Array |
     poles: list[Pole] = []
     for root, distance in zip(found, distances, strict=True):
         size = 1.0 if sampled else max(abs(complex(root)), 1e-300)
-        uncertainty = 0.0
+        uncertainty = _EPSILON * size
         if abs(distance) <= reach * size and len(closed):
             right, left = _vectors(alike, root)
             between = abs(np.sum(left * right))
             moved = [float(np.abs(left) @ change @ np.abs(right)) for change in (rounding, moving)]
             limits = (_LARGEST * size, _MOVING * size)
-            uncertainty = sum(
-                min(change / between, limit) if between > change / limit else limit
+            uncertainty += sum(
+                min(change / float(between), limit) if between > change / limit else limit
                 for change, limit in zip(moved, limits, strict=True)
                 if change > 0.0
             )
