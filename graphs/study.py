@@ -52,6 +52,7 @@ class Study:
     margins: str  # time of the operating point at which margins are measures too; "" measures none
     limits: Mapping[str, Limit]
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
+    written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __init__(
@@ -89,6 +90,7 @@ class Study:
             "margins": read.margins,
             "limits": read.limits(limits),
             "stop": read.stop(stop),
+            "written": MappingProxyType(read.written),
             "place": place,
         }
         for name, value in values.items():
@@ -146,6 +148,10 @@ class Study:
         """Unit of a parameter, by its name in the flat graph."""
         block = self.flat.blocks[split(name)[0]]
         return short_unit(block.unit_of(block.parameters[split(name)[1]]))
+
+    def name_of(self, name: str) -> str:
+        """A parameter as the study writes it, by its name in the flat graph: exported names stay."""
+        return self.written.get(name, name)
 
     @cached_property
     def flat(self) -> Graph:

@@ -64,6 +64,7 @@ class StudyTables:
     def __init__(self, graph: Graph, margins: object) -> None:
         self.graph, self.flat = graph, flatten(graph)
         self.problems: list[Problem] = []
+        self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
         self.margins = self._operating_point(margins)
 
     def _operating_point(self, given: object) -> str:
@@ -96,6 +97,7 @@ class StudyTables:
                 if name in made:
                     raise TableError("the parameter is named twice")
                 made[name] = read(entry, with_unit)
+                self.written.setdefault(name, key)
             except TableError as error:
                 self._refuse(error, table, key)
         return MappingProxyType(made)

@@ -214,6 +214,7 @@ def fit(**options: Any) -> int:
 @click.option("--lanes", type=click.IntRange(0, 64), help="Runs side by side in a thread, 0 for none; as suits.")
 @click.option("--dask", metavar="ADDRESS|local[:N]", help="Workers of a Dask cluster run; local starts N here.")
 @click.option("--format", "formats", multiple=True, type=click.Choice(["csv", "parquet"]), help="Tables beside netCDF.")
+@click.option("--report/--no-report", default=True, help="Pictures, influences and report.html, which take their time.")
 @click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
 @click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")

@@ -138,9 +138,9 @@ def test_mistakes_are_said_with_line_key_and_nearest_name(
         ('"latin_hypercube"', '"saltelli"', "design", "independent parameters"),
         (
             '{ "adc.reference" = -0.5 }',
-            '{ "adc.reference" = -1 }',
+            '{ "adc.reference" = -1.5 }',
             'correlation."noise.density"."adc.reference"',
-            "below 1",
+            "from -1 to 1",
         ),
         ('{ "adc.reference" = -0.5 }', '{ "adc.refrence" = -0.5 }', "correlation", "did you mean adc.reference?"),
         ('"noise.density" = { "adc', '"source.value" = { "adc', "correlation", "cannot be correlated"),
