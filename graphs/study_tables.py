@@ -26,7 +26,7 @@ from proofmass.graphs.flatten import flatten, inside
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.hints import like
 from proofmass.graphs.keys import LIMIT_KEYS, STUDY_KEYS
-from proofmass.graphs.loops import MARGIN_MEASURES, SETTLED, read_requirement
+from proofmass.graphs.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
 from proofmass.graphs.measures import measure_unit
 from proofmass.graphs.names import Missing, find_any
 from proofmass.graphs.rates import read_duration
@@ -56,6 +56,14 @@ def _decibels(table: Mapping[str, Any], key: str) -> float:
         return read_requirement(table[key], "dB")
     except UnitError as error:
         raise TableError(str(error), key, shown(table[key]), hint=error.hint) from None
+
+
+def _verdict(table: Mapping[str, Any], key: str) -> Any:
+    """A limit of the verdict on a loop: the number of a word."""
+    if isinstance(table[key], str) and table[key] not in VERDICTS:
+        expected = ", ".join(map(shown, VERDICTS))
+        raise TableError("there is no such verdict", key, shown(table[key]), expected)
+    return VERDICTS.get(table[key], table[key]) if isinstance(table[key], str) else table[key]
 
 
 class StudyTables:
@@ -156,6 +164,8 @@ class StudyTables:
             try:
                 unit = self._unit(name)
                 table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
+                if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
+                    table = {key: _verdict(table, key) for key in table}
                 units = {key: "1" if key == "change" else unit for key in table}
                 table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
                 least = {key: 0.0 if key == "change" else -math.inf for key in table}

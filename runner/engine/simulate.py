@@ -197,8 +197,20 @@ def _loop(
 
 def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
     """Whether the traces are written to files as they come, since together they do not fit into memory."""
-    size = sum(p.rows(0, ticks) * math.prod(p.shape) * np.dtype(p.dtype).itemsize for p in planned.probes)
-    if size > IN_MEMORY and folder is None:
+    if folder is None:
+        refuse_large(planned, ticks)
+    return _size(planned, ticks) > IN_MEMORY
+
+
+def _size(planned: Plan, ticks: int) -> int:
+    """Bytes of the traces."""
+    return sum(p.rows(0, ticks) * math.prod(p.shape) * np.dtype(p.dtype).itemsize for p in planned.probes)
+
+
+def refuse_large(planned: Plan, ticks: int) -> None:
+    """Raise `ModelError` where the traces need a folder to be written to."""
+    size = _size(planned, ticks)
+    if size > IN_MEMORY:
         problem = Problem(
             message="the traces are too large for memory",
             key="probes",
@@ -208,7 +220,6 @@ def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
             path=("probes",),
         )
         raise ModelError([planned.graph.placed(problem)])
-    return size > IN_MEMORY
 
 
 def _recorders(
