@@ -15,6 +15,8 @@ from proofmass.runner.engine.recording_notes import recording_notes
 from proofmass.runner.engine.simulate import refuse_large
 from proofmass.runner.studies.measuring import refuse_late
 
+MANY_STEPS = 1000  # in a tick
+
 
 def check(graph: Graph) -> list[Problem]:
     """All problems of a graph, each with its place; only notes are left when the graph can run.
@@ -38,7 +40,8 @@ def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
     if any(not problem.note for problem in length):
         return length
     end = None if length else Fraction(planned.ticks() - 1) / planned.schedule.base_rate
-    return [*length, *(_measures(planned, study) if end is not None else ()), *recording_notes(planned, end)]
+    notes = [*_many_steps(planned, end), *recording_notes(planned, end)]
+    return [*length, *(_measures(planned, study) if end is not None else ()), *notes]
 
 
 def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
@@ -48,6 +51,23 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
     except ModelError as error:
         missing = planned.graph.samples is None and planned.graph.duration is None
         yield from (replace(problem, note=missing and study is None) for problem in error.problems)
+
+
+def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:
+    """Groups of continuous blocks that a tick takes a thousand steps of, or more."""
+    for solver in planned.solvers:
+        if solver.exact or solver.substeps < MANY_STEPS:
+            continue
+        blocks = solver.group.blocks
+        problem = Problem(
+            message=f"{', '.join(blocks)}: a tick takes {solver.substeps:,} steps of {solver.method}",
+            key=f"blocks.{blocks[0]}",
+            got=f"{solver.substeps * planned.ticks():,} in the run" if end is not None else "",
+            hint='choose method = "radau", a lower accuracy or a higher rate, or look for a parameter that is far off',
+            note=True,
+            path=("blocks", blocks[0]),
+        )
+        yield planned.graph.placed(problem)
 
 
 def _measures(planned: Plan, study: Study | None) -> Iterator[Problem]:
