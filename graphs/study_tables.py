@@ -37,14 +37,19 @@ Entry = TypeVar("Entry")
 
 @dataclasses.dataclass(frozen=True)
 class Limit:
-    """What a measure of a good sensor keeps, in its unit; `change` is relative to the value at the first epoch."""
+    """What a measure of a good sensor keeps from an age on, in its unit; `change` is relative to the value there."""
 
     at_least: float = -math.inf
     at_most: float = math.inf
     change: float = math.inf
+    start: float = 0.0  # age in seconds
+
+    def counted(self, ages: Sequence[float]) -> int:
+        """The first epoch that counts."""
+        return next((epoch for epoch, age in enumerate(ages) if age >= self.start), len(ages))
 
     def kept(self, values: Sequence[float]) -> bool:
-        """Whether the values of one sensor, epoch by epoch, stay within; a run that failed does not."""
+        """Whether the values of one sensor, of the epochs that count, stay within; a run that failed does not."""
         inside = all(self.at_least <= value <= self.at_most for value in values)
         largest = self.change * abs(values[0]) if math.isfinite(self.change) else math.inf
         return inside and all(abs(value - values[0]) <= largest for value in values)
@@ -56,6 +61,24 @@ def _decibels(table: Mapping[str, Any], key: str) -> float:
         return read_requirement(table[key], "dB")
     except UnitError as error:
         raise TableError(str(error), key, shown(table[key]), hint=error.hint) from None
+
+
+def _fixed(key: str, parameter: Parameter) -> TableError:
+    """Why a parameter that is no floating-point number cannot vary."""
+    kind = {int: "an integer", bool: "true or false", str: "a text"}.get(parameter.kind, "no single number")
+    hint = "it may decide over sizes and over what is compiled, which all runs of a study share: make a study of each"
+    return TableError(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
+
+
+def _start(table: Mapping[str, Any], ages: Sequence[float]) -> float:
+    """The age from which on a limit counts."""
+    try:
+        start = float(read_duration(table.get("from", 0)))
+    except UnitError as error:
+        raise TableError(str(error), "from", shown(table["from"]), hint=error.hint) from None
+    if start > ages[-1]:
+        raise TableError("no epoch is so old", "from", shown(table["from"]), f"at most {ages[-1]:g} s")
+    return start
 
 
 def _verdict(table: Mapping[str, Any], key: str) -> Any:
@@ -157,19 +180,21 @@ class StudyTables:
             raise TableError("has another unit than the parameter", got=self._unit(measure), expected=unit)
         return measure
 
-    def limits(self, given: object) -> Mapping[str, Limit]:
+    def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
         """Limits of measures."""
         made: dict[str, Limit] = {}
         for name, entry in self._entries("limits", given):
             try:
                 unit = self._unit(name)
                 table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
+                start = _start(table, ages)
+                table = {key: value for key, value in table.items() if key != "from"}
                 if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
                     table = {key: _verdict(table, key) for key in table}
                 units = {key: "1" if key == "change" else unit for key in table}
                 table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
                 least = {key: 0.0 if key == "change" else -math.inf for key in table}
-                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table})
+                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
                 if limit.at_least > limit.at_most:
                     raise TableError("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
                 made[name] = limit
@@ -256,7 +281,7 @@ class StudyTables:
             hint = like(split(name)[1], numbers, f"parameters of {split(name)[0]}")
             self._refuse(TableError("is a port, not a parameter", got=shown(key), hint=hint), table, key)
         elif found[1].kind is not float:
-            self._refuse(TableError("is not a number that may vary", got=shown(key)), table, key)
+            self._refuse(_fixed(key, found[1]), table, key)
         elif found[0].digital():
             hint = "its numbers are part of its circuit: make a study of each"
             self._refuse(TableError("the block works in fixed point", got=shown(key), hint=hint), table, key)

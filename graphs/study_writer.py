@@ -30,7 +30,7 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
         "epochs": {"ages": list(study.epochs)},
         "drift": {study.name_of(name): _changed(drift, Drift()) for name, drift in study.drift.items()},
         "recalibration": _recalibration(study),
-        "limits": {name: _changed(limit, Limit()) for name, limit in study.limits.items()},
+        "limits": {name: _limit(limit) for name, limit in study.limits.items()},
         "stop": dict(study.stop),
     }
     for name, table in tables.items():
@@ -72,6 +72,10 @@ def _changed(entry: Drift | Limit, default: Drift | Limit) -> dict[str, Any]:
     """The fields that are not as they are by default."""
     fields = {field.name: getattr(entry, field.name) for field in dataclasses.fields(entry)}
     return {name: value for name, value in fields.items() if value != getattr(default, name)}
+
+
+def _limit(limit: Limit) -> dict[str, Any]:
+    return {"from" if name == "start" else name: value for name, value in _changed(limit, Limit()).items()}
 
 
 def _finite(numbers: Mapping[str, float]) -> dict[str, float]:

@@ -13,6 +13,7 @@ from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.recording_notes import recording_notes
 from proofmass.runner.engine.simulate import refuse_large
+from proofmass.runner.studies.ages import age_text
 from proofmass.runner.studies.measuring import refuse_late
 
 MANY_STEPS = 1000  # in a tick
@@ -40,7 +41,7 @@ def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
     if any(not problem.note for problem in length):
         return length
     end = None if length else Fraction(planned.ticks() - 1) / planned.schedule.base_rate
-    notes = [*_many_steps(planned, end), *recording_notes(planned, end)]
+    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(_uncalibrated(study) if study else ())]
     return [*length, *(_measures(planned, study) if end is not None else ()), *notes]
 
 
@@ -51,6 +52,22 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
     except ModelError as error:
         missing = planned.graph.samples is None and planned.graph.duration is None
         yield from (replace(problem, note=missing and study is None) for problem in error.problems)
+
+
+def _uncalibrated(study: Study) -> Iterator[Problem]:
+    """Limits that count the first epoch of sensors that are calibrated at its end."""
+    if not study.recalibration.carried or len(study.epochs) < 2:
+        return
+    for name, limit in study.limits.items():
+        if name in study.flat.measures and limit.counted(study.epochs) == 0:
+            problem = Problem(
+                message="counts the first epoch too, whose run has no calibration before it",
+                key=f"limits.{name}",
+                hint=f'from = "{age_text(study.epochs[1])}" counts from the next epoch on',
+                note=True,
+                path=("limits", name),
+            )
+            yield study.placed(problem)
 
 
 def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:

@@ -86,6 +86,7 @@ def _yield(result: StudyResult) -> str:
         limit = result.study.limits.get(name)
         edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), ("change ≤", limit.change)]
         said = ", ".join(f"{sign} {edge:g}" for sign, edge in edges if math.isfinite(edge))
+        said += f", from {age_text(limit.start)}" if limit is not None and limit.start else ""
         low, high = intervals[name]
         rows.append(
             f'<th>{broken(name)}</th><td>{escape(said)}</td><td class="number">{100 * part:.2f} %</td>'

@@ -60,11 +60,15 @@ class StudyResult:
 
     def good(self) -> Array | None:
         """Per run, whether it keeps all limits at all epochs; None without limits."""
-        limits = self.study.limits
-        if not limits:
+        if not self.study.limits:
             return None
-        kept = [[limits[n].kept(row) for row in self.values[n].tolist()] for n in limits]
-        return np.array([all(of_run) for of_run in zip(*kept, strict=True)], dtype=bool)
+        return np.logical_and.reduce([self._kept(name) for name in self.study.limits])
+
+    def _kept(self, name: str) -> Array:
+        """Per run, whether it keeps a limit at all epochs that count for it."""
+        limit = self.study.limits[name]
+        first = limit.counted(self.study.epochs)
+        return np.array([limit.kept(row) for row in self.values[name][:, first:].tolist()], dtype=bool)
 
     def summary(self) -> list[dict[str, Any]]:
         """Per measure and epoch: runs, mean, std (n - 1), extremes, percentiles; failed runs are left out.
@@ -98,8 +102,7 @@ class StudyResult:
         good = self.good()
         if good is None or not len(good):
             return {}
-        limits = self.study.limits
-        each = {n: float(np.mean([limits[n].kept(row) for row in self.values[n].tolist()])) for n in limits}
+        each = {name: float(self._kept(name).mean()) for name in self.study.limits}
         return {**each, "all limits": float(good.mean())}
 
     def to_xarray(self) -> "xarray.Dataset":

@@ -10,6 +10,7 @@ import pytest
 
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.loops import MARGIN_MEASURES
 from proofmass.graphs.study import Study
 from proofmass.graphs.toml_reader import read_graph
 from proofmass.runner.margins.stability import all_margins, margins
@@ -56,6 +57,19 @@ def test_each_run_has_the_margins_of_its_parameters(graph: Graph) -> None:
     assert run_study(study, engine="compiled", lanes=4).digest == result.digest
     again = replay(study, 1, engine="python")
     assert again.measures["main.gain_margin"].value == result["main.gain_margin"][1, 0]
+
+
+@pytest.mark.defect("F7", before="refused: no [measures]", after="the margins are measures enough")
+def test_a_study_of_margins_alone(graph: Graph) -> None:
+    bare = replace(graph, measures={})
+    result = run_study(Study(bare, runs=1, margins="0 s"), engine="python")
+    assert set(result.values) == {f"main.{name}" for name in MARGIN_MEASURES}
+    assert result["main.stable"].tolist() == [[1.0]]
+    assert (
+        run_study(Study(bare, runs=3, margins="0 s"), engine="compiled", lanes=4)["main.stable"].tolist() == [[1.0]] * 3
+    )
+    with pytest.raises(ModelError, match="the graph has no measures"):
+        Study(bare, runs=1)
 
 
 @pytest.mark.parametrize(("verdict", "value"), [("stable", 1.0), ("marginal", 0.5), ("unstable", 0.0)])
