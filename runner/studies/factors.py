@@ -52,7 +52,7 @@ class Drawn:
         for number in range(intervals):
             calibrated = self.study.calibrated(number)
             lasts.append(max((before for before in range(epoch) if calibrated[before]), default=0))
-        return np.array(lasts)[self.runs % intervals]
+        return np.asarray(np.array(lasts)[self.runs % intervals])
 
     def _columns(self, epoch: int, since: Array) -> Iterator[tuple[str, Array, bool]]:
         for name, rows in self.parameters.items():

@@ -62,7 +62,7 @@ class StudyResult:
         """Per run, whether it keeps all limits at all epochs; None without limits."""
         if not self.study.limits:
             return None
-        return np.logical_and.reduce([self._kept(name) for name in self.study.limits])
+        return np.asarray(np.logical_and.reduce([self._kept(name) for name in self.study.limits]))
 
     def _kept(self, name: str) -> Array:
         """Per run, whether it keeps a limit at all epochs that count for it."""
