@@ -30,7 +30,7 @@ ROWS = (  # block, blocks of ours, slices, flip-flops, lookup tables, multiplier
 GYROSCOPE_ROWS = (  # table 4
     ("PN generator", ("chips",), (12, 11, 1, 0), "one more output register in the paper"),
     ("stiffness controller", ("stiffness",), (252, 58, 492, 0), "their constant product is made of lookup tables"),
-    ("damping controller", ("damping",), (175, 98, 293, 0), "ours is larger: its constant has more digits"),
+    ("damping controller", ("damping",), (175, 98, 293, 0), "ours is larger: inputs of 20 bits, a gain of more digits"),
     ("correlation cells", ("cell", "model_cell"), (1694, 2536, 2827, 0), "theirs are many more; ours are two"),
     ("DUT-R", ("model",), (2533, 934, 4646, 35), "words of the library's graph; theirs are not said"),
     ("overall", (), (4686, 3646, 8275, 35), "no operand or pipeline registers; two cells"),

@@ -44,7 +44,7 @@ def test_a_product_of_32_by_32_bits_is_four_multipliers() -> None:
 
 
 def test_the_reference_model_of_32_bits_takes_21_multipliers_as_published() -> None:
-    """Sarraf et al. 2012, table 3: DUT-R. That all its words have 32 bits is a conjecture, which its multipliers fit."""
+    """Sarraf et al. 2012, table 3: DUT-R. That all its words have 32 bits is a conjecture that its multipliers fit."""
     machine = compose(plan(read_graph(REFERENCE_MODEL), wide=True))
     found = synthesized(machine_text(machine), top_name(machine), "xc2vp")
     assert (found.flip_flops, found.multipliers) == (64, 21)
