@@ -12,7 +12,7 @@ from proofmass.graphs.study import Study
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.recording_notes import recording_notes
-from proofmass.runner.engine.simulate import refuse_large
+from proofmass.runner.engine.trace_size import refuse_large
 from proofmass.runner.studies.ages import age_text
 from proofmass.runner.studies.measuring import refuse_late
 
