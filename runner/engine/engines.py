@@ -2,8 +2,6 @@
 
 from typing import Literal
 
-from proofmass.runner.continuous.methods import EXPLICIT
-from proofmass.runner.continuous.solver import Solver
 from proofmass.runner.engine.interpret import Interpreter
 from proofmass.runner.engine.memory import Engine, Memory
 from proofmass.runner.engine.planned import Plan
@@ -12,7 +10,6 @@ EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
 
 LANES = (64, 32, 16)  # to choose from; loops over 8 are taken apart by the compiler and get no vectors
 INTERPRETED_SECONDS = 1.0  # what plain Python may take before compiling is worth it
-_COMPILING_GROUP = 6.0  # seconds more that compiling a group of continuous blocks in steps takes at least
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
 _INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference takes apart in `FixedValue`
@@ -27,23 +24,14 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
         return "python"
     lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
     tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
-    inner = ticks * sum(map(steps_work, planned.solvers)) * _INTERPRETED_STEP
-    seconds = ticks * tick + inner
+    seconds = ticks * tick
     if seconds < 0.1:
         return "python"
-    if seconds > INTERPRETED_SECONDS + (_COMPILING_GROUP if inner else 0.0):
+    if seconds > INTERPRETED_SECONDS:
         return "compiled"
     from proofmass.runner.engine.native import already_compiled
 
     return "compiled" if already_compiled(planned) else "python"
-
-
-def steps_work(solver: Solver) -> int:
-    """Functions that a group calls in a tick, at least: in every stage of every step; a matrix product is none."""
-    if solver.exact:
-        return 0
-    stages = len(EXPLICIT[solver.method].nodes) if solver.method in EXPLICIT else 3
-    return solver.substeps * stages * (len(solver.group.nodes) + len(solver.group.blocks))
 
 
 def lanes_for(runs: int) -> int:
