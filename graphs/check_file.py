@@ -7,15 +7,17 @@ from proofmass.blocks.catalog import Own
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.check import check
 from proofmass.graphs.graph import Graph, Place
+from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import STUDY, graph_of_study, is_study, study_of_table
 from proofmass.graphs.toml_reader import graph_of_file, parsed, read_table
 
 
 class Checked(NamedTuple):
-    """The graph of a file, where it could be read, and all problems with their places."""
+    """The graph of a file and the study in it, where they could be read, and all problems with their places."""
 
     graph: Graph | None
     problems: list[Problem]
+    study: Study | None = None
 
 
 def check_file(path: Path, own: Own | None = None) -> Checked:
@@ -36,10 +38,10 @@ def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: 
 
 def _check_table(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Checked:
     graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
-    problems = check(graph)
+    problems, study = check(graph), None
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
         try:
-            study_of_table(data, place, graph)
+            study = study_of_table(data, place, graph)
         except ModelError as error:
             problems += error.problems
-    return Checked(graph, problems)
+    return Checked(graph, problems, study)

@@ -68,5 +68,6 @@ RECALIBRATION_KEYS = {
 LIMIT_KEYS = {
     "at_least": "Smallest value of the measure in a good sensor.",
     "at_most": "Largest value of the measure in a good sensor.",
-    "change": "Largest change from the first epoch, relative to the value there.",
+    "change": "Largest change from the first epoch that counts, relative to the value there.",
+    "from": "Age from which on the limit counts, 0 when nothing is said.",
 }

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from proofmass.graphs.graph import Graph
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
+VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
 MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of each loop, and its unit
 SETTLED = "settled"  # an operating point: where the loops have come to rest
 _DECIBELS = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*dB\s*")

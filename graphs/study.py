@@ -52,6 +52,7 @@ class Study:
     margins: str  # time of the operating point at which margins are measures too; "" measures none
     limits: Mapping[str, Limit]
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
+    written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __init__(
@@ -75,6 +76,7 @@ class Study:
         read = StudyTables(checked(graph), margins)
         folder = (place if place is not NOWHERE else graph.place).folder
         spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
+        ages = read.ages(epochs)
         values = {
             "graph": graph,
             "runs": runs,
@@ -83,12 +85,13 @@ class Study:
             "spread": spreads,
             "correlation": read.correlation(correlation, spreads, design),
             "sweep": read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
-            "epochs": read.ages(epochs),
+            "epochs": ages,
             "drift": read.parameters("drift", drift, read_drift),
             "recalibration": read.recalibration(recalibration),
             "margins": read.margins,
-            "limits": read.limits(limits),
+            "limits": read.limits(limits, ages),
             "stop": read.stop(stop),
+            "written": MappingProxyType(read.written),
             "place": place,
         }
         for name, value in values.items():
@@ -123,8 +126,9 @@ class Study:
         if size > LARGEST_STUDY:
             expected = f"at most {LARGEST_STUDY:g} runs, points and epochs multiplied"
             yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
-        if not self.graph.measures:
+        if not self.graph.measures and not self.margins:
             hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
+            hint += ', or margins = "0 s" to the study of a graph with loops'
             file, key = self.graph.place.file, "measures"
             yield Problem(
                 message="the graph has no measures: a study would keep nothing", file=file, key=key, hint=hint
@@ -146,6 +150,10 @@ class Study:
         """Unit of a parameter, by its name in the flat graph."""
         block = self.flat.blocks[split(name)[0]]
         return short_unit(block.unit_of(block.parameters[split(name)[1]]))
+
+    def name_of(self, name: str) -> str:
+        """A parameter as the study writes it, by its name in the flat graph: exported names stay."""
+        return self.written.get(name, name)
 
     @cached_property
     def flat(self) -> Graph:

@@ -9,12 +9,13 @@ from proofmass.graphs.epochs import NEVER
 from proofmass.graphs.graph import LARGEST_SEED
 from proofmass.graphs.keys import EPOCH_KEYS, LIMIT_KEYS, RECALIBRATION_KEYS, STUDY_KEYS
 from proofmass.graphs.limits import TEXT_LENGTH
-from proofmass.graphs.loops import SETTLED
+from proofmass.graphs.loops import SETTLED, VERDICTS
 
 Schema = dict[str, Any]
 
 _QUANTITY = {"$ref": "#/$defs/quantity"}
 _NUMBER: Schema = {"anyOf": [{"type": "number"}, _QUANTITY]}
+_LIMIT: Schema = {"anyOf": [*_NUMBER["anyOf"], {"enum": list(VERDICTS)}]}
 _WIDTH: Schema = {"anyOf": [{"type": "number", "minimum": 0}, _QUANTITY]}
 _LIST: Schema = {"type": "array", "minItems": 1, "items": _NUMBER}
 _FILE: Schema = {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH}
@@ -36,7 +37,9 @@ def study_schema(most_runs: int) -> Schema:
         "recalibration": _recalibration(),
         "margins": {"anyOf": [{"const": SETTLED}, *_WIDTH["anyOf"]]},
         "drift": _by_parameter(_drift()),
-        "limits": _by_measure(_table({"at_least": _NUMBER, "at_most": _NUMBER, "change": _NUMBER}, LIMIT_KEYS)),
+        "limits": _by_measure(
+            _table({"at_least": _LIMIT, "at_most": _LIMIT, "change": _NUMBER, "from": _WIDTH}, LIMIT_KEYS)
+        ),
         "stop": _by_measure(_WIDTH),
     }
     values["epochs"]["oneOf"] = [{"required": ["ages"]}, {"required": ["every", "until"]}]
@@ -97,4 +100,4 @@ def _by_measure(entry: Schema) -> Schema:
 
 
 def _between(low: float, high: float) -> Schema:
-    return {"type": "number", "exclusiveMinimum": low, "exclusiveMaximum": high}
+    return {"type": "number", "minimum": low, "maximum": high}

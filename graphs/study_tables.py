@@ -26,7 +26,7 @@ from proofmass.graphs.flatten import flatten, inside
 from proofmass.graphs.graph import Graph, split
 from proofmass.graphs.hints import like
 from proofmass.graphs.keys import LIMIT_KEYS, STUDY_KEYS
-from proofmass.graphs.loops import MARGIN_MEASURES, SETTLED, read_requirement
+from proofmass.graphs.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
 from proofmass.graphs.measures import measure_unit
 from proofmass.graphs.names import Missing, find_any
 from proofmass.graphs.rates import read_duration
@@ -37,14 +37,19 @@ Entry = TypeVar("Entry")
 
 @dataclasses.dataclass(frozen=True)
 class Limit:
-    """What a measure of a good sensor keeps, in its unit; `change` is relative to the value at the first epoch."""
+    """What a measure of a good sensor keeps from an age on, in its unit; `change` is relative to the value there."""
 
     at_least: float = -math.inf
     at_most: float = math.inf
     change: float = math.inf
+    start: float = 0.0  # age in seconds
+
+    def counted(self, ages: Sequence[float]) -> int:
+        """The first epoch that counts."""
+        return next((epoch for epoch, age in enumerate(ages) if age >= self.start), len(ages))
 
     def kept(self, values: Sequence[float]) -> bool:
-        """Whether the values of one sensor, epoch by epoch, stay within; a run that failed does not."""
+        """Whether the values of one sensor, of the epochs that count, stay within; a run that failed does not."""
         inside = all(self.at_least <= value <= self.at_most for value in values)
         largest = self.change * abs(values[0]) if math.isfinite(self.change) else math.inf
         return inside and all(abs(value - values[0]) <= largest for value in values)
@@ -58,12 +63,39 @@ def _decibels(table: Mapping[str, Any], key: str) -> float:
         raise TableError(str(error), key, shown(table[key]), hint=error.hint) from None
 
 
+def _fixed(key: str, parameter: Parameter) -> TableError:
+    """Why a parameter that is no floating-point number cannot vary."""
+    kind = {int: "an integer", bool: "true or false", str: "a text"}.get(parameter.kind, "no single number")
+    hint = "it may decide over sizes and over what is compiled, which all runs of a study share: make a study of each"
+    return TableError(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
+
+
+def _start(table: Mapping[str, Any], ages: Sequence[float]) -> float:
+    """The age from which on a limit counts."""
+    try:
+        start = float(read_duration(table.get("from", 0)))
+    except UnitError as error:
+        raise TableError(str(error), "from", shown(table["from"]), hint=error.hint) from None
+    if start > ages[-1]:
+        raise TableError("no epoch is so old", "from", shown(table["from"]), f"at most {ages[-1]:g} s")
+    return start
+
+
+def _verdict(table: Mapping[str, Any], key: str) -> Any:
+    """A limit of the verdict on a loop: the number of a word."""
+    if isinstance(table[key], str) and table[key] not in VERDICTS:
+        expected = ", ".join(map(shown, VERDICTS))
+        raise TableError("there is no such verdict", key, shown(table[key]), expected)
+    return VERDICTS.get(table[key], table[key]) if isinstance(table[key], str) else table[key]
+
+
 class StudyTables:
     """Reads the tables of a study and collects what is wrong with them."""
 
     def __init__(self, graph: Graph, margins: object) -> None:
         self.graph, self.flat = graph, flatten(graph)
         self.problems: list[Problem] = []
+        self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
         self.margins = self._operating_point(margins)
 
     def _operating_point(self, given: object) -> str:
@@ -96,6 +128,7 @@ class StudyTables:
                 if name in made:
                     raise TableError("the parameter is named twice")
                 made[name] = read(entry, with_unit)
+                self.written.setdefault(name, key)
             except TableError as error:
                 self._refuse(error, table, key)
         return MappingProxyType(made)
@@ -147,17 +180,21 @@ class StudyTables:
             raise TableError("has another unit than the parameter", got=self._unit(measure), expected=unit)
         return measure
 
-    def limits(self, given: object) -> Mapping[str, Limit]:
+    def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
         """Limits of measures."""
         made: dict[str, Limit] = {}
         for name, entry in self._entries("limits", given):
             try:
                 unit = self._unit(name)
                 table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
+                start = _start(table, ages)
+                table = {key: value for key, value in table.items() if key != "from"}
+                if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
+                    table = {key: _verdict(table, key) for key in table}
                 units = {key: "1" if key == "change" else unit for key in table}
                 table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
                 least = {key: 0.0 if key == "change" else -math.inf for key in table}
-                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table})
+                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
                 if limit.at_least > limit.at_most:
                     raise TableError("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
                 made[name] = limit
@@ -244,7 +281,7 @@ class StudyTables:
             hint = like(split(name)[1], numbers, f"parameters of {split(name)[0]}")
             self._refuse(TableError("is a port, not a parameter", got=shown(key), hint=hint), table, key)
         elif found[1].kind is not float:
-            self._refuse(TableError("is not a number that may vary", got=shown(key)), table, key)
+            self._refuse(_fixed(key, found[1]), table, key)
         elif found[0].digital():
             hint = "its numbers are part of its circuit: make a study of each"
             self._refuse(TableError("the block works in fixed point", got=shown(key), hint=hint), table, key)

@@ -8,7 +8,7 @@ from typing import Any
 from proofmass.graphs.ageing import Drift
 from proofmass.graphs.distributions import Spread
 from proofmass.graphs.empirical import COLUMN
-from proofmass.graphs.epochs import NEVER, Recalibration
+from proofmass.graphs.epochs import NEVER
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_tables import Limit
@@ -24,13 +24,13 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
     lines = [f"runs = {study.runs}", f"seed = {study.seed}", f"design = {quoted(study.design)}"]
     lines += [f"margins = {quoted(study.margins)}"] if study.margins else []
     tables: dict[str, dict[str, Any]] = {
-        "spread": {name: _spread(spread) for name, spread in study.spread.items()},
-        "correlation": _correlation(study.correlation.pairs),
-        "sweep": {name: list(values) for name, values in study.sweep.items()},
+        "spread": {study.name_of(name): _spread(spread) for name, spread in study.spread.items()},
+        "correlation": _correlation(study),
+        "sweep": {study.name_of(name): list(values) for name, values in study.sweep.items()},
         "epochs": {"ages": list(study.epochs)},
-        "drift": {name: _changed(drift, Drift()) for name, drift in study.drift.items()},
-        "recalibration": _recalibration(study.recalibration),
-        "limits": {name: _changed(limit, Limit()) for name, limit in study.limits.items()},
+        "drift": {study.name_of(name): _changed(drift, Drift()) for name, drift in study.drift.items()},
+        "recalibration": _recalibration(study),
+        "limits": {name: _limit(limit) for name, limit in study.limits.items()},
         "stop": dict(study.stop),
     }
     for name, table in tables.items():
@@ -53,24 +53,29 @@ def _spread(spread: Spread) -> dict[str, Any]:
     return {spread.shape: spread.width} | more | _finite({"truncated": spread.truncated})
 
 
-def _correlation(pairs: tuple[tuple[str, str, float], ...]) -> dict[str, dict[str, float]]:
+def _correlation(study: Study) -> dict[str, dict[str, float]]:
     table: dict[str, dict[str, float]] = {}
-    for first, second, coefficient in pairs:
-        table.setdefault(first, {})[second] = coefficient
+    for first, second, coefficient in study.correlation.pairs:
+        table.setdefault(study.name_of(first), {})[study.name_of(second)] = coefficient
     return table
 
 
-def _recalibration(recalibration: Recalibration) -> dict[str, Any]:
+def _recalibration(study: Study) -> dict[str, Any]:
+    recalibration = study.recalibration
     if not recalibration.carried:
         return {}
     every = [seconds if math.isfinite(seconds) else NEVER for seconds in recalibration.every]
-    return {"every": every, "carried": dict(recalibration.carried)}
+    return {"every": every, "carried": {study.name_of(name): kept for name, kept in recalibration.carried.items()}}
 
 
 def _changed(entry: Drift | Limit, default: Drift | Limit) -> dict[str, Any]:
     """The fields that are not as they are by default."""
     fields = {field.name: getattr(entry, field.name) for field in dataclasses.fields(entry)}
     return {name: value for name, value in fields.items() if value != getattr(default, name)}
+
+
+def _limit(limit: Limit) -> dict[str, Any]:
+    return {"from" if name == "start" else name: value for name, value in _changed(limit, Limit()).items()}
 
 
 def _finite(numbers: Mapping[str, float]) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from proofmass import __version__
-from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, WRONG_MODEL, count, explain
+from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, explain
 from proofmass.runner.commands.options import blocks_option, graph_argument, json_option, set_option
 from proofmass.runner.commands.rtl_command import rtl
 
@@ -76,33 +76,16 @@ def run(**options: Any) -> int:
 @blocks_option
 @json_option
 def check(graph: Path, own: Path | None, as_json: bool) -> int:
-    """Say everything that is wrong with a graph; exit 1 when it cannot run, or its loops miss a margin.
+    """Say everything that is wrong with a graph or a study; exit 1 when it cannot run, or its loops miss a margin.
+
+    The files that it names are read, and it is planned as for a run.
 
     \b
     proofmass check sensor.toml
     """
-    from proofmass.graphs.check_file import check_file
-    from proofmass.graphs.exports import runs_alone
-    from proofmass.graphs.flatten import flatten
+    from proofmass.runner.commands.check_command import check_graph
 
-    read, problems = check_file(graph, _own(own))
-    required = read is not None and any(loop.requirements for loop in flatten(read).loops.values())
-    if read is not None and required and not _wrong(problems) and runs_alone(read):
-        from proofmass.runner.commands.margins_command import missed_margins
-
-        problems += missed_margins(read)
-    wrong = _wrong(problems)
-    if as_json:
-        _print_json([problem.as_data() for problem in problems])
-    else:
-        for problem in problems:
-            click.echo(str(problem), err=not problem.note)
-        if read is not None and not wrong:
-            ready = "ready to run" if runs_alone(read) else "ready to be a part of other graphs"
-            click.echo(f"{graph}: {read.size.blocks} blocks, {read.size.wires} wires, {ready}")
-        else:
-            click.echo(f"{count(len(wrong), 'problem')} in {graph}", err=True)
-    return WRONG_MODEL if wrong else DONE
+    return check_graph(graph, own, as_json)
 
 
 @cli.command()
@@ -214,6 +197,7 @@ def fit(**options: Any) -> int:
 @click.option("--lanes", type=click.IntRange(0, 64), help="Runs side by side in a thread, 0 for none; as suits.")
 @click.option("--dask", metavar="ADDRESS|local[:N]", help="Workers of a Dask cluster run; local starts N here.")
 @click.option("--format", "formats", multiple=True, type=click.Choice(["csv", "parquet"]), help="Tables beside netCDF.")
+@click.option("--report/--no-report", default=True, help="Pictures, influences and report.html, which take their time.")
 @click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes.")
 @click.option("--epoch", type=click.IntRange(0), default=0, help="Epoch of the run to replay; 0 is the first.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
@@ -340,19 +324,9 @@ def main(arguments: list[str] | None = None) -> int:
         return explain(error)
 
 
-def _wrong(problems: list[Any]) -> list[Any]:
-    return [problem for problem in problems if not problem.note]
-
-
 def _own(path: Path | None) -> Any:
     if path is None:
         return None
     from proofmass.runner.commands.run_command import own_blocks
 
     return own_blocks(path)
-
-
-def _print_json(data: Any) -> None:
-    import json
-
-    click.echo(json.dumps(data, indent=2))

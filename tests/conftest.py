@@ -1,4 +1,4 @@
-"""What all tests share: compiled loops in a folder of the test run's own, and hypothesis without deadlines."""
+"""What all tests share: compiled loops in a folder of the run's own, no deadlines, a last line on what was skipped."""
 
 import os
 import shutil
@@ -8,6 +8,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+from tests import skips
 from tests.defects import DefectTable
 
 hypothesis.settings.register_profile("proofmass", deadline=None)
@@ -21,6 +22,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
+    config.pluginmanager.register(skips)
     if config.getoption("--defects"):
         config.pluginmanager.register(DefectTable())
     if hasattr(config, "workerinput"):  # such a process: the folder is there

@@ -39,6 +39,7 @@ def run_montecarlo(
     quiet: bool,
     own: Path | None,
     as_json: bool,
+    report: bool = True,
 ) -> int:
     """Everything that `proofmass montecarlo` does; returns the exit code."""
     if dask is not None and threads is not None:
@@ -68,7 +69,7 @@ def run_montecarlo(
         click.echo(f"interrupted after {len(result.numbers):,} of {result.planned_runs:,} runs; {kept}{hint}", err=True)
         return 130
     if out is not None:
-        click.echo(f"written to {out}: {', '.join(_written(result, out, formats))}", err=as_json)
+        click.echo(f"written to {out}: {', '.join(_written(result, out, formats, report))}", err=as_json)
     return 0
 
 
@@ -83,25 +84,30 @@ def _show_replay(result: "Result", out: Path | None, formats: tuple[str, ...], a
     return 0
 
 
-def _written(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list[str]:
+def _written(result: "StudyResult", out: Path, formats: tuple[str, ...], report: bool) -> list[str]:
     from proofmass.runner.output.export import whole_file
     from proofmass.runner.studies.export import save_study_csv, save_study_netcdf, save_study_parquet
     from proofmass.runner.studies.folder import STUDY_FILE
     from proofmass.runner.studies.ledger import FILE
-    from proofmass.runner.studies.plot import save_study_plot
-    from proofmass.runner.studies.report import FILE as REPORT
-    from proofmass.runner.studies.report import save_study_report
 
     with whole_file(out / "study.json") as file:
         file.write((json.dumps(_data(result), indent=2) + "\n").encode())
     tables = {"csv": save_study_csv, "parquet": save_study_parquet}
     save_study_netcdf(result, out / "study.nc")
+    made = [tables[form](result, out / f"study.{form}").name for form in formats]
+    numbers = [FILE, STUDY_FILE, "study.json", "study.nc", *made]
+    return [*numbers, *_shown(result, out, formats)] if report else numbers
+
+
+def _shown(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list[str]:
+    """Pictures, what scatters the measures, and the report."""
+    from proofmass.runner.studies.export_influences import save_influences
+    from proofmass.runner.studies.plot import save_study_plot
+    from proofmass.runner.studies.report import FILE as REPORT
+    from proofmass.runner.studies.report import save_study_report
+
     return [
-        FILE,
-        STUDY_FILE,
-        "study.json",
-        "study.nc",
-        *(tables[form](result, out / f"study.{form}").name for form in formats),
+        *save_influences(result, out, formats),
         *(save_study_plot(result, out / f"study.{form}").name for form in ("svg", "png")),
         save_study_report(result, out / REPORT).name,
     ]
@@ -111,7 +117,7 @@ def _data(result: "StudyResult") -> dict[str, Any]:
     study = result.study
     told_apart = parts(result).values()
     numbered = [(first_point(part), part) for part in told_apart] if len(told_apart) > 1 else []
-    points = [{"sweep": study.point(point), **_every(study, point), **_found(part)} for point, part in numbered]
+    points = [{"sweep": _swept(study, point), **_every(study, point), **_found(part)} for point, part in numbered]
     return {
         "graph": study.graph.name,
         "runs": len(result.numbers),
@@ -126,6 +132,10 @@ def _data(result: "StudyResult") -> dict[str, Any]:
         "seconds": result.seconds,
         **result.provenance,
     }
+
+
+def _swept(study: "Study", point: int) -> dict[str, float]:
+    return {study.name_of(name): value for name, value in study.point(point).items()}
 
 
 def _every(study: "Study", point: int) -> dict[str, float | None]:

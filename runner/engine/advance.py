@@ -86,6 +86,8 @@ class Advance:
         if not solver.tolerance and not solver.group.events:
             for substep in range(solver.substeps):
                 self._step(context, context.start + substep * length, length, x, x, self._error)
+                if not all(map(math.isfinite, x)):  # nor will it be after the steps that are left
+                    break
             return DONE
         return integrate(
             self._step,

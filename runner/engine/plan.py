@@ -84,7 +84,7 @@ def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict
             if not all(map(math.isfinite, as_set or ())):
                 raise ArithmeticError("one of them is not finite")
             recorded = read_recordings(planned.graph, name)
-            filled = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
+            filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
             begin = start_of(block, filled)
         except ModelError as error:
             problems += error.problems

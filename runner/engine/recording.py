@@ -1,6 +1,7 @@
 """Recorded signals: CSV, Parquet or netCDF, read into the buffers of the block that plays them."""
 
 import csv
+import hashlib
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,6 +14,8 @@ from proofmass.blocks.units import UnitError, convert_exactly, same_dimension
 from proofmass.graphs.graph import Graph
 
 LARGEST_FILE = 2 << 30
+LATEST_START = 1e8  # seconds, three years: what begins later is stamped with dates
+KEPT_NUMBERS = 1 << 24  # of recordings that were read from CSV, over all blocks and plans of the process
 
 _HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[^][0-9][^][]*)\])")
 
@@ -37,7 +40,7 @@ class RecordingError(ValueError):
         self.line, self.hint, self.parameter = line, hint, parameter
 
 
-def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
+def read_recordings(graph: Graph, name: str) -> dict[str, tuple[float, ...]]:
     """The recorded buffers of a block, by name; empty for a block that plays no recording.
 
     The first column is time. A unit stands in brackets after the name of a CSV or Parquet column, and in the attribute
@@ -54,9 +57,7 @@ def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
         if not file:
             raise RecordingError("says no file", hint='write file = "recording.csv"')
         column = str(getattr(block, "column", ""))
-        time, value = read_columns(path, lambda names: (0, _chosen(names, column)))
-        read = {"time": _converted(time, "s"), "value": _converted(value, unit)}
-        _ascending(read["time"])
+        read = _played(path, column, unit)
     except RecordingError as error:
         problem = Problem(
             message=str(error),
@@ -69,6 +70,28 @@ def read_recordings(graph: Graph, name: str) -> dict[str, list[float]]:
         )
         raise ModelError([problem if error.line else graph.placed(problem)]) from None
     return {buffer: read[quantity] for buffer, quantity in wanted.items()}
+
+
+_kept: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {}
+
+
+def _played(path: Path, column: str, unit: str) -> dict[str, tuple[float, ...]]:
+    """Times and values of a recording; a CSV file of the same content is read once in a process."""
+    key: tuple[str, ...] = ()
+    if path.suffix.lower() == ".csv" and path.is_file() and path.stat().st_size <= LARGEST_FILE:
+        with path.open("rb") as file:
+            key = (hashlib.file_digest(file, "sha256").hexdigest(), column, unit)
+    if key in _kept:
+        return _kept[key]
+    time, value = read_columns(path, lambda names: (0, _chosen(names, column)))
+    read = {"time": tuple(_converted(time, "s")), "value": tuple(_converted(value, unit))}
+    _ascending(read["time"])
+    _refuse_dates(read["time"])
+    if key:
+        _kept[key] = read
+        while sum(2 * len(entry["time"]) for entry in _kept.values()) > KEPT_NUMBERS and len(_kept) > 1:
+            del _kept[next(iter(_kept))]
+    return read
 
 
 def read_columns(path: Path, choice: Choice) -> Columns:
@@ -191,6 +214,8 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
     if wanted and wanted not in names[1:]:
         hint = did_you_mean(wanted, names[1:], "column")
         raise RecordingError(f"there is no column {wanted!r}", hint=hint, parameter="column")
+    if wanted and names.count(wanted) > 1:
+        raise RecordingError(f"has {names.count(wanted)} columns {wanted!r}", hint="rename them", parameter="column")
     return names.index(wanted, 1) if wanted else 1
 
 
@@ -224,7 +249,14 @@ def _converted(column: Column, unit: str) -> list[float]:
     return [value * float(factor) for value in values]
 
 
-def _ascending(times: list[float]) -> None:
+def _refuse_dates(times: Sequence[float]) -> None:
+    """A run begins at 0 s: of a recording that is stamped with dates it would play the first value for ever."""
+    if times[0] > LATEST_START and times[-1] - times[0] < times[0]:
+        message = f"its first time is {times[0]:.10g} s, which looks like a date: a run begins at 0 s"
+        raise RecordingError(message, hint=f"subtract {times[0]:.10g} s from its times")
+
+
+def _ascending(times: Sequence[float]) -> None:
     for row, (before, after) in enumerate(pairwise(times), 2):
         if after <= before:
             raise RecordingError(f"its time does not grow from row {row - 1} to row {row}: {before:g} s, {after:g} s")

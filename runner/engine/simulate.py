@@ -7,8 +7,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import get_args
 
-import numpy as np
-
 from proofmass.blocks.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.units import UnitError
 from proofmass.graphs.graph import LARGEST_SEED, Graph, read_duration
@@ -20,12 +18,12 @@ from proofmass.runner.engine.memory import Engine, Memory, start
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.result import Recorder, Result
+from proofmass.runner.engine.trace_size import IN_MEMORY, refuse_large, trace_bytes
 from proofmass.runner.output.provenance import provenance
 from proofmass.runner.studies.measuring import measured
 
 Progress = Callable[[int, int], None]  # ticks done, ticks in all
 
-IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
 FIRST_CHUNK = 16  # ticks
 CHUNK_SECONDS = 0.05
 CHUNK_BYTES = 32 << 20  # of rows
@@ -197,18 +195,9 @@ def _loop(
 
 def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
     """Whether the traces are written to files as they come, since together they do not fit into memory."""
-    size = sum(p.rows(0, ticks) * math.prod(p.shape) * np.dtype(p.dtype).itemsize for p in planned.probes)
-    if size > IN_MEMORY and folder is None:
-        problem = Problem(
-            message="the traces are too large for memory",
-            key="probes",
-            got=f"{size / 2**20:,.0f} MiB",
-            expected=f"at most {IN_MEMORY >> 20} MiB without a folder",
-            hint="say --out FOLDER to write them as they come, or thin a probe: every = 1000",
-            path=("probes",),
-        )
-        raise ModelError([planned.graph.placed(problem)])
-    return size > IN_MEMORY
+    if folder is None:
+        refuse_large(planned, ticks, IN_MEMORY)
+    return trace_bytes(planned, ticks) > IN_MEMORY
 
 
 def _recorders(

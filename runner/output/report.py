@@ -29,6 +29,7 @@ def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str
     sections = [
         ("Block diagram", _diagram(graph)),
         ("Signals", _summary(result)),
+        *([("Measures", _measures(result))] if result.measures else []),
         *([("Overflows", _overflows(result))] if any(result.overflows.values()) else []),
         *extra,
         *([("Traces", _plots(result))] if result.traces else []),
@@ -78,6 +79,21 @@ def _summary(result: Result) -> str:
         )
     heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
     return table(heads, rows, numbers=range(2, 8)) if rows else "<p>No probes.</p>"
+
+
+def _measures(result: Result) -> str:
+    """Numbers that the run reduced signals to, as many digits as tell them apart."""
+    rows = (
+        f'<th>{broken(name)}</th><td class="number">{_or_none(measure.value)}</td>'
+        f"<td>{escape(pretty(measure.unit) if measure.unit != '1' else '')}</td>"
+        f"<td>{escape(measure.statistic)} of {broken(measure.signal)}</td>"
+        for name, measure in result.measures.items()
+    )
+    return table(("measure", "value", "unit", ""), rows, numbers=(1,))
+
+
+def _or_none(value: float) -> str:
+    return "none: the run ended before it began" if math.isnan(value) else f"{value:.9g}"
 
 
 def _overflows(result: Result) -> str:

@@ -1,7 +1,8 @@
 """A study for other tools: netCDF, labelled by run and epoch; CSV and Parquet, with a row per run and epoch.
 
-The columns of a table are run, epoch and age, the parameters that are spread, swept or drift, the measures, and what
-went wrong. A run that failed has no numbers in it. Every file appears whole or not at all.
+The columns of a table are run, epoch and age, the time between calibrations where there are some, the parameters
+that are spread, swept or drift, the measures, and what went wrong. A run that failed has no numbers in it. Every file
+appears whole or not at all.
 """
 
 import csv
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from proofmass.runner.output.export import whole_file
-from proofmass.runner.studies.result import StudyResult
+from proofmass.runner.studies.result import RECALIBRATION, StudyResult
 
 _RUNS = 10_000  # that are drawn again and written together
 
@@ -33,7 +34,8 @@ def columns(result: StudyResult) -> list[Column]:
         Column("run", "1", "Number of the run."),
         Column("epoch", "1", "Number of the epoch, from 0."),
         Column("age", "s", "Age of the sensor."),
-        *(Column(name, study.unit_of(name), "Parameter of the run at this age.") for name in parameters),
+        *([Column(RECALIBRATION, "s", "Time between calibrations.")] if study.recalibration.carried else []),
+        *(Column(result.column_of(name), study.unit_of(name), "Parameter at this age.") for name in parameters),
         *(Column(m.name, m.unit, f"{m.statistic} of {m.signal}") for m in result.measures),
         Column("fault", "", "Why the run failed; empty when it did not."),
     ]
@@ -91,11 +93,12 @@ def _rows(result: StudyResult) -> Iterator[list[list[Any]]]:
         rows = []
         for place in range(first, min(first + _RUNS, len(result.numbers))):
             run = int(result.numbers[place])
+            every = [study.recalibrated_every(run)] if study.recalibration.carried else []
             for epoch, drawn in enumerate(study.drawn(run)):
                 values = [result[m.name][place, epoch].item() for m in result.measures]
                 numbers = [None if math.isnan(value) else value for value in values]
                 fault = result.faults.get((run, epoch), "")
-                rows.append([run, epoch, study.epochs[epoch], *drawn.values(), *numbers, fault])
+                rows.append([run, epoch, study.epochs[epoch], *every, *drawn.values(), *numbers, fault])
         yield rows
 
 

@@ -7,10 +7,8 @@ A loop that is not stable has no margins (NaN, which no limit lets pass), one wi
 import math
 
 from proofmass.graphs.graph import split
-from proofmass.graphs.loops import MARGIN_MEASURES, REQUIREMENTS
+from proofmass.graphs.loops import MARGIN_MEASURES, REQUIREMENTS, VERDICTS
 from proofmass.runner.engine.planned import Plan, PlannedMeasure
-
-_VERDICTS = {"stable": 1.0, "marginal": 0.5, "unstable": 0.0}
 
 
 def margin_measures(plan: Plan, at: str) -> tuple[PlannedMeasure, ...]:
@@ -34,6 +32,6 @@ def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
         for found in all_margins(plan.graph, plan, at=at).values()
         for value in (
             *(attained(found, margin) if found.stable else math.nan for margin in REQUIREMENTS),
-            _VERDICTS[found.verdict],
+            VERDICTS[found.verdict],
         )
     )

@@ -1,12 +1,11 @@
-"""Picture of what scatters a measure: a tornado of the parameters, and the measure against the strongest of them."""
+"""Picture of what scatters a measure: a tornado of the factors, and the measure against the strongest of them."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from proofmass.graphs.study import Study
 from proofmass.runner.engine.result import Array
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty
-from proofmass.runner.studies.sensitivities import Regression
+from proofmass.runner.studies.factors import Factors
+from proofmass.runner.studies.sensitivities import Influence, Regression
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,9 +16,7 @@ _SCATTERS = 2
 _POINTS = 2000
 
 
-def plot_influences(
-    study: Study, found: Regression, parameters: Mapping[str, Array], values: Array, label: str
-) -> "Figure":
+def plot_influences(factors: Factors, found: Regression, values: Array, label: str) -> "Figure":
     """Bars of the effects of a standard deviation with their intervals, strongest on top; scatter of the first runs."""
     import matplotlib
     from matplotlib.figure import Figure
@@ -32,11 +29,10 @@ def plot_influences(
         tornado, *scatters = figure.subplots(1, 1 + len(drawn), width_ratios=[1.4] + [1.0] * len(drawn))
         _draw_tornado(tornado, found, label)
         for panel, influence in zip(scatters, drawn, strict=True):
-            panel.plot(
-                parameters[influence.parameter][:_POINTS], values[:_POINTS], ".", color=BLUE, markersize=3, alpha=0.6
-            )
-            unit = pretty(study.unit_of(influence.parameter))
-            panel.set_xlabel(influence.parameter + (f" [{unit}]" if unit != "1" else ""))
+            first = influence.parameters[0]
+            panel.plot(factors.columns[first][:_POINTS], values[:_POINTS], ".", color=BLUE, markersize=3, alpha=0.6)
+            unit = pretty(factors.units[first])
+            panel.set_xlabel(first + (f" [{unit}]" if unit != "1" else ""))
             panel.ticklabel_format(useOffset=False)
             panel.tick_params(axis="x", labelrotation=30)
         if scatters:
@@ -49,8 +45,14 @@ def _draw_tornado(panel: "Axes", found: Regression, label: str) -> None:
     effects = [influence.effect for influence in shown]
     colours = [BLUE if effect >= 0.0 else ORANGE for effect in effects]
     halves = [influence.effect_half for influence in shown]
-    names = [influence.parameter for influence in shown]
+    names = [_short(influence) for influence in shown]
     panel.barh(names, effects, color=colours, height=0.6, xerr=halves, error_kw={"ecolor": INK, "elinewidth": 0.8})
     panel.set_ylim(min(-0.5, 0.5 * len(shown) - 2.0), max(len(shown) - 0.5, 0.5 * len(shown) + 1.0))  # no fat bars
     panel.axvline(0.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"{label} for one standard deviation")
+
+
+def _short(influence: Influence) -> str:
+    """The first parameter of a factor, and how many move with it."""
+    first, *others = influence.parameters
+    return f"{first}\nand {len(others)} with it" if others else first

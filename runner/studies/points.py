@@ -48,7 +48,9 @@ def point_text(study: Study, point: int) -> str:
 
 def _swept_text(study: Study, point: int) -> str:
     swept = study.point(point) if study.points > len(study.recalibration.every) else {}
-    return ", ".join(f"{name} = {value:g} {_unit(study, name)}".rstrip() for name, value in swept.items())
+    return ", ".join(
+        f"{study.name_of(name)} = {value:g} {_unit(study, name)}".rstrip() for name, value in swept.items()
+    )
 
 
 def all_points_text(study: Study) -> str:

@@ -9,22 +9,25 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.catalog import own_file
+from proofmass.graphs.study import Study
 from proofmass.graphs.study_writer import write_study
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import pretty
 from proofmass.runner.studies.ages import age_text, some_of
 from proofmass.runner.studies.folder import STUDY_FILE
+from proofmass.runner.studies.influences import Influences, drawn_of, influences_at
 from proofmass.runner.studies.intervals import LEVEL, concise
 from proofmass.runner.studies.plot import label_of, plot_measure
 from proofmass.runner.studies.plot_influences import plot_influences
 from proofmass.runner.studies.points import MOST_POINTS, all_points_text, first_point, parts, swept_parts
 from proofmass.runner.studies.result import PERCENTILES, StudyResult
-from proofmass.runner.studies.sensitivities import MOST_RUNS, Influence, drawn_parameters, regression, sobol_indices
+from proofmass.runner.studies.sensitivities import Influence, sobol_indices
 from proofmass.runner.studies.worst import WorstRun, failed_runs, worst_runs
 
 FILE = "report.html"
 _WORST = 5
 _FAILED = 10
+_LEADING = 3  # factors of a measure at one age
 Section = Callable[[StudyResult], str]
 
 
@@ -83,6 +86,7 @@ def _yield(result: StudyResult) -> str:
         limit = result.study.limits.get(name)
         edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), ("change ≤", limit.change)]
         said = ", ".join(f"{sign} {edge:g}" for sign, edge in edges if math.isfinite(edge))
+        said += f", from {age_text(limit.start)}" if limit is not None and limit.start else ""
         low, high = intervals[name]
         rows.append(
             f'<th>{broken(name)}</th><td>{escape(said)}</td><td class="number">{100 * part:.2f} %</td>'
@@ -144,32 +148,76 @@ def _distributions(result: StudyResult) -> str:
     )
 
 
-@_at_each(swept_parts)
+@_at_each(parts)
 def _influences(result: StudyResult) -> str:
-    runs, last = result.numbers[:MOST_RUNS], len(result.study.epochs) - 1
-    parameters = drawn_parameters(result.study, runs, last) if len(runs) else {}
+    """A tornado of each measure at the last epoch, and below it what leads at the others."""
+    if not len(result.numbers):
+        return ""
+    drawn, study, last = drawn_of(result), result.study, len(result.study.epochs) - 1
+    earlier = [epoch for epoch, age in enumerate(study.epochs) if age in some_of(study.epochs)]
+    ages: dict[str, list[Influences]] = {}
+    for epoch in earlier:
+        for influences in influences_at(result, drawn, epoch):
+            ages.setdefault(influences.measure.name, []).append(influences)
     shown = []
-    for measure in result.measures:
-        values = result[measure.name][:MOST_RUNS, last]
-        found = regression(parameters, values)
-        if found is None:
-            continue
-        about = (
-            f"Straight lines explain {100 * found.explained:.1f} % of the variance of {measure.name} at the age of "
-            f"{age_text(result.study.epochs[last])}, of its ranks {100 * found.explained_of_ranks:.1f} %."
-        )
-        rows = (
-            f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{_effect(i)}</td>'
-            f'<td class="number">{i.standardised:.4f}</td><td class="number">{i.rank:.4f}</td>'
-            for i in found.influences
-        )
-        heads = ("parameter", "slope", "effect of 1 σ", "standardised", "of ranks")
-        drawing = picture(
-            plot_influences(result.study, found, parameters, values, label_of(measure)),
-            f"{measure.name}-influences-{first_point(result)}",
-        )
-        shown.append(f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}')
+    for measure, found in ages.items():
+        shown += [_tornado(result, found[-1])] if found[-1].epoch == last else []
+        shown += [_leading(study, found)] if len(found) > 1 else []
+        shown += [] if found[-1].epoch == last else [f"<p>{escape(measure)} does not scatter at the last age.</p>"]
     return "\n".join(shown)
+
+
+def _tornado(result: StudyResult, influences: Influences) -> str:
+    found, measure, study = influences.found, influences.measure, result.study
+    about = (
+        f"Straight lines explain {_percent(found.explained)} of the variance of {measure.name} at the age of "
+        f"{age_text(study.epochs[influences.epoch])}, of its ranks {_percent(found.explained_of_ranks)}."
+    )
+    about += _since_text(study, influences)
+    rows = (
+        f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{_effect(i)}</td>'
+        f'<td class="number">{i.standardised:.4f}</td><td class="number">{i.rank:.4f}</td>'
+        for i in found.influences
+    )
+    heads = ("factor", "slope", "effect of 1 σ", "standardised", "of ranks")
+    drawing = picture(
+        plot_influences(influences.factors, found, influences.values, label_of(measure)),
+        f"{measure.name}-influences-{first_point(result)}",
+    )
+    return f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}'
+
+
+def _since_text(study: Study, influences: Influences) -> str:
+    """Since when changes are counted, where something drifts."""
+    if not study.drift or influences.epoch == 0:
+        return ""
+    first = influences.since[0]
+    same = (influences.since == first).all()
+    what = "calibration" if study.recalibration.carried else "age"
+    at = f", at {age_text(study.epochs[int(first)])}" if same and study.recalibration.carried else ""
+    return f" Changes are those since the {'last' if study.recalibration.carried else 'first'} {what}{at}."
+
+
+def _leading(study: Study, found: Sequence[Influences]) -> str:
+    """The strongest factors of one measure at each age."""
+    rows = []
+    for influences in found:
+        named = ", ".join(f"{i.parameter} {i.effect:.4g}" for i in influences.found.influences[:_LEADING])
+        rows.append(
+            f'<td class="number">{escape(age_text(study.epochs[influences.epoch]))}</td>'
+            f'<td class="number">{_percent(influences.found.explained)}</td><td>{broken(named)}</td>'
+        )
+    return table(("age", "explained", "strongest factors, effect of 1 σ"), rows, numbers=(0, 1))
+
+
+def _percent(part: float) -> str:
+    """A part of a variance, with the digits that tell it from all of it.
+
+    >>> _percent(0.204), _percent(0.99987), _percent(1.0)
+    ('20.4 %', '99.99 %', '100 %')
+    """
+    text = f"{100.0 * part:.1f} %"
+    return text if text != "100.0 %" else "100 %" if part > 0.99995 else f"{100.0 * part:.2f} %"
 
 
 def _effect(influence: Influence) -> str:
@@ -177,17 +225,27 @@ def _effect(influence: Influence) -> str:
     return f"{concise(influence.effect, (low, high))}<br>{small(_ends(low, high))}"
 
 
-@_at_each(swept_parts)
 def _indices(result: StudyResult) -> str:
+    tables = _index_tables(result)
+    if not tables:
+        return ""
+    drifting = ", ".join(map(result.study.name_of, result.study.drift))
+    left_out = f"the noise, and the drift of {drifting}" if drifting else "the noise"
+    return f"<p>Sensors of a group share {escape(left_out)}: what these do is in no index.</p>\n{tables}"
+
+
+@_at_each(parts)
+def _index_tables(result: StudyResult) -> str:
     last, rows = len(result.study.epochs) - 1, []
     for measure in result.measures:
-        for index in sobol_indices(result, measure.name, last, first_point(result)):
+        for index in sobol_indices(result, measure.name, last, first_point(result)) if len(result.numbers) else ():
             cells = (
                 f"{value:.3f}<br>{small(f'{low:.3f} to {high:.3f}')}"
                 for value, (low, high) in ((index.first, index.first_interval), (index.total, index.total_interval))
             )
             numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-            rows.append(f"<th>{broken(measure.name)}</th><td>{broken(index.parameter)}</td>{numbers}")
+            parameter = broken(result.study.name_of(index.parameter))
+            rows.append(f"<th>{broken(measure.name)}</th><td>{parameter}</td>{numbers}")
     return table(("measure", "parameter", "first order", "total"), rows, numbers=(2, 3)) if rows else ""
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from proofmass.graphs.study import Study
 from proofmass.runner.engine.planned import PlannedMeasure
 from proofmass.runner.engine.result import Array
+from proofmass.runner.studies.factors import parameters_of
 from proofmass.runner.studies.intervals import (
     Interval,
     deviation_interval,
@@ -23,6 +24,7 @@ from proofmass.runner.studies.outcomes import Outcomes
 if TYPE_CHECKING:
     import xarray
 
+RECALIBRATION = "recalibration"  # column of the intervals between calibrations
 PERCENTILES = (1.0, 50.0, 99.0)
 
 
@@ -58,11 +60,15 @@ class StudyResult:
 
     def good(self) -> Array | None:
         """Per run, whether it keeps all limits at all epochs; None without limits."""
-        limits = self.study.limits
-        if not limits:
+        if not self.study.limits:
             return None
-        kept = [[limits[n].kept(row) for row in self.values[n].tolist()] for n in limits]
-        return np.array([all(of_run) for of_run in zip(*kept, strict=True)], dtype=bool)
+        return np.asarray(np.logical_and.reduce([self._kept(name) for name in self.study.limits]))
+
+    def _kept(self, name: str) -> Array:
+        """Per run, whether it keeps a limit at all epochs that count for it."""
+        limit = self.study.limits[name]
+        first = limit.counted(self.study.epochs)
+        return np.array([limit.kept(row) for row in self.values[name][:, first:].tolist()], dtype=bool)
 
     def summary(self) -> list[dict[str, Any]]:
         """Per measure and epoch: runs, mean, std (n - 1), extremes, percentiles; failed runs are left out.
@@ -96,28 +102,38 @@ class StudyResult:
         good = self.good()
         if good is None or not len(good):
             return {}
-        limits = self.study.limits
-        each = {n: float(np.mean([limits[n].kept(row) for row in self.values[n].tolist()])) for n in limits}
+        each = {name: float(self._kept(name).mean()) for name in self.study.limits}
         return {**each, "all limits": float(good.mean())}
 
     def to_xarray(self) -> "xarray.Dataset":
-        """A Dataset over run and epoch: a variable per measure in its unit, the points of the sweep as coordinates."""
+        """A Dataset over run and epoch: a variable per measure in its unit; as coordinates the parameters of each run.
+
+        A parameter that drifts has a value for each run and epoch, one that does not a value for each run.
+        """
         import xarray
 
+        study = self.study
         coordinates: dict[str, Any] = {
             "run": self.numbers,
-            "age": ("epoch", np.array(self.study.epochs), {"units": "s", "long_name": "age"}),
+            "age": ("epoch", np.array(study.epochs), {"units": "s", "long_name": "age"}),
         }
-        points = [self.study.point(int(run)) for run in self.numbers]
-        for name in self.study.sweep:
-            coordinates[name] = ("run", np.array([point[name] for point in points], dtype=float))
-        if self.study.recalibration.carried:
-            intervals = np.array([self.study.recalibrated_every(int(run)) for run in self.numbers])
+        if study.recalibration.carried:
+            intervals = np.array([study.recalibrated_every(int(run)) for run in self.numbers])
             about = {"units": "s", "long_name": "time between calibrations"}
-            coordinates["recalibration"] = ("run", intervals, about)
-        facts = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
-        variables = {name: (("run", "epoch"), values, facts[name]) for name, values in self.values.items()}
+            coordinates[RECALIBRATION] = ("run", intervals, about)
+        for name, rows in parameters_of(study, self.numbers).items():
+            facts = {"units": study.unit_of(name), "long_name": "parameter of the run"}
+            drifts = name in study.drift
+            values = rows.T if drifts else rows[0]
+            coordinates[self.column_of(name)] = (("run", "epoch") if drifts else "run", values, facts)
+        about_measures = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
+        variables = {name: (("run", "epoch"), values, about_measures[name]) for name, values in self.values.items()}
         return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def column_of(self, name: str) -> str:
+        """Name of a parameter in tables: as it is written, or its path where a measure or column has that name."""
+        written = self.study.name_of(name)
+        return name if written in {"run", "epoch", "age", "fault", RECALIBRATION, *self.values} else written
 
     def attributes(self) -> dict[str, str]:
         """What the numbers were made with."""

@@ -5,6 +5,9 @@ that goes with one parameter, and on ranks it is so for any monotonic dependence
 analysis: the primer" (2008), section 1.2.5). Intervals are Student's: t s sqrt(diag((X'X)^-1)), s^2 what is left over
 n - d - 1 (Draper and Smith, "Applied regression analysis", 3rd ed. (1998), section 5.2).
 
+Factors that move together, with a correlation beyond 0.9 by three standard errors of Fisher's atanh r, 1 / sqrt(n - 3),
+are one: what they do together, X_g b_g, is known well where what each does alone is not.
+
 Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A - f_i)^2 / 2V, with f_i at A but for
 parameter i, which is that of B (Saltelli et al., Computer Physics Communications 181 (2010), table 2, b and f).
 """
@@ -15,25 +18,31 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.graphs.study import Study
 from proofmass.runner.engine.result import Array
 from proofmass.runner.studies.intervals import LEVEL, Interval
 from proofmass.runner.studies.result import StudyResult
 
 MOST_RUNS = 20_000  # the first ones, of which parameters are drawn again
+TOGETHER = 0.9  # correlation beyond which two factors are one
+_ERRORS = 3.0  # standard errors that it lies beyond
 _RESAMPLES = 400
 
 
 @dataclass(frozen=True)
 class Influence:
-    """What one parameter does to a measure."""
+    """What one factor does to a measure: a parameter, or several that move together, the first of them upwards."""
 
-    parameter: str
-    slope: float  # measure per parameter, in their units
-    effect: float  # change of the measure for a standard deviation of the parameter
+    parameters: tuple[str, ...]
+    slope: float  # measure per first parameter, in their units
+    effect: float  # change of the measure for a standard deviation of the factor
     effect_half: float  # half of its interval
     standardised: float
     rank: float  # standardised coefficient of the ranks
+
+    @property
+    def parameter(self) -> str:
+        """The names of its parameters."""
+        return ", ".join(self.parameters)
 
 
 @dataclass(frozen=True)
@@ -57,34 +66,28 @@ class Index:
     total_interval: Interval
 
 
-def drawn_parameters(study: Study, runs: Array, epoch: int) -> dict[str, Array]:
-    """Parameters that differ between runs: what each run had at an epoch."""
-    rows = [study.drawn(int(run))[epoch] for run in runs]
-    table = {name: np.array([row[name] for row in rows], dtype=float) for name in (rows[0] if rows else ())}
-    return {name: values for name, values in table.items() if _differ(values)}
-
-
 def regression(parameters: Mapping[str, Array], values: Array) -> Regression | None:
-    """Influence of parameters on the values of a measure; None where runs are too few or nothing scatters."""
+    """Influence of factors on the values of a measure; None where runs are too few or nothing scatters."""
     known = np.isfinite(values)
     y = values[known]
     columns = {name: column[known] for name, column in parameters.items() if _differ(column[known])}
     if len(y) < len(columns) + 3 or not columns or not _differ(y):
         return None
     x = np.column_stack(list(columns.values()))
-    standardised, halves, explained = _standardised(x, y)
-    rank, _, explained_of_ranks = _standardised(_ranks(x), _ranks(y[:, None])[:, 0])
-    deviation = float(y.std(ddof=1))
+    groups = _groups(x)
+    standardised, halves, explained = _grouped(x, y, groups)
+    rank, _, explained_of_ranks = _grouped(_ranks(x), _ranks(y[:, None])[:, 0], groups)
+    deviation, names = float(y.std(ddof=1)), list(columns)
     found = [
         Influence(
-            name,
-            float(b * deviation / column.std(ddof=1)),
+            tuple(names[place] for place in group),
+            float(b * deviation / x[:, group[0]].std(ddof=1)),
             float(b * deviation),
             float(half * deviation),
             float(b),
             float(rank_b),
         )
-        for (name, column), b, half, rank_b in zip(columns.items(), standardised, halves, rank, strict=True)
+        for group, b, half, rank_b in zip(groups, standardised, halves, rank, strict=True)
     ]
     found.sort(key=lambda influence: -abs(influence.effect))
     return Regression(tuple(found), explained, explained_of_ranks, len(y))
@@ -131,6 +134,36 @@ def _indices(groups: Array) -> Array:
     if variance == 0.0:
         return np.full((2, mixed.shape[1]), np.nan)
     return np.array([(b * (mixed - a)).mean(axis=0), 0.5 * ((a - mixed) ** 2).mean(axis=0)]) / variance
+
+
+def _groups(x: Array) -> list[list[int]]:
+    """Places of the columns that are one factor, by chains of correlations."""
+    largest = 1.0 - 2.0**-52  # atanh of less is finite
+    fisher = np.arctanh(np.minimum(np.abs(np.atleast_2d(np.corrcoef(x, rowvar=False))), largest))
+    close = fisher >= np.arctanh(TOGETHER) + _ERRORS / np.sqrt(len(x) - 3.0)
+    groups, left = list[list[int]](), list(range(len(close)))
+    while left:
+        group, new = list[int](), left[:1]
+        while new:
+            group += new
+            left = [place for place in left if place not in new]
+            new = [place for place in left if close[place, group].any()]
+        groups.append(sorted(group))
+    return groups
+
+
+def _grouped(x: Array, y: Array, groups: list[list[int]]) -> tuple[Any, Any, float]:
+    """As `_standardised`, a column for each group: what its columns do together."""
+    if len(groups) == x.shape[1]:
+        return _standardised(x, y)
+    coefficients, _, _ = _standardised(x, y)
+    scaled = (x - x.mean(axis=0)) / x.std(axis=0, ddof=1)
+    columns = []
+    for group in groups:
+        column = scaled[:, group] @ coefficients[group]
+        along = float(scaled[:, group[0]] @ column)
+        columns.append(scaled[:, group[0]] if len(group) == 1 or along == 0.0 else column * np.sign(along))
+    return _standardised(np.column_stack(columns), y)
 
 
 def _standardised(x: Array, y: Array) -> tuple[Any, Any, float]:

@@ -42,7 +42,8 @@ class SideBySide:
         free = {node: values[name][able] for name, node in self._free.items()}
         lanes = Lanes(self.compiled, self.study.seed, noise[able], free, plans)
         lanes.advance(self.ticks, stop)
-        found[able] = np.stack([lanes.value(measure.node) for measure in self.plan.measures], axis=1)
+        if self.plan.measures:
+            found[able] = np.stack([lanes.value(measure.node) for measure in self.plan.measures], axis=1)
         able[able] = lanes.sound()
         return found, able
 

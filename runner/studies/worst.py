@@ -1,6 +1,7 @@
 """The runs of a study that are worth looking at again: those that failed, and those furthest beyond a limit."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,7 @@ def worst_runs(result: StudyResult, measure: str, most: int) -> list[WorstRun]:
     if not np.isfinite(values).any():
         return []
     limit = result.study.limits.get(measure)
-    distances = _from_median(values) if limit is None else _beyond(values, limit)
+    distances = _from_median(values) if limit is None else _beyond(values, limit, result.study.epochs)
     distances = np.where(np.isfinite(values), distances, -np.inf)
     epochs = distances.argmax(axis=1)
     farthest = distances[np.arange(len(epochs)), epochs]
@@ -48,10 +49,11 @@ def _from_median(values: Array) -> Array:
     return np.asarray(np.abs(values - np.nanmedian(values, axis=0)))
 
 
-def _beyond(values: Array, limit: Limit) -> Array:
-    """How far each value lies beyond the nearest edge; negative inside."""
+def _beyond(values: Array, limit: Limit, ages: Sequence[float]) -> Array:
+    """How far each value lies beyond the nearest edge; negative inside, and NaN at epochs that do not count."""
+    counted = limit.counted(ages)
     beyond = np.maximum(limit.at_least - values, values - limit.at_most)
     if math.isfinite(limit.change):
-        first = values[:, :1]
+        first = values[:, counted : counted + 1]
         beyond = np.maximum(beyond, np.abs(values - first) - limit.change * np.abs(first))
-    return beyond
+    return np.where(np.arange(len(ages)) < counted, np.nan, beyond)

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from proofmass.blocks.declare import Block, Buffer, Input, block, param
     from proofmass.blocks.problem import ModelError, Problem
-    from proofmass.graphs.check import check
     from proofmass.graphs.graph import Graph, Probe, Wire
     from proofmass.graphs.study import Study
     from proofmass.graphs.study_reader import read_study
     from proofmass.graphs.toml_reader import read_graph
     from proofmass.graphs.toml_writer import write_graph
     from proofmass.runner.engine.faults import RunError
+    from proofmass.runner.engine.ready import check
     from proofmass.runner.engine.result import Result, Trace
     from proofmass.runner.engine.simulate import simulate
     from proofmass.runner.margins.linearise import linearise
@@ -45,7 +45,7 @@ _HOMES = {
     "Trace": "runner.engine.result",
     "Wire": "graphs.graph",
     "block": "blocks.declare",
-    "check": "graphs.check",
+    "check": "runner.engine.ready",
     "linearise": "runner.margins.linearise",
     "margins": "runner.margins.stability",
     "param": "blocks.declare",

@@ -33,9 +33,14 @@ def test_the_step_is_that_of_least_squares_in_the_lags_of_the_fit(first: int, la
     assert found[1] == pytest.approx(found[0] * (1.0 + expected), rel=1e-13)
 
 
-def test_a_large_step_keeps_its_direction() -> None:
-    found = stepped(MODELLED + JACOBIAN @ [4.0, -2.0])
-    assert found[0] == pytest.approx(START * [1.2, 0.9], rel=1e-12)
+@pytest.mark.parametrize(
+    ("step", "taken"),
+    [((4.0, -2.0), (1.2, 0.9)), ((2.0, -4.0), (1.1, 0.8)), ((0.01, 0.5), (1.004, 1.2)), ((0.1, 0.15), (1.1, 1.15))],
+)
+def test_a_large_step_keeps_its_direction(step: tuple[float, float], taken: tuple[float, float]) -> None:
+    """The larger of the two changes is 0.2, whichever it is; a step that is smaller is taken whole."""
+    found = stepped(MODELLED + JACOBIAN @ step)
+    assert found[0] == pytest.approx(START * taken, rel=1e-12)
 
 
 @pytest.mark.parametrize("jacobian", [np.zeros((16, 2)), JACOBIAN[:, [0, 0]]], ids=["no response", "equal columns"])

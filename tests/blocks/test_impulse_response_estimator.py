@@ -44,3 +44,12 @@ def test_the_first_period_is_the_sum_over_the_chips_there_are() -> None:
 def test_a_tail_of_all_cells_is_refused() -> None:
     with pytest.raises(ModelError, match="less than cells = 4"):
         ImpulseResponseEstimator(cells=4, tail=4)
+
+
+@pytest.mark.parametrize(("tail", "expected"), [(1, [7.0, -6.0, 0.0]), (2, [10.0, -3.0, 3.0])])
+def test_the_tail_is_the_last_cells_and_their_mean(tail: int, expected: list[float]) -> None:
+    """Sums of 3, -10 and -4 over four chips: the last one, or the mean of the last two, is taken off all."""
+    bits, answer = [True, False, False, True, True], [1.0, 2.0, 4.0, 8.0, 0.0]
+    block = ImpulseResponseEstimator(cells=3, chips=4, tail=tail)
+    rows = drive(block, [{"bit": b, "response": y} for b, y in zip(bits, answer, strict=True)])
+    assert rows[4]["impulse_response"] == [value / 5.0 for value in expected]

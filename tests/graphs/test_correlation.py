@@ -35,10 +35,25 @@ def test_deviates_have_the_correlations() -> None:
     assert np.std([row["c"] for row in rows]) == pytest.approx(1.0, rel=4.0 / np.sqrt(10000))
 
 
+def test_parameters_that_are_one_are_equal_and_share_what_others_are_to_them() -> None:
+    """One mass in three blocks, with a spring that follows it in part and a fourth that runs against it."""
+    made = correlation_of([("a", "b", 1.0), ("b", "c", -1.0), ("a", "d", 0.5)], SPREAD)
+    assert dict(zip([pair[:2] for pair in made.pairs], [pair[2] for pair in made.pairs], strict=True)) == {
+        ("a", "b"): 1.0, ("a", "c"): -1.0, ("b", "c"): -1.0, ("a", "d"): 0.5, ("b", "d"): 0.5, ("c", "d"): -0.5,
+    }  # fmt: skip
+    rows = [made.applied({n: normal_deviate(1, k, i, 0) for i, n in enumerate("abcd")}) for k in range(2000)]
+    for row in rows:
+        assert row["a"] == row["b"] == -row["c"]
+    found = np.corrcoef([row["a"] for row in rows], [row["d"] for row in rows])[0, 1]
+    assert found == pytest.approx(0.5, abs=4.0 * 0.75 / np.sqrt(2000))
+
+
 @pytest.mark.parametrize(
     ("pairs", "said"),
     [
         ([("a", "b", 0.9), ("b", "c", 0.9), ("a", "c", -0.9)], "not positive definite"),
+        ([("a", "b", 1.0), ("a", "c", 0.5), ("b", "c", 0.4)], "not positive definite"),
+        ([("a", "b", 1.0), ("b", "c", 1.0), ("a", "c", -1.0)], "not positive definite"),
         ([("a", "e", 0.5)], "cannot be correlated"),
         ([("a", "f", 0.5)], "cannot be correlated"),
         ([("a", "z", 0.5)], "cannot be correlated"),

@@ -8,8 +8,9 @@ import pytest
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.check_file import check_file
 from proofmass.graphs.study import Study
-from proofmass.graphs.study_reader import read_study
+from proofmass.graphs.study_reader import read_study, read_study_text
 from proofmass.graphs.study_tables import Limit
+from proofmass.graphs.study_writer import write_study
 from proofmass.graphs.toml_reader import read_graph_text
 from tests.graph_texts import STUDIES, changed, line_of
 from tests.study_texts import RICH, STUDY
@@ -138,9 +139,9 @@ def test_mistakes_are_said_with_line_key_and_nearest_name(
         ('"latin_hypercube"', '"saltelli"', "design", "independent parameters"),
         (
             '{ "adc.reference" = -0.5 }',
-            '{ "adc.reference" = -1 }',
+            '{ "adc.reference" = -1.5 }',
             'correlation."noise.density"."adc.reference"',
-            "below 1",
+            "from -1 to 1",
         ),
         ('{ "adc.reference" = -0.5 }', '{ "adc.refrence" = -0.5 }', "correlation", "did you mean adc.reference?"),
         ('"noise.density" = { "adc', '"source.value" = { "adc', "correlation", "cannot be correlated"),
@@ -208,3 +209,73 @@ def test_values_at_the_epochs_have_the_moments_of_the_laws(tmp_path: Path) -> No
     assert (new / 5.0 - 1.0).std() * 1e6 == pytest.approx(200.0, rel=4 / np.sqrt(8000))
     assert change.mean() == pytest.approx(20.0, abs=4 * np.hypot(5.0, 9.0) / np.sqrt(4000))
     assert change.std() == pytest.approx(np.hypot(5.0, 9.0), rel=4 / np.sqrt(8000))
+
+
+LIMITED = """\
+rate = "1 kHz"
+samples = 1
+wires = ["volts.output -> adc.voltage", "source.output -> error.first", "offset.output -> error.second"]
+measures.error = { signal = "error.output", statistic = "last" }
+measures.kept = { signal = "source.output", statistic = "last" }
+blocks.source = { kind = "Constant", value = 1 }
+blocks.offset = { kind = "Constant" }
+blocks.error = { kind = "Difference" }
+blocks.volts = { kind = "Constant", unit = "V" }
+blocks.adc = { kind = "AnalogToDigital" }
+[study]
+runs = 50
+epochs = { ages = ["0 h", "1 year", "2 year"] }
+spread = { "source.value" = { normal = 0.1 } }
+drift = { "source.value" = { random_walk = "0.001 1/sqrt(year)" } }
+recalibration = { every = "never", carried = { "offset.value" = "kept" } }
+limits.error = { at_least = -0.1, at_most = 0.1FROM }
+"""
+
+
+@pytest.mark.defect(
+    "F7", before="yield 0 %: the first epoch is not calibrated", after="from = AGE, and a note of check"
+)
+def test_limits_count_from_an_age_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from proofmass.runner.command_line import main
+    from proofmass.runner.studies.study import run_study
+
+    path = tmp_path / "study.toml"
+    path.write_text(LIMITED.replace("FROM", ""))
+    assert run_study(read_study(path), engine="python").yields()["error"] == 0.0
+    assert main(["check", str(path)]) == 0
+    assert "limits.error: counts the first epoch too" in capsys.readouterr().out
+    path.write_text(LIMITED.replace("FROM", ', from = "1 year"'))
+    study = read_study(path)
+    result = run_study(study, engine="python")
+    assert result.yields() == {"error": 1.0, "all limits": 1.0}
+    assert main(["check", str(path)]) == 0
+    assert "limits.error" not in capsys.readouterr().out
+    again = read_study_text(write_study(study))
+    assert again.limits == study.limits
+    assert again.limits["error"].start == 31557600.0
+    path.write_text(LIMITED.replace("FROM", ', from = "3 year"'))
+    with pytest.raises(ModelError, match="no epoch is so old"):
+        read_study(path)
+
+
+def test_a_change_is_relative_to_the_first_epoch_that_counts(tmp_path: Path) -> None:
+    from proofmass.runner.studies.study import run_study
+    from proofmass.runner.studies.worst import worst_runs
+
+    text = LIMITED.replace("at_least = -0.1, at_most = 0.1FROM", 'change = 0.5, from = "1 year"')
+    (tmp_path / "study.toml").write_text(text)
+    result = run_study(read_study(tmp_path / "study.toml"), engine="python")
+    _, first, second = result["error"].T
+    kept = abs(second - first) <= 0.5 * abs(first)
+    assert result.yields()["error"] == kept.mean()
+    assert {worst.epoch for worst in worst_runs(result, "error", 5)} <= {1, 2}
+
+
+@pytest.mark.parametrize(
+    ("key", "said"), [("adc.bits", "is an integer, not a number"), ("source.unit", "is a text, not a number")]
+)
+def test_what_cannot_vary_says_why(key: str, said: str, tmp_path: Path) -> None:
+    text = LIMITED.replace("FROM", "").replace('drift = { "source', f'sweep = {{ "{key}" = [1] }}\ndrift = {{ "source')
+    with pytest.raises(ModelError, match=said) as caught:
+        read_study_text(text)
+    assert "make a study of each" in caught.value.problems[0].hint

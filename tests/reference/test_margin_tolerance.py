@@ -10,8 +10,9 @@ import pytest
 
 from proofmass.graphs.study import Study
 from proofmass.graphs.study_reader import read_study
+from proofmass.runner.studies.factors import Drawn
 from proofmass.runner.studies.result import StudyResult
-from proofmass.runner.studies.sensitivities import drawn_parameters, regression
+from proofmass.runner.studies.sensitivities import regression
 from proofmass.runner.studies.study import run_study
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
@@ -68,7 +69,7 @@ def test_its_yield_is_the_part_that_keeps_the_limits(result: StudyResult) -> Non
 
 def test_the_pickoff_and_what_stands_outside_the_loop(result: StudyResult) -> None:
     """A decibel of gain is a decibel of margin; pendulosity scales what is measured, and not the loop."""
-    found = regression(drawn_parameters(result.study, result.numbers, 0), result["main.gain_margin"][:, 0])
+    found = regression(Drawn(result.study, result.numbers).factors(0).columns, result["main.gain_margin"][:, 0])
     assert found is not None
     slopes = {influence.parameter: influence.slope for influence in found.influences}
     assert slopes["pickoff.gain"] == pytest.approx(-20.0 / math.log(10.0) / 8.0e3, rel=0.05)

@@ -3,15 +3,17 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import Graph
+from proofmass.graphs.loops import MARGIN_MEASURES
 from proofmass.graphs.study import Study
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.margins.stability import margins
+from proofmass.runner.margins.stability import all_margins, margins
 from proofmass.runner.studies.study import replay, run_study
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
@@ -55,6 +57,42 @@ def test_each_run_has_the_margins_of_its_parameters(graph: Graph) -> None:
     assert run_study(study, engine="compiled", lanes=4).digest == result.digest
     again = replay(study, 1, engine="python")
     assert again.measures["main.gain_margin"].value == result["main.gain_margin"][1, 0]
+
+
+@pytest.mark.defect("F7", before="refused: no [measures]", after="the margins are measures enough")
+def test_a_study_of_margins_alone(graph: Graph) -> None:
+    bare = replace(graph, measures={})
+    result = run_study(Study(bare, runs=1, margins="0 s"), engine="python")
+    assert set(result.values) == {f"main.{name}" for name in MARGIN_MEASURES}
+    assert result["main.stable"].tolist() == [[1.0]]
+    assert (
+        run_study(Study(bare, runs=3, margins="0 s"), engine="compiled", lanes=4)["main.stable"].tolist() == [[1.0]] * 3
+    )
+    with pytest.raises(ModelError, match="the graph has no measures"):
+        Study(bare, runs=1)
+
+
+@pytest.mark.parametrize(("verdict", "value"), [("stable", 1.0), ("marginal", 0.5), ("unstable", 0.0)])
+def test_limits_say_which_verdicts_count(
+    graph: Graph, verdict: str, value: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def judged(*given: Any, **options: Any) -> Any:
+        return {name: replace(found, verdict=verdict) for name, found in all_margins(*given, **options).items()}
+
+    monkeypatch.setattr("proofmass.runner.margins.stability.all_margins", judged)
+    kept = {}
+    for least in ("unstable", "marginal", "stable"):
+        study = Study(graph, runs=1, margins="0 s", limits={"main.stable": {"at_least": least}})
+        result = run_study(study, engine="python")
+        assert result["main.stable"].tolist() == [[value]]
+        kept[least] = result.yields()["main.stable"]
+    assert kept == {"unstable": 1.0, "marginal": float(value >= 0.5), "stable": float(value == 1.0)}
+
+
+def test_a_verdict_that_there_is_not(graph: Graph) -> None:
+    with pytest.raises(ModelError, match="there is no such verdict") as caught:
+        Study(graph, margins="0 s", limits={"main.stable": {"at_least": "stabel"}})
+    assert "'unstable', 'marginal', 'stable'" in caught.value.problems[0].expected
 
 
 def test_a_ledger_keeps_a_run_without_margins(graph: Graph, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Recordings: units converted, and everything that cannot be played refused with the place and a remedy."""
 
 import math
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,7 +28,7 @@ def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float]
     graph = Graph(name="recorded", rate="1 kHz", blocks={"motion": block}, probes=["motion.output"], place=place)
     buffers = read_recordings(graph, "motion")
     assert set(buffers) == {"times", "values"}
-    return buffers["times"], buffers["values"]
+    return list(buffers["times"]), list(buffers["values"])
 
 
 def problem_of(path: Path, column: str = "", unit: str = "m/s^2") -> Problem:
@@ -278,3 +279,61 @@ def test_a_file_beyond_two_gibibytes_is_refused_unread(tmp_path: Path) -> None:
     with (tmp_path / "log.csv").open("wb") as file:
         file.truncate((2 << 30) + 1)
     assert problem_of(tmp_path / "log.csv").message == "is larger than 2 GiB"
+
+
+# -- what was played without a word ------------------------------------------------------------------------------------
+
+
+@pytest.mark.defect("F7", before="the first of two columns of one name is played", after="refused, with the column")
+@pytest.mark.parametrize("form", ["csv", "parquet"])
+def test_two_columns_of_one_name_are_refused(form: str, tmp_path: Path) -> None:
+    path = csv_file(tmp_path, "time,a,b,a\n0,1,2,3\n")
+    if form == "parquet":
+        table = pyarrow.table([[0.0], [1.0], [3.0]], names=["time", "a [V]", "a [m/s^2]"])
+        path = tmp_path / "log.parquet"
+        pyarrow.parquet.write_table(table, path)
+    problem = problem_of(path, "a")
+    assert (problem.message, problem.line) == ("has 2 columns 'a'", 5)
+    assert problem.key == "blocks.motion.column"
+
+
+@pytest.mark.defect("F7", before="stamps of dates: the first value is played for ever", after="refused, with a cure")
+def test_times_that_are_dates_are_refused(tmp_path: Path) -> None:
+    problem = problem_of(csv_file(tmp_path, "time [s],a\n1700000000.0,1\n1700000000.5,2\n"))
+    assert problem.message == "its first time is 1700000000 s, which looks like a date: a run begins at 0 s"
+    assert problem.hint == "subtract 1700000000 s from its times"
+    assert read(csv_file(tmp_path, "time [s],a\n0,1\n1700000000.5,2\n"))[0] == [0.0, 1700000000.5]
+
+
+def test_a_csv_is_read_again_when_its_content_is_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the same name, size and, as far as the file system knows, time."""
+    from proofmass.runner.engine import recording
+
+    parsed = list[Path]()
+    once = recording.read_columns
+
+    def counted(path: Path, choice: Any) -> Any:
+        parsed.append(path)
+        return once(path, choice)
+
+    monkeypatch.setattr(recording, "read_columns", counted)
+    path = csv_file(tmp_path, "time,a\n0,1.25\n")
+    assert [read(path)[1] for _ in range(3)] == [[1.25]] * 3
+    assert len(parsed) == 1
+    stamps = path.stat()
+    csv_file(tmp_path, "time,a\n0,1.75\n")
+    os.utime(path, ns=(stamps.st_atime_ns, stamps.st_mtime_ns))
+    assert read(path)[1] == [1.75]
+    assert read(path, unit="V")[1] == [1.75]
+    assert len(parsed) == 3
+
+
+def test_no_more_numbers_are_kept_than_may_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from proofmass.runner.engine import recording
+
+    monkeypatch.setattr(recording, "KEPT_NUMBERS", 8)
+    monkeypatch.setattr(recording, "_kept", {})
+    for value in range(5):
+        read(csv_file(tmp_path, f"time,a\n0,1\n1,{value}\n"))
+        assert sum(2 * len(entry["time"]) for entry in recording._kept.values()) <= 8
+    assert len(recording._kept) == 2

@@ -170,3 +170,21 @@ def test_the_page_of_many_long_noises_stays_small(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).normal(size=(50_000, 16))
     result = made_result([made_trace(f"noise{i}.output", noise[:, i], "V") for i in range(16)])
     assert len(page_of(result, tmp_path).encode()) < 2_000_000
+
+
+def test_measures_are_in_the_report(tmp_path: Path) -> None:
+    """One that there is, one that the run was too short for, and a run without measures."""
+    late = {"signal": "ramp.output", "statistic": "mean", "from": "1 s"}
+    graph = Graph(
+        name="ramp",
+        rate="1 kHz",
+        blocks={"ramp": Ramp(slope=1000.0, unit="V")},
+        probes=["ramp.output"],
+        measures={"level": {"signal": "ramp.output", "statistic": "max"}, "late": late},
+    )
+    page = page_of(simulate(graph, samples=5), tmp_path)
+    assert "Measures" in Outline(page).headings
+    assert re.search(r"level .{0,3}4 .{0,3}V .{0,3}max of ramp.output", texts(page))
+    assert "none: the run ended before it began" in texts(page)
+    bare = dataclasses.replace(graph, measures={})
+    assert "Measures" not in Outline(page_of(simulate(bare, samples=5), tmp_path)).headings

@@ -10,8 +10,9 @@ from scipy import stats
 
 from proofmass.graphs.study import Study
 from proofmass.graphs.toml_reader import read_graph_text
+from proofmass.runner.studies.factors import Drawn
 from proofmass.runner.studies.result import StudyResult
-from proofmass.runner.studies.sensitivities import drawn_parameters, regression, sobol_indices
+from proofmass.runner.studies.sensitivities import regression, sobol_indices
 from proofmass.runner.studies.study import run_study
 
 GRAPH = read_graph_text("""
@@ -99,7 +100,7 @@ def test_groups_with_a_failed_run_are_left_out_and_other_designs_have_no_indices
 
 def test_regression_of_a_linear_model() -> None:
     result = result_of(study("latin_hypercube", 300, {"normal": 0.1}), linear)
-    found = regression(drawn_parameters(result.study, result.numbers, 0), result["sum"][:, 0])
+    found = regression(Drawn(result.study, result.numbers).factors(0).columns, result["sum"][:, 0])
     assert found is not None
     assert found.runs == 300
     assert found.explained == pytest.approx(1.0, abs=1e-12)
