@@ -28,7 +28,7 @@ RECALIBRATION = "recalibration"  # column of the intervals between calibrations
 PERCENTILES = (1.0, 50.0, 99.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StudyResult:
     """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch."""
 
@@ -44,6 +44,12 @@ class StudyResult:
 
     def __getitem__(self, measure: str) -> Array:
         return self.values[measure]
+
+    def __repr__(self) -> str:
+        runs = f"{len(self.numbers):,} of {self.planned_runs:,} runs"
+        epochs = f" at {len(self.study.epochs)} epochs" if len(self.study.epochs) > 1 else ""
+        failed = f", {len(self.faults):,} failed" if self.faults else ""
+        return f"<StudyResult of {self.study.graph.name}: {runs}{epochs}{failed}; {', '.join(self.values)}>"
 
     @property
     def interrupted(self) -> bool:

@@ -183,3 +183,9 @@ def _count(path: Path) -> int:
         return 0
     finally:
         data.close()
+
+
+def test_a_result_is_shown_in_a_line(study: Study) -> None:
+    assert repr(run_study(study, runs=2, engine="python")) == (
+        "<StudyResult of a converter that ages: 4 of 4 runs at 3 epochs; bias, noise>"
+    )
