@@ -11,6 +11,7 @@ from proofmass.runner.engine.planned import Plan
 REGULAR = 0.9  # part of the steps of a recording that is sampled at a rate
 JITTER = 0.5  # by which these differ at most from the usual step
 GAP = 3.0  # usual steps
+LITTLE = 0.01  # part of a recording that is played
 
 
 def recording_notes(plan: Plan, end: Fraction | None) -> Iterator[Problem]:
@@ -42,6 +43,9 @@ def _told(times: Sequence[float], end: Fraction | None) -> Iterator[tuple[str, s
     if end is not None and end > times[-1] + usual:
         message = f"the recording ends at {times[-1]:.6g} s, the run at {float(end):.6g} s: its last value is held"
         yield message, "run for a shorter time"
+    if end is not None and float(end) < LITTLE * times[-1]:
+        message = f"the recording lasts until {times[-1]:.6g} s, the run until {float(end):.6g} s"
+        yield message, "times are seconds where their head says no other unit: write time [ms] for milliseconds"
     gaps = [number for number, step in enumerate(steps) if step > GAP * usual]
     if gaps and sum(abs(step - usual) <= JITTER * usual for step in steps) >= REGULAR * len(steps):
         longest = max(gaps, key=lambda number: steps[number])

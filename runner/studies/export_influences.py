@@ -16,14 +16,17 @@ from proofmass.runner.output.export import whole_file
 from proofmass.runner.studies.influences import index_rows, influence_rows
 from proofmass.runner.studies.result import StudyResult
 
-NAMES = ("influences", "sobol_indices")
+ABOUT = {  # of each file
+    "influences": "Effect of one standard deviation of each factor on the measures, by linear regression.",
+    "sobol_indices": "Parts of the variance; noise and drift, which a group of the design shares, are in no index.",
+}
 
 
 def save_influences(result: StudyResult, folder: Path, formats: tuple[str, ...] = ()) -> list[str]:
     """Write `influences.*`, and with Saltelli's design `sobol_indices.*`; returns the names of the files."""
     savers = {"json": _save_json, "nc": _save_netcdf, "csv": _save_csv, "parquet": _save_parquet}
     written = []
-    for name, rows in zip(NAMES, (influence_rows(result), index_rows(result)), strict=True):
+    for name, rows in zip(ABOUT, (influence_rows(result), index_rows(result)), strict=True):
         for form in ("json", "nc", *formats) if rows else ():
             path = folder / f"{name}.{form}"
             savers[form](result, rows, path)
@@ -34,7 +37,8 @@ def save_influences(result: StudyResult, folder: Path, formats: tuple[str, ...] 
 def _save_json(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
     with whole_file(path) as file:
         finite = [{key: _finite(value) for key, value in row.items()} for row in rows]
-        file.write((json.dumps({"digest": result.digest, "rows": finite}, indent=1) + "\n").encode())
+        data = {"about": ABOUT[path.stem], "digest": result.digest, "rows": finite}
+        file.write((json.dumps(data, indent=1) + "\n").encode())
 
 
 def _finite(value: Any) -> Any:
@@ -69,7 +73,8 @@ def _save_netcdf(result: StudyResult, rows: list[dict[str, Any]], path: Path) ->
     columns = {name: ("row", np.array(column)) for name, column in _columns(rows).items()}
     memory = io.BytesIO()
     with h5netcdf.File(memory, "w") as data:
-        xarray.Dataset(columns, attrs=result.attributes()).dump_to_store(H5NetCDFStore(data))
+        about = {"about": ABOUT[path.stem], **result.attributes()}
+        xarray.Dataset(columns, attrs=about).dump_to_store(H5NetCDFStore(data))
     with whole_file(path) as file:
         file.write(memory.getvalue())
 

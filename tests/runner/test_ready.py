@@ -110,9 +110,13 @@ NOTES = {
         "the recording has a gap from 0.019 to 0.03 s, where 0.001 s lie between other values: it is bridged",
     ),
     "end": ("time,a\n0,1\n0.005,2\n", "the recording ends at 0.005 s, the run at 0.02 s: its last value is held"),
+    "milliseconds without a unit": (
+        "time,a\n" + "".join(f"{n},{n}\n" for n in range(21)),
+        "the recording lasts until 20 s, the run until 0.02 s",
+    ),
     "begin": (
-        "time,a\n345600,1\n345601,2\n",
-        "the recording begins at 345600 s: its first value is played from 0 s on",
+        "time,a\n0.01,1\n0.03,2\n",
+        "the recording begins at 0.01 s: its first value is played from 0 s on",
     ),
 }
 
