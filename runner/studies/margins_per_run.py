@@ -7,7 +7,7 @@ A loop that is not stable has no margins (NaN, which no limit lets pass), one wi
 import math
 
 from proofmass.graphs.graph import split
-from proofmass.graphs.loops import MARGIN_MEASURES, REQUIREMENTS, VERDICTS, VERDICTS
+from proofmass.graphs.loops import MARGIN_MEASURES, REQUIREMENTS, VERDICTS
 from proofmass.runner.engine.planned import Plan, PlannedMeasure
 
 
