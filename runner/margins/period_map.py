@@ -23,7 +23,7 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.interpret import TickError
 from proofmass.runner.engine.memory import Memory, start
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.dual import dual, slopes_of, value_of
+from proofmass.runner.margins.dual import NO_SLOPE, dual, slopes_of, value_of
 from proofmass.runner.margins.dual_plan import SIGNALS, differentiated
 from proofmass.runner.margins.dual_ticks import DualTicks
 
@@ -42,6 +42,7 @@ class PeriodMap:
     matrix: Array
     slopes: Mapping[str, Array]
     period: float  # seconds
+    undefined: tuple[str, ...] = ()  # parameters by which there is no finite derivative
 
     @property
     def order(self) -> int:
@@ -131,9 +132,9 @@ def period_map(
         try:
             engine.advance(begin.tick + ticks, ())
         except TickError as error:
-            name = error.at.rpartition(".")[0]
+            name, _, what = error.at.rpartition(".")
             if name in counted or name not in moving:
-                raise ModelError([plan.graph.placed(_not_linear(name, error))]) from error
+                raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
             counted.add(name)
             continue
         return _read(engine, seeded, values, inputs, outputs, ticks * plan.period)
@@ -244,8 +245,13 @@ def _read(
         put(row, -1, value_of(value, SIGNALS), value_of(before, SIGNALS))
         for key, slope in slopes_of(value, SIGNALS).items():
             put(row, columns[key], slope)
+    for row in np.flatnonzero(~np.isfinite(matrix).all(axis=1)):
+        name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
+        raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
     ends = tuple((*node, number) for node in outputs for number in range(len(engine.recorded[node])))
-    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period)
+    undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
+    slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
+    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined)
 
 
 def _held(memory: Memory, entry: Entry) -> Any:
@@ -253,11 +259,11 @@ def _held(memory: Memory, entry: Entry) -> Any:
     return getattr(memory.states[name], field) if index < 0 else memory.buffers[name, field][index]
 
 
-def _not_linear(name: str, error: TickError) -> Problem:
+def _not_linear(name: str, what: str, got: str) -> Problem:
     return Problem(
-        message=f"cannot be linearised: {error.at.rpartition('.')[2]} has no derivative here",
+        message=f"cannot be linearised: {what} has no derivative here",
         key=f"blocks.{name}",
-        got=str(error.value),
+        got=got,
         expected="arithmetic, comparisons and functions of math on what signals move",
         hint="open the loop so that this block lies outside, or linearise at another time",
         path=("blocks", name),
