@@ -26,6 +26,7 @@ from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.dual import NO_SLOPE, dual, slopes_of, value_of
 from proofmass.runner.margins.dual_plan import SIGNALS, differentiated
 from proofmass.runner.margins.dual_ticks import DualTicks
+from proofmass.runner.margins.forward import memory_at
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
@@ -109,18 +110,22 @@ def period_map(
     everything: bool = False,
     by_parameters: bool = False,
     tick: int = 0,
+    periods: int = 1,
+    memory: Memory | None = None,
 ) -> PeriodMap:
     """Linearise what lies between some wires, at what the graph is like in a base tick (or the period it lies in).
+
+    The map is that of so many common `periods`. With a `memory` the tick is that of it.
 
     `inputs` are added to what their wires carry, or replace it where they are `cut`. The states are those of the blocks
     on paths from inputs to outputs, or of `everything` that the outputs depend on.
 
     Raises `ModelError` with the block that cannot be linearised.
     """
-    upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
-    moving = upstream if everything else upstream & _downstream(plan, inputs)
+    upstream, moving = _between(plan, inputs, outputs, everything)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
-    memory = memory_at(plan, tick - tick % ticks)
+    memory = memory or memory_at(plan, tick - tick % ticks)
+    ticks *= periods
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices, not numbers: they keep their values
@@ -140,25 +145,25 @@ def period_map(
         return _read(engine, seeded, values, inputs, outputs, ticks * plan.period)
 
 
+def common_period(plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool = False) -> int:
+    """Base ticks of the period of a map."""
+    return _common_period(plan, _between(plan, inputs, outputs, everything)[1], [*inputs, *outputs])
+
+
+def _between(
+    plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool
+) -> tuple[set[str], set[str]]:
+    """Blocks that the outputs depend on, and those of them that the map has the states of."""
+    upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
+    return upstream, upstream if everything else upstream & _downstream(plan, inputs)
+
+
 def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
     """Which block is read by which, driven parameters included."""
     wiring: networkx.DiGraph[str] = networkx.DiGraph()
     wiring.add_nodes_from(plan.blocks)
     wiring.add_edges_from((source, target) for (target, _), (source, _) in plan.schedule.drivers.items())
     return wiring
-
-
-def memory_at(plan: Plan, tick: int) -> Memory:
-    """The memory at the start of a tick, after a run from tick 0."""
-    memory = start(plan)
-    if tick == 0:
-        return memory
-    from proofmass.runner.engine.engines import choose, make_engine
-
-    silent = replace(plan, probes=())
-    engine = make_engine(silent, choose(silent, tick, "auto"), plan.graph.seed, 0, memory)
-    engine.advance(tick, ())
-    return engine.memory()
 
 
 def _downstream(plan: Plan, inputs: Sequence[Node]) -> set[str]:
