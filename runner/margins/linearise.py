@@ -16,7 +16,8 @@ from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.find_loops import Found, find_loops
 from proofmass.runner.margins.open_loop import OpenLoop
-from proofmass.runner.margins.period_map import PeriodMap, period_map
+from proofmass.runner.margins.orbit import map_at
+from proofmass.runner.margins.period_map import PeriodMap
 from proofmass.runner.margins.settle import settled_tick
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def linearise(
         _, node = one_loop(planned, graph, loop)
         return to_control(open_loop(planned, node, tick_at(planned, at)).map, negated=True)
     wires = [[node_of(planned, graph, signal) for signal in signals] for signals in (inputs, outputs)]
-    return to_control(period_map(planned, *wires, tick=tick_at(planned, at)).between())
+    return to_control(map_at(planned, *wires, tick=tick_at(planned, at)).between())
 
 
 def to_control(found: PeriodMap, negated: bool = False) -> "control.StateSpace":
@@ -80,7 +81,7 @@ def to_control(found: PeriodMap, negated: bool = False) -> "control.StateSpace":
 def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = False) -> OpenLoop:
     """The loop through an output, opened there."""
     _refuse_inside_a_group(planned, node)
-    found = period_map(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick).between()
+    found = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick).between()
     if not any(part.any() for part in (found.parts()[1], found.parts()[3])):
         signal = ".".join(node)
         problem = Problem(

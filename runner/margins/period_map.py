@@ -43,7 +43,9 @@ class PeriodMap:
     matrix: Array
     slopes: Mapping[str, Array]
     period: float  # seconds
+    tick: int = 0  # of the operating point, in base ticks
     undefined: tuple[str, ...] = ()  # parameters by which there is no finite derivative
+    notes: tuple[str, ...] = ()  # what is to be said of the operating point
 
     @property
     def order(self) -> int:
@@ -122,7 +124,7 @@ def period_map(
 
     Raises `ModelError` with the block that cannot be linearised.
     """
-    upstream, moving = _between(plan, inputs, outputs, everything)
+    upstream, moving = blocks_of_map(plan, inputs, outputs, everything)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
     memory = memory or memory_at(plan, tick - tick % ticks)
     ticks *= periods
@@ -142,15 +144,15 @@ def period_map(
                 raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
             counted.add(name)
             continue
-        return _read(engine, seeded, values, inputs, outputs, ticks * plan.period)
+        return replace(_read(engine, seeded, values, inputs, outputs, ticks * plan.period), tick=memory.tick)
 
 
 def common_period(plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool = False) -> int:
     """Base ticks of the period of a map."""
-    return _common_period(plan, _between(plan, inputs, outputs, everything)[1], [*inputs, *outputs])
+    return _common_period(plan, blocks_of_map(plan, inputs, outputs, everything)[1], [*inputs, *outputs])
 
 
-def _between(
+def blocks_of_map(
     plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool
 ) -> tuple[set[str], set[str]]:
     """Blocks that the outputs depend on, and those of them that the map has the states of."""
@@ -256,7 +258,7 @@ def _read(
     ends = tuple((*node, number) for node in outputs for number in range(len(engine.recorded[node])))
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
     slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
-    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined)
+    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined)
 
 
 def _held(memory: Memory, entry: Entry) -> Any:
