@@ -1,8 +1,11 @@
 """A graph as a linear sampled system: between two wires, or around a loop that is opened at a wire."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import UnitError
@@ -16,7 +19,7 @@ from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.find_loops import Found, find_loops
 from proofmass.runner.margins.open_loop import OpenLoop
-from proofmass.runner.margins.orbit import map_at
+from proofmass.runner.margins.orbit import map_at, variation
 from proofmass.runner.margins.period_map import PeriodMap
 from proofmass.runner.margins.settle import settled_tick
 
@@ -81,7 +84,8 @@ def to_control(found: PeriodMap, negated: bool = False) -> "control.StateSpace":
 def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = False) -> OpenLoop:
     """The loop through an output, opened there."""
     _refuse_inside_a_group(planned, node)
-    found = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick).between()
+    whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
+    found = replace(whole.between(), later=None)
     if not any(part.any() for part in (found.parts()[1], found.parts()[3])):
         signal = ".".join(node)
         problem = Problem(
@@ -92,7 +96,10 @@ def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = Fa
             path=("blocks", node[0]),
         )
         raise ModelError([planned.graph.placed(problem)])
-    return OpenLoop(found)
+    if whole.later is None or whole.later.states != whole.states:
+        return OpenLoop(found)
+    later = OpenLoop(whole.later.kept([whole.states.index(state) for state in found.states]))
+    return OpenLoop(found, variation=variation(np.real(OpenLoop(found).closed()), np.real(later.closed())))
 
 
 def loops_of(planned: Plan) -> dict[str, Loop]:

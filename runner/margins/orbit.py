@@ -34,6 +34,7 @@ _LOOKS = (1, 2, 4, 8)  # periods after which the map is compared
 _BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
 _TRIES = 6  # of numbers of periods
 _STILL = 1e-3  # of its size, below which the swing of a number is dither
+_NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
 
 
@@ -43,7 +44,8 @@ class _Point:
 
     map: PeriodMap
     periods: int
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    later: PeriodMap | None = None
 
 
 def map_at(
@@ -74,7 +76,7 @@ def map_at(
             tick=tick,
             periods=point.periods,
         )
-    return replace(found, notes=point.notes)
+    return replace(found, notes=point.notes, later=point.later)
 
 
 class _Latest:
@@ -105,19 +107,19 @@ class _Search:
         """The map, over how many periods it is, and what is to be said of it."""
         found = self._map(self._after(0))
         if not self._moves():
-            return _Point(found, 1, ())
+            return _Point(found, 1)
         maps = dict[int, PeriodMap]()
         for look in _LOOKS:
             maps[look] = self._map(self._after(look))
             if look == 1 and _change(found, maps[look]) <= SAME:
-                return _Point(found, 1, ())
+                return _Point(found, 1)
         change = self._drift(found, maps, 1, found)
         if change <= NOTED:
-            return _Point(found, 1, ())
+            return _Point(found, 1, (), maps[1])
         if self._first == 0:
-            return _Point(found, 1, (self._start_up(),))
+            return _Point(found, 1, (self._start_up(),), maps[1])
         if change <= FROZEN:
-            return _Point(found, 1, _moving(change))
+            return _Point(found, 1, _moving(change), maps[1])
         orbit = self._orbit()
         closed = self._closed(found, orbit)
         if closed is None:
@@ -180,7 +182,8 @@ class _Search:
             if change <= FROZEN:
                 once, whole = _time(self._period), _time(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
-                return _Point(found, periods, (note, *_moving(change)))
+                later = self._map(self._after(periods), periods)
+                return _Point(found, periods, (note, *_moving(change)), later)
         return None
 
     def _orbit(self) -> "_Orbit":
@@ -257,6 +260,21 @@ def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, st
     for (name, port), held in memory.wires.items():
         if name in names and not isinstance(held, list):
             yield (name, port, -1), held
+
+
+def variation(closed: Array, later: Array) -> Array:
+    """By how much the entries of a closed transition matrix change, as far as that moves its poles near the boundary.
+
+    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|.
+    """
+    moved = np.abs(later - closed)
+    eigen: Any = scipy.linalg.eig
+    poles, left, right = eigen(closed, left=True, right=True)
+    bounds = np.einsum("ki,kl,li->i", np.abs(left), moved, np.abs(right))
+    shifts = np.abs(np.einsum("ki,kl,li->i", left.conj(), later - closed, right))
+    near = np.abs(1.0 - np.abs(poles)) <= max(_NEAR, float(np.min(np.abs(1.0 - np.abs(poles)), initial=1.0)))
+    parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
+    return np.asarray(moved * min(float(np.max(parts, initial=0.0)), 1.0))
 
 
 def _change(first: PeriodMap, second: PeriodMap) -> float:

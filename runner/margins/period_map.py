@@ -44,8 +44,10 @@ class PeriodMap:
     slopes: Mapping[str, Array]
     period: float  # seconds
     tick: int = 0  # of the operating point, in base ticks
+    time: float = 0.0  # the same in seconds
     undefined: tuple[str, ...] = ()  # parameters by which there is no finite derivative
     notes: tuple[str, ...] = ()  # what is to be said of the operating point
+    later: "PeriodMap | None" = None  # the map that follows it, where that is another
 
     @property
     def order(self) -> int:
@@ -144,7 +146,11 @@ def period_map(
                 raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
             counted.add(name)
             continue
-        return replace(_read(engine, seeded, values, inputs, outputs, ticks * plan.period), tick=memory.tick)
+        return replace(
+            _read(engine, seeded, values, inputs, outputs, ticks * plan.period),
+            tick=memory.tick,
+            time=memory.tick * plan.period,
+        )
 
 
 def common_period(plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool = False) -> int:
