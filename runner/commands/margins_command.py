@@ -94,6 +94,8 @@ def sensitivities(
         transfer_sensitivities(planned, node_of(planned, graph, source), node_of(planned, graph, target), tick)
     )
     for margins in found.values():
+        if margins.system.continuous:
+            continue  # their derivatives by parameters are those of sampled loops
         node = node_of(planned, planned.graph, margins.open_at)
         moved += margin_sensitivities(planned, margins, open_loop(planned, node, tick, by_parameters=True))
     return moved
