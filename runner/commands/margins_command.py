@@ -4,7 +4,7 @@ import contextlib
 import json
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,7 +12,7 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.loops import SETTLED
 from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.commands.margins_text import margins_text, seconds_text
+from proofmass.runner.commands.margins_text import hertz_text, margins_text, seconds_text
 from proofmass.runner.commands.progress import progress_bar
 from proofmass.runner.commands.run_command import changed, own_blocks
 from proofmass.runner.engine.plan import plan
@@ -33,6 +33,9 @@ def show_margins(
     loop: str,
     at: str,
     sensitivity: tuple[str, str] | None,
+    gains: tuple[str, ...],
+    amplitudes: tuple[str, ...],
+    limit_cycle: str,
     picture: Path | None,
     changes: tuple[str, ...],
     own: Path | None,
@@ -40,6 +43,12 @@ def show_margins(
 ) -> int:
     """Everything that `proofmass margins` does; returns the exit code."""
     loaded = changed(read_graph(graph, own_blocks(own)), changes, ())
+    if limit_cycle:
+        return _show_limit_cycles(loaded, limit_cycle, as_json)
+    if gains or amplitudes:
+        from proofmass.runner.margins.quasi_linear import with_gains
+
+        loaded = with_gains(loaded, _stated("--gain", gains), _stated("--amplitude", amplitudes))
     planned = plan(loaded)
     point: str | Fraction = at
     if at == SETTLED:
@@ -64,6 +73,35 @@ def show_margins(
     problems = missed(planned, found)
     if problems:
         raise ModelError(problems)
+    return 0
+
+
+def _stated(option: str, texts: tuple[str, ...]) -> dict[str, str]:
+    """The values that an option gives to blocks."""
+    pairs = [text.partition("=") for text in texts]
+    for text, (name, equals, value) in zip(texts, pairs, strict=True):
+        if not (name and equals and value):
+            raise click.UsageError(f"{option} {text}: write BLOCK=VALUE, for example quantiser=0.7")
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _show_limit_cycles(graph: Graph, name: str, as_json: bool) -> int:
+    """The limit cycles that the describing function of a block predicts, and that of a run."""
+    from proofmass.runner.margins.limit_cycles import LimitCycle, predicted, simulated, unit_of
+
+    cycles, unit = predicted(graph, name), unit_of(graph, name)
+    seen = simulated(graph, name, None if graph.duration or graph.samples else cycles)
+    if as_json:
+        data: dict[str, Any] = {"block": name, "unit": unit, "predicted": [cycle.as_data() for cycle in cycles]}
+        data["simulated"] = seen.as_data() if seen else None
+        click.echo(json.dumps({"graph": graph.name, "limit_cycles": data}, indent=2))
+        return 0
+    click.echo(f"limit cycles at the input of {name}")
+    rows: list[tuple[str, LimitCycle | None]] = [("predicted", cycle) for cycle in cycles]
+    for what, cycle in [*(rows or [("predicted", None)]), ("simulated", seen)]:
+        shown = f" {unit}" if unit != "1" else ""
+        text = f"amplitude {cycle.amplitude:.5g}{shown}, {hertz_text(cycle.frequency)}" if cycle else "none"
+        click.echo(f"  {what:<17} {text}")
     return 0
 
 

@@ -195,11 +195,14 @@ def _round_half_even(value: Any) -> Any:
     return value if isinstance(value, Dual) else rounding.round_half_even(value)
 
 
-_REPLACED: dict[Any, Callable[..., Any]] = {
+_OURS: dict[Any, Callable[..., Any]] = {
     rounding.round_half_even: _round_half_even,
     rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
     rounding.wrapped: _wrapped,
     rounding.nearest_integer: _counting(rounding.nearest_integer),
     int: _converting(int),
     float: _converting(float),
-} | {getattr(math, name): getattr(dual_math, name) for name in (*_DERIVATIVES, *_WHOLE, *_REST)}
+}
+_REPLACED: dict[Any, Callable[..., Any]] = _OURS | {
+    getattr(math, name): getattr(dual_math, name) for name in (*_DERIVATIVES, *_WHOLE, *_REST)
+}

@@ -258,7 +258,7 @@ def _read(
         put(row, -1, value_of(value, SIGNALS), value_of(before, SIGNALS))
         for key, slope in slopes_of(value, SIGNALS).items():
             put(row, columns[key], slope)
-    for row in np.flatnonzero(~np.isfinite(matrix).all(axis=1)):
+    for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
         raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
     ends = tuple((*node, number) for node in outputs for number in range(len(engine.recorded[node])))

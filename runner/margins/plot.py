@@ -130,8 +130,10 @@ def _draw_step(margins: Margins, panel: "Axes") -> None:
     values = step_response(margins)
     times = np.arange(len(values)) * (margins.sample or _tick(margins))
     factor, unit = prefix("s", float(times[-1]) if len(times) > 1 else margins.sample)
-    draw = panel.step if margins.sample else panel.plot
-    draw(times * factor, values, color=BLUE, **({"where": "post"} if margins.sample else {}))
+    if margins.sample:
+        panel.step(times * factor, values, where="post", color=BLUE)
+    else:
+        panel.plot(times * factor, values, color=BLUE)
     panel.axhline(1.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"time [{unit}]")
     panel.set_ylabel("step response of L / (1 + L)")
