@@ -20,12 +20,14 @@ def reached(address: str, **security: Any) -> bool:
 
     try:
         asyncio.run(greet())
-    except (OSError, RuntimeError, asyncio.TimeoutError):
+    except (TimeoutError, OSError, RuntimeError):
         return False
     return True
 
 
-@pytest.mark.defect("D1", before="any user of the machine could run code through the port", after="TLS, own certificate")
+@pytest.mark.defect(
+    "D1", before="any user of the machine could run code through the port", after="TLS, own certificate"
+)
 def test_strangers_are_not_answered_by_local_workers() -> None:
     with connected("local:1") as client:
         assert client.submit(sum, [1, 2, 3]).result(timeout=60) == 6

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from proofmass.blocks.constant import Constant
 from proofmass.blocks.declare import Block, Input
 from proofmass.blocks.difference import Difference
 from proofmass.blocks.discrete_integrator import DiscreteIntegrator
+from proofmass.blocks.gain import Gain
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.relay import Relay
 from proofmass.blocks.saturation import Saturation
@@ -83,7 +85,7 @@ def test_a_saturated_loop_cycles_only_where_it_is_unstable() -> None:
 
 
 def modulator(order: int, **more: int) -> Graph:
-    """MOD1, or MOD2 with the filter (2 z - 1) / (z - 1)^2 (Schreier and Temes 2005), without input."""
+    """MOD1, or MOD2 with the filter (1.5 z - 0.5) / (z - 1)^2, without input."""
     blocks: dict[str, Block] = {
         "set": Constant(value=0.0),
         "error": Difference(),
@@ -94,9 +96,11 @@ def modulator(order: int, **more: int) -> Graph:
     last = "first"
     if order == 2:
         blocks |= {"between": Difference(), "second": DiscreteIntegrator(gain=1000.0, output_unit="1")}
+        blocks["inner"] = Gain(gain=1.5)
         wires += [
-            "first.total -> between.first" if "total" in blocks["first"].outputs else "first.output -> between.first",
-            "quantiser.output -> between.second",
+            "first.output -> between.first",
+            "quantiser.output -> inner.input",
+            "inner.output -> between.second",
             "between.output -> second.input",
         ]
         last = "second"
@@ -124,9 +128,10 @@ def test_the_gain_of_a_one_bit_quantiser(gain: float) -> None:
 
 
 def test_second_order_with_a_gain() -> None:
-    """1 + k (2 z - 1) / (z - 1)^2 has its poles on the circle at k = 4/3."""
+    """z^2 + (1.5 k - 2) z + 1 - k / 2 is stable for 0 < k < 2, by Jury's test."""
     found = proofmass.margins(with_gains(modulator(2), {"quantiser": "1"}, {}), "quantiser.output")
-    assert found.gain_margin == pytest.approx(4.0 / 3.0, rel=1e-9)
+    assert found.gain_margin == pytest.approx(2.0, rel=1e-9)
+    assert found.stable_gains == ((0.0, pytest.approx(2.0, rel=1e-9)),)
 
 
 def test_the_gain_for_an_amplitude() -> None:
@@ -163,3 +168,12 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["margins", str(path), "--gain", "limit=0.3"]) == 0
     assert "gain margin       +6.02 dB (x 2)" in capsys.readouterr().out
     assert main(["margins", str(path), "--gain", "limit"]) == 2
+
+
+def test_a_loop_that_is_real_at_all_frequencies_ends() -> None:
+    """Two integrators, one of them without delay: z / (z - 1)^2 = -1 / (2 - 2 cos w), never beside the real axis."""
+    graph = modulator(2)
+    blocks = {**graph.blocks, "inner": Gain(gain=1.0)}
+    found = proofmass.margins(with_gains(replace(graph, blocks=blocks), {"quantiser": 1.0}, {}), "quantiser.output")
+    assert found.verdict == "marginal"
+    assert found.gain_crossovers == (pytest.approx(1000.0 / 6.0),)
