@@ -148,7 +148,9 @@ def sensitivity_text(found: "Sensitivity") -> str:
         per = f" {found.unit} per {effect.unit}" if effect.unit != "1" else unit
         lines.append(f"  {name:<32} {change:>12}  {effect.derivative:.6g}{per}")
     more = len(effects) - _ROWS
-    return "\n".join([*lines, f"  and {more} more"] if more > 0 else lines)
+    lines += [f"  and {more} more"] if more > 0 else []
+    lines += [f"  {name:<32} {'':>12}  none: a corner, or an infinite slope" for name in found.undefined]
+    return "\n".join(lines)
 
 
 def _loops_if_any(graph: Graph, planned: Plan, loop: str, at: str | Fraction) -> dict[str, Margins]:

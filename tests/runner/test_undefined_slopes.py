@@ -65,6 +65,22 @@ def output(p: Root, input: float) -> float:
     return math.sqrt(p.offset) + math.sqrt(abs(input))
 
 
+OWN = """
+import math
+from proofmass import Block, Input, param
+
+class Root(Block):
+    \"\"\"output = sqrt(offset) + sqrt(|input|).\"\"\"
+    offset: float = param("1", "Below a square root.", default=0.0)
+    input = Input("1", "Below a square root too.")
+
+@Root.output("1")
+def output(p: Root, input: float) -> float:
+    \"\"\"The sum.\"\"\"
+    return math.sqrt(p.offset) + math.sqrt(abs(input))
+"""
+
+
 def root(value: float) -> Graph:
     blocks: dict[str, Block] = {"source": Constant(value=value), "root": Root()}
     return Graph(name="root", rate=1000, blocks=blocks, wires=["source.output -> root.input"])
@@ -75,6 +91,21 @@ def test_a_parameter_with_an_infinite_slope_is_left_out_by_name() -> None:
     assert found.undefined == ("root.offset",)
     assert float(found.parts()[3][0, 0]) == 0.25
     assert float(found.slopes["source.value"][0, -1]) == pytest.approx(0.25)
+
+
+def test_what_is_left_out_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "root.toml"
+    own = tmp_path / "own.py"
+    own.write_text(OWN)
+    path.write_text(write_graph(root(4.0)))
+    command = ["margins", str(path), "--blocks", str(own), "--sensitivity", "source.output", "root.output"]
+    assert main(command) == 0
+    assert (
+        "  root.offset                                    none: a corner, or an infinite slope"
+        in capsys.readouterr().out
+    )
+    assert main([*command, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["sensitivities"][0]["undefined"] == ["root.offset"]
 
 
 @pytest.mark.defect("C2", before="got: float division by zero", after="a corner or an infinite slope, by its block")
