@@ -292,6 +292,8 @@ def wrap(value: Any, format: Fixed) -> Any:
         if value.fraction != format.fraction:
             raise TypeError(f"{value.fraction} fraction bits do not wrap in {format!r}: bring them there with .to()")
         return FixedValue(wrap(value.mantissa, format), format.fraction)
+    if hasattr(value, "wrapped"):
+        return value.wrapped(format.lowest, format.highest)
     low_bits = value & ((1 << format.width) - 1)
     if not format.signed:
         return low_bits

@@ -11,7 +11,7 @@ from typing import NamedTuple, get_args
 
 from proofmass.blocks.declare import Block, Input, param
 from proofmass.blocks.fixed_point import Fixed, FixedValue, Overflow, Rounding
-from proofmass.blocks.rounding import clip, round_down
+from proofmass.blocks.rounding import clip, round_down, wrapped
 
 MOST_BITS = 62
 HALF_EVEN, HALF_UP, FLOOR, TOWARD_ZERO = range(4)  # of `Rounding`, as the compiled loop takes them
@@ -70,7 +70,7 @@ def output(c: Constants, input: float) -> int:
     if c.overflow == SATURATE:
         mantissa = min(max(mantissa, c.lowest), c.highest)
     elif c.overflow == WRAP:
-        mantissa = ((mantissa & c.low_bits) ^ c.sign) - c.sign
+        mantissa = wrapped(mantissa, c.low_bits, c.sign)
     return mantissa
 
 

@@ -42,3 +42,12 @@ def clip(value: float, low: float, high: float) -> float:
     """
     above = value if value > low else low
     return above if above < high else high
+
+
+def wrapped(mantissa: int, low_bits: int, sign: int) -> int:
+    """The low bits of an integer, as two's complement where `sign` is the highest of them, 0 for none.
+
+    >>> wrapped(9, 15, 8), wrapped(9, 15, 0), wrapped(-9, 15, 8)
+    (-7, 9, 7)
+    """
+    return ((mantissa & low_bits) ^ sign) - sign

@@ -98,6 +98,17 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     metavar="INPUT OUTPUT",
     help="What each parameter does to scale factor and bias between two outputs, and to the margins.",
 )
+@click.option(
+    "--gain", "gains", multiple=True, metavar="BLOCK=GAIN", help="Count a quantiser, comparator or relay as a gain."
+)
+@click.option(
+    "--amplitude",
+    "amplitudes",
+    multiple=True,
+    metavar="BLOCK=AMPLITUDE",
+    help="Count it as the gain that it has for a sine of that amplitude: its describing function.",
+)
+@click.option("--limit-cycle", default="", metavar="BLOCK", help="Predict limit cycles by its describing function.")
 @click.option("--plot", "picture", type=click.Path(dir_okay=False, path_type=Path), help="Picture, .svg, .png or .pdf.")
 @set_option
 @blocks_option
@@ -109,6 +120,8 @@ def margins(**options: Any) -> int:
     proofmass margins graphs/library/closed_loop_accelerometer.toml --plot loop.png
     proofmass margins sensor.toml --loop dac.voltage --set pid.integral=12
     proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
+    proofmass margins modulator.toml --gain quantiser=0.7
+    proofmass margins modulator.toml --limit-cycle quantiser
     """
     from proofmass.runner.commands.margins_command import show_margins
 

@@ -1,7 +1,7 @@
 """The command `margins`: read, change, linearise, show, draw."""
 
+import contextlib
 import json
-import math
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,11 +12,11 @@ from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.loops import SETTLED
 from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner.commands.margins_text import hertz_text, margins_text, seconds_text
+from proofmass.runner.commands.progress import progress_bar
 from proofmass.runner.commands.run_command import changed, own_blocks
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.figures import decibels
-from proofmass.runner.margins.lifted import LARGEST_DELAY
 from proofmass.runner.margins.linearise import node_of, open_loop, tick_at
 from proofmass.runner.margins.margins import Margins
 from proofmass.runner.margins.settle import settled_tick
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from proofmass.runner.margins.sensitivity import Sensitivity
 
 _ROWS = 12  # of a table of parameters
-_SLOWEST = 3  # poles that are shown
 
 
 def show_margins(
@@ -34,6 +33,9 @@ def show_margins(
     loop: str,
     at: str,
     sensitivity: tuple[str, str] | None,
+    gains: tuple[str, ...],
+    amplitudes: tuple[str, ...],
+    limit_cycle: str,
     picture: Path | None,
     changes: tuple[str, ...],
     own: Path | None,
@@ -41,11 +43,19 @@ def show_margins(
 ) -> int:
     """Everything that `proofmass margins` does; returns the exit code."""
     loaded = changed(read_graph(graph, own_blocks(own)), changes, ())
+    if limit_cycle:
+        return _show_limit_cycles(loaded, limit_cycle, as_json)
+    if gains or amplitudes:
+        from proofmass.runner.margins.quasi_linear import with_gains
+
+        loaded = with_gains(loaded, _stated("--gain", gains), _stated("--amplitude", amplitudes))
     planned = plan(loaded)
     point: str | Fraction = at
     if at == SETTLED:
-        point = settled_tick(planned) / planned.schedule.base_rate
-        click.echo(f"settled after {float(point):.4g} s", err=as_json)
+        bar = progress_bar(as_json)
+        with bar or contextlib.nullcontext():
+            point = settled_tick(planned, bar) / planned.schedule.base_rate
+        click.echo(f"settled after {seconds_text(float(point))}", err=as_json)
     wanted = all_margins if loop or sensitivity is None else _loops_if_any
     found = wanted(loaded, planned, loop, point)
     moved = sensitivities(loaded, planned, found, *sensitivity, point) if sensitivity else []
@@ -66,6 +76,35 @@ def show_margins(
     return 0
 
 
+def _stated(option: str, texts: tuple[str, ...]) -> dict[str, str]:
+    """The values that an option gives to blocks."""
+    pairs = [text.partition("=") for text in texts]
+    for text, (name, equals, value) in zip(texts, pairs, strict=True):
+        if not (name and equals and value):
+            raise click.UsageError(f"{option} {text}: write BLOCK=VALUE, for example quantiser=0.7")
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _show_limit_cycles(graph: Graph, name: str, as_json: bool) -> int:
+    """The limit cycles that the describing function of a block predicts, and that of a run."""
+    from proofmass.runner.margins.limit_cycles import LimitCycle, predicted, simulated, unit_of
+
+    cycles, unit = predicted(graph, name), unit_of(graph, name)
+    seen = simulated(graph, name, None if graph.duration or graph.samples else cycles)
+    if as_json:
+        data: dict[str, Any] = {"block": name, "unit": unit, "predicted": [cycle.as_data() for cycle in cycles]}
+        data["simulated"] = seen.as_data() if seen else None
+        click.echo(json.dumps({"graph": graph.name, "limit_cycles": data}, indent=2))
+        return 0
+    click.echo(f"limit cycles at the input of {name}")
+    rows: list[tuple[str, LimitCycle | None]] = [("predicted", cycle) for cycle in cycles]
+    for what, cycle in [*(rows or [("predicted", None)]), ("simulated", seen)]:
+        shown = f" {unit}" if unit != "1" else ""
+        text = f"amplitude {cycle.amplitude:.5g}{shown}, {hertz_text(cycle.frequency)}" if cycle else "none"
+        click.echo(f"  {what:<17} {text}")
+    return 0
+
+
 def missed_margins(graph: Graph) -> list[Problem]:
     """What `proofmass check` says of the margins that a graph asks for; linearised at tick 0."""
     planned = plan(graph)
@@ -73,7 +112,13 @@ def missed_margins(graph: Graph) -> list[Problem]:
     found: dict[str, Margins] = {}
     for name in wanted:
         found |= all_margins(planned.graph, planned, name)
-    return missed(planned, found)
+    notes = [_noted(planned, margins, note) for margins in found.values() for note in margins.system.map.notes]
+    return [*missed(planned, found), *notes]
+
+
+def _noted(planned: Plan, margins: Margins, note: str) -> Problem:
+    path = ("loops", margins.loop)
+    return planned.graph.placed(Problem(message=note, key=f"loops.{margins.loop}", note=True, path=path))
 
 
 def sensitivities(
@@ -87,38 +132,11 @@ def sensitivities(
         transfer_sensitivities(planned, node_of(planned, graph, source), node_of(planned, graph, target), tick)
     )
     for margins in found.values():
+        if margins.system.continuous:
+            continue  # their derivatives by parameters are those of sampled loops
         node = node_of(planned, planned.graph, margins.open_at)
         moved += margin_sensitivities(planned, margins, open_loop(planned, node, tick, by_parameters=True))
     return moved
-
-
-def margins_text(margins: Margins) -> str:
-    """The numbers of one loop for people."""
-    limits = (margins.gain_margin, margins.gain_reduction)
-    gain = [f"{decibels(limit):+.2f} dB (x {limit:.5g})" for limit in limits if limit is not None]
-    slowest = ", ".join(f"{pole:.6g}" for pole in margins.poles[:_SLOWEST])
-    rows = [
-        ("stable" if margins.stable else "UNSTABLE", f"largest of {len(margins.poles)} closed-loop poles: {slowest}"),
-        ("gain margin", ", ".join(gain) or "no limit"),
-        ("phase margin", _or_none(margins.phase_margin, lambda v: f"{math.degrees(v):.2f} deg")),
-        (
-            "delay margin",
-            _or_none(margins.delay_margin, lambda v: f"{v * 1e6:.5g} us ({v / margins.sample:.2f} samples)")
-            + (", or more" if margins.delay_margin == LARGEST_DELAY * margins.sample else ""),
-        ),
-        ("disk margin", _or_none(margins.disk_margin, lambda v: f"{v:.4g}")),
-        (
-            "sensitivity peak",
-            _or_none(decibels(margins.sensitivity_peak), lambda v: f"{v:.2f} dB")
-            + _or_none(margins.sensitivity_peak_frequency, lambda v: f" at {v:.5g} Hz"),
-        ),
-        ("bandwidth", _or_none(margins.bandwidth, lambda v: f"{v:.5g} Hz")),
-        ("gain crossovers", ", ".join(f"{v:.5g} Hz" for v in margins.gain_crossovers) or "none"),
-        ("phase crossovers", ", ".join(f"{v:.5g} Hz" for v in margins.phase_crossovers) or "none"),
-    ]
-    kept = rows if margins.stable else [rows[0], *rows[-2:]]
-    head = f"loop {margins.loop}" + (f", opened at {margins.open_at}" if margins.loop != margins.open_at else "")
-    return "\n".join([head, *(f"  {name:<17} {text}" for name, text in kept)])
 
 
 def sensitivity_text(found: "Sensitivity") -> str:
@@ -130,11 +148,9 @@ def sensitivity_text(found: "Sensitivity") -> str:
         per = f" {found.unit} per {effect.unit}" if effect.unit != "1" else unit
         lines.append(f"  {name:<32} {change:>12}  {effect.derivative:.6g}{per}")
     more = len(effects) - _ROWS
-    return "\n".join([*lines, f"  and {more} more"] if more > 0 else lines)
-
-
-def _or_none(value: float | None, text: Any) -> str:
-    return "no limit" if value is None else str(text(value))
+    lines += [f"  and {more} more"] if more > 0 else []
+    lines += [f"  {name:<32} {'':>12}  none: a corner, or an infinite slope" for name in found.undefined]
+    return "\n".join(lines)
 
 
 def _loops_if_any(graph: Graph, planned: Plan, loop: str, at: str | Fraction) -> dict[str, Margins]:

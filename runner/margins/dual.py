@@ -9,14 +9,22 @@ derivatives, such as those of a transition matrix by a parameter.
 Quantisers count as their input, with the derivative one, in value too: `int`, `round`, `//`, `>>`,
 `rounding.round_half_even` and `rounding.round_down` of a dual number. What is counted with, `math.floor`, `math.ceil`,
 `math.trunc` and `rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
-`^` is known for 0 and -1, the two ways to keep or turn a sign; other operations on bits raise TypeError.
+`& | ^` are known for 0 and -1, which take, keep or turn all bits, and raise TypeError elsewhere. A register that wraps
+takes off a constant (`wrapped`).
+
+Where a function has no finite derivative, such as the square root at 0, the slope is `UNDEFINED`, which is not finite;
+what is multiplied by exactly 0 has lost it again.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
+UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
+NO_SLOPE = "it has a corner here, or an infinite slope"
+_BITS = "is an operation on the bits of a number that signals move"
 
 
 class Dual:
@@ -62,26 +70,44 @@ class Dual:
     def __mod__(self, other: Any) -> Any:
         return self - other * (plain(self) // plain(other))
 
+    def __rmod__(self, other: Any) -> Any:
+        return other - self * (plain(other) // plain(self))
+
     __floordiv__ = __truediv__
     __rfloordiv__ = __rtruediv__
 
     def __pow__(self, exponent: int) -> Any:
         if not isinstance(exponent, int):
             raise TypeError("a power of a dual number needs an integer exponent")
+        if exponent == 0:
+            return plain(self) ** 0
         return chained(self.level, self.value**exponent, (exponent * self.value ** (exponent - 1), self.slopes))
 
-    def __lshift__(self, bits: int) -> Any:
-        return self * (1 << bits)
+    def __lshift__(self, bits: Any) -> Any:
+        return self * (1 << _plain_integer(bits, "<<"))
 
-    def __rshift__(self, bits: int) -> Any:
-        return self / (1 << bits)
+    def __rshift__(self, bits: Any) -> Any:
+        return self / (1 << _plain_integer(bits, ">>"))
+
+    def __rlshift__(self, other: Any) -> Any:
+        raise TypeError(f"<< {_BITS}")
+
+    def __rrshift__(self, other: Any) -> Any:
+        raise TypeError(f">> {_BITS}")
+
+    def __and__(self, mask: Any) -> Any:
+        return self if _mask(mask, "&") else 0
+
+    def __or__(self, mask: Any) -> Any:
+        return -1 if _mask(mask, "|") else self
 
     def __xor__(self, mask: Any) -> Any:
-        if not isinstance(mask, int) or mask not in (0, -1):
-            raise TypeError("an operation on the bits of a number that signals move")
-        return self if mask == 0 else -self - 1
+        return -self - 1 if _mask(mask, "^") else self
 
-    __rxor__ = __xor__
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+    def __invert__(self) -> Any:
+        return -self - 1
 
     # What the mantissa of a fixed-point value does in its own way (`proofmass.blocks.fixed_point`): a rule of rounding
     # divides by a power of two, which is read off a large one, and a register holds what is in its range.
@@ -95,6 +121,10 @@ class Dual:
         if not lowest <= self <= highest:
             raise OverflowError(f"{plain(self)} does not fit {register}")
         return self
+
+    def wrapped(self, lowest: int, highest: int) -> Any:
+        """Itself, less the whole turns of a register that wraps."""
+        return self - (plain(self) - lowest) // (highest - lowest + 1) * (highest - lowest + 1)
 
     def minimum(self, other: Any) -> Any:
         """The lower of two numbers."""
@@ -111,6 +141,8 @@ class Dual:
         return self
 
     def __abs__(self) -> Any:
+        if plain(self) == 0:
+            return chained(self.level, abs(self.value), (UNDEFINED, self.slopes))
         return -self if plain(self) < 0 else self
 
     def __round__(self, digits: int | None = None) -> Any:
@@ -147,9 +179,11 @@ def dual(value: Any, slopes: Slopes, level: int = 0) -> Any:
 
 
 def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
-    """The chain rule: a value whose slopes are the sum of factors times slopes."""
+    """The chain rule: a value whose slopes are the sum of factors times slopes; what is times 0 is nothing."""
     total: dict[Any, Any] = {}
     for factor, slopes in terms:
+        if not isinstance(factor, Dual) and factor == 0.0:
+            continue
         for key, slope in slopes.items():
             total[key] = total[key] + factor * slope if key in total else factor * slope
     return dual(value, total, level)
@@ -178,6 +212,19 @@ def value_of(number: Any, level: int = 0) -> Any:
     while isinstance(number, Dual) and number.level >= level:
         number = number.value
     return number
+
+
+def _plain_integer(number: Any, operation: str) -> int:
+    if not isinstance(number, int):
+        raise TypeError(f"{operation} {_BITS}")
+    return number
+
+
+def _mask(mask: Any, operation: str) -> int:
+    """All bits or none: what else there is takes a number apart."""
+    if not isinstance(mask, int) or mask not in (0, -1):
+        raise TypeError(f"{operation} {_BITS}")
+    return mask
 
 
 def _pair(a: Dual, b: Any) -> tuple[int, Any, Slopes, Any, Slopes]:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from proofmass.blocks import rounding
-from proofmass.runner.margins.dual import Dual, chained, plain
+from proofmass.runner.margins.dual import UNDEFINED, Dual, chained, plain
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # what stands for `math`; filled below
 
@@ -70,7 +70,11 @@ def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Ca
     def apply(x: Any) -> Any:
         if not isinstance(x, Dual):
             return function(x)
-        return chained(x.level, apply(x.value), (slope(x.value), x.slopes))
+        value = apply(x.value)
+        try:
+            return chained(x.level, value, (slope(x.value), x.slopes))
+        except ZeroDivisionError:  # as the square root at 0: there is a value, and no slope
+            return chained(x.level, value, (UNDEFINED, x.slopes))
 
     return apply
 
@@ -85,6 +89,9 @@ def _converting(kind: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _hypot(*sides: Any) -> Any:
+    length = math.hypot(*map(plain, sides))
+    if length == 0.0:
+        return sum((abs(side) for side in sides), 0.0)  # a corner: undefined in every direction
     return dual_math.sqrt(sum(side * side for side in sides))
 
 
@@ -92,6 +99,8 @@ def _atan2(y: Any, x: Any) -> Any:
     """Angle of (x, y), from the angle of the quarter that keeps the quotient small."""
     if not isinstance(y, Dual) and not isinstance(x, Dual):
         return math.atan2(y, x)
+    if plain(x) == plain(y) == 0:
+        return math.atan2(plain(y), plain(x)) + abs(y) + abs(x)  # the angle of no length: undefined
     angle = dual_math.atan(y / x) if abs(x) >= abs(y) else -dual_math.atan(x / y)
     return angle + (math.atan2(plain(y), plain(x)) - plain(angle))
 
@@ -100,9 +109,18 @@ def _power(base: Any, exponent: Any) -> Any:
     if not isinstance(base, Dual) and not isinstance(exponent, Dual):
         return math.pow(base, exponent)
     if isinstance(exponent, Dual):
+        if plain(base) == 0 and plain(exponent) > 0:
+            return _power(base, plain(exponent))  # 0 for every exponent nearby
         return dual_math.exp(exponent * dual_math.log(base))
-    rise = _of_one(lambda x: math.pow(x, exponent), lambda x: exponent * _power(x, exponent - 1.0))
-    return rise(base)
+    if exponent == 0:
+        return 1.0
+
+    def slope(x: Any) -> Any:
+        if plain(x) == 0 and exponent < 1.0:
+            raise ZeroDivisionError
+        return exponent * _power(x, exponent - 1.0)
+
+    return _of_one(lambda x: math.pow(x, exponent), slope)(base)
 
 
 def _copysign(size: Any, sign: Any) -> Any:
@@ -167,14 +185,24 @@ vars(dual_math).update({name: _of_one(getattr(math, name), slope) for name, slop
 vars(dual_math).update({name: _counting(getattr(math, name)) for name in _WHOLE} | _REST)
 
 
+def _wrapped(mantissa: Any, low_bits: int, sign: int) -> Any:
+    if not isinstance(mantissa, Dual):
+        return rounding.wrapped(mantissa, low_bits, sign)
+    return mantissa.wrapped(-sign, low_bits - sign)
+
+
 def _round_half_even(value: Any) -> Any:
     return value if isinstance(value, Dual) else rounding.round_half_even(value)
 
 
-_REPLACED: dict[Any, Callable[..., Any]] = {
+_OURS: dict[Any, Callable[..., Any]] = {
     rounding.round_half_even: _round_half_even,
     rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
+    rounding.wrapped: _wrapped,
     rounding.nearest_integer: _counting(rounding.nearest_integer),
     int: _converting(int),
     float: _converting(float),
-} | {getattr(math, name): getattr(dual_math, name) for name in (*_DERIVATIVES, *_WHOLE, *_REST)}
+}
+_REPLACED: dict[Any, Callable[..., Any]] = _OURS | {
+    getattr(math, name): getattr(dual_math, name) for name in (*_DERIVATIVES, *_WHOLE, *_REST)
+}

@@ -7,6 +7,7 @@ whichever method a run integrates it by. For a linear group this is its exact st
 to the point where it stands still. Inputs are held, first-order holds too; nothing of an event happens.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -16,7 +17,7 @@ from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.continuous.groups import Group
 from proofmass.runner.continuous.stages import Context, Stages
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.dual import Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.margins.dual import NO_SLOPE, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.margins.dual_functions import for_duals
 from proofmass.runner.margins.dual_loops import solve_dual
 from proofmass.runner.margins.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
@@ -79,6 +80,10 @@ class DualAdvance:
         rates = self._rates(constants, seeded, n, guesses, time)
         a = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n)] for rate in rates]
         b = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n, len(now))] for rate in rates]
+        for (block, _), slopes in zip(group.states, zip(a, b, strict=True), strict=True):
+            if not all(math.isfinite(plain(slope)) for part in slopes for slope in part):
+                self.stages.at = f"{block}.derivative"
+                raise ArithmeticError(NO_SLOPE)
         forced = [[*row, *(float(i == j) for j in range(n))] for i, row in enumerate(b)]
         transition, entry = self._hold(a, forced)
         apart = [value - point for value, point in zip(now, held, strict=True)]

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.continuous.exact_hold import Matrix, hold
 from proofmass.runner.engine.constants import constants_of
 from proofmass.runner.engine.planned import Plan
@@ -26,13 +27,16 @@ def differentiated(plan: Plan) -> Plan:
         if name in plan.digital:
             continue  # its coefficients are rounded to registers: they have no derivative
         driven = plan.constants[name] is None
-        constants[name] = None if driven else dual_constants(block, given[name], plan.block_period(name))
-        if "start" in block.functions:
-            filled = {b: list(buffers[name, b]) for b in block.buffers}
-            start = block.functions["start"]
-            made = for_duals(start.function)(given[name], *(filled[b] for b in start.arguments))
-            starts[name] = _typed(made)
-            buffers |= {(name, b): tuple(values) for b, values in filled.items()}
+        try:
+            constants[name] = None if driven else dual_constants(block, given[name], plan.block_period(name))
+            if "start" in block.functions:
+                filled = {b: list(buffers[name, b]) for b in block.buffers}
+                start = block.functions["start"]
+                made = for_duals(start.function)(given[name], *(filled[b] for b in start.arguments))
+                starts[name] = _typed(made)
+                buffers |= {(name, b): tuple(values) for b, values in filled.items()}
+        except (ArithmeticError, ValueError, TypeError, AttributeError) as error:
+            raise ModelError([plan.graph.placed(_no_derivative(name, error))]) from error
     return replace(plan, constants=constants, starts=starts, buffers=buffers)
 
 
@@ -100,3 +104,13 @@ def _exponential_slope(rows: list[list[Any]], key: Any, width: int, period: floa
     both = [[*left, *right] for left, right in zip(matrix, slope, strict=True)]
     both += [[*[0.0] * width, *row] for row in matrix]
     return [row[width:] for row in hold(both, [[] for _ in both], period)[0][: len(rows)]]
+
+
+def _no_derivative(name: str, error: Exception) -> Problem:
+    return Problem(
+        message="its constants have no derivative by its parameters",
+        key=f"blocks.{name}",
+        got=str(error),
+        hint="margins without --sensitivity need none; else move the parameter off this value",
+        path=("blocks", name),
+    )

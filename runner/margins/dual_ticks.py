@@ -3,6 +3,7 @@
 Only what the wanted outputs depend on is run. Noise is zero.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
@@ -10,10 +11,10 @@ from typing import Any
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.schedule import AlgebraicLoop, Node
-from proofmass.runner.engine.interpret import Interpreter
+from proofmass.runner.engine.interpret import Interpreter, TickError
 from proofmass.runner.engine.memory import Memory
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.dual import dual, plain
+from proofmass.runner.margins.dual import NO_SLOPE, dual, plain, slopes_of
 from proofmass.runner.margins.dual_functions import for_duals
 from proofmass.runner.margins.dual_groups import DualAdvance
 from proofmass.runner.margins.dual_loops import solve_dual
@@ -77,7 +78,13 @@ class DualTicks(Interpreter):
         return solve_dual(tears, others, wires, value)
 
     def _finite(self, value: Any) -> bool:
-        return super()._finite([plain(v) for v in value] if isinstance(value, list | tuple) else plain(value))
+        values = value if isinstance(value, list | tuple) else [value]
+        if not super()._finite([plain(v) for v in values]):
+            return False
+        for entry in values:
+            if not all(math.isfinite(plain(slope)) for slope in slopes_of(entry, SIGNALS).values()):
+                raise TickError(self._at, self._memory.tick, NO_SLOPE)
+        return True
 
     def _driven(self, name: str) -> Callable[[int], Any]:
         block, drivers, wires = self.plan.blocks[name], self.plan.schedule.drivers, self._memory.wires

@@ -42,9 +42,15 @@ def _port_graph(plan: Plan) -> Any:
 
 
 def _opens(plan: Plan, part: Any, node: Node) -> bool:
-    """Whether no loop is left without the output, which must be one number that is sampled or held."""
+    """Whether no loop is left without the output, which must be one number.
+
+    It must be sampled or held, or all of the loop lie among continuous blocks.
+    """
     port = plan.blocks[node[0]].outputs[node[1]]
-    if port.shape or port.dtype is bool or any(node in solver.group.nodes for solver in plan.solvers):
+    if port.shape or port.dtype is bool:
+        return False
+    groups = [set(solver.group.nodes) for solver in plan.solvers if node in solver.group.nodes]
+    if groups and not set(part) <= groups[0]:
         return False
     rest = part.subgraph(set(part) - {node})
     return bool(networkx.is_directed_acyclic_graph(rest))

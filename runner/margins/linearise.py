@@ -1,8 +1,11 @@
 """A graph as a linear sampled system: between two wires, or around a loop that is opened at a wire."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import UnitError
@@ -12,11 +15,14 @@ from proofmass.graphs.hints import like
 from proofmass.graphs.loops import SETTLED, Loop
 from proofmass.graphs.names import Missing, find_output
 from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous.groups import Group
 from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
+from proofmass.runner.margins.analog_loop import analog_group, analog_map
 from proofmass.runner.margins.find_loops import Found, find_loops
 from proofmass.runner.margins.open_loop import OpenLoop
-from proofmass.runner.margins.period_map import PeriodMap, period_map
+from proofmass.runner.margins.orbit import map_at, variation
+from proofmass.runner.margins.period_map import PeriodMap
 from proofmass.runner.margins.settle import settled_tick
 
 if TYPE_CHECKING:
@@ -51,7 +57,7 @@ def linearise(
         _, node = one_loop(planned, graph, loop)
         return to_control(open_loop(planned, node, tick_at(planned, at)).map, negated=True)
     wires = [[node_of(planned, graph, signal) for signal in signals] for signals in (inputs, outputs)]
-    return to_control(period_map(planned, *wires, tick=tick_at(planned, at)).between())
+    return to_control(map_at(planned, *wires, tick=tick_at(planned, at)).between())
 
 
 def to_control(found: PeriodMap, negated: bool = False) -> "control.StateSpace":
@@ -78,9 +84,15 @@ def to_control(found: PeriodMap, negated: bool = False) -> "control.StateSpace":
 
 
 def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = False) -> OpenLoop:
-    """The loop through an output, opened there."""
-    _refuse_inside_a_group(planned, node)
-    found = period_map(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick).between()
+    """The loop through an output, opened there; in continuous time where only continuous blocks lie in it."""
+    group = analog_group(planned, node)
+    if group is not None:
+        analog = analog_map(planned, group, node, tick).between()
+        if not any(part.any() for part in (analog.parts()[1], analog.parts()[3])):
+            raise ModelError([planned.graph.placed(_not_within(planned, group, node))])
+        return OpenLoop(analog, continuous=True)
+    whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
+    found = replace(whole.between(), later=None)
     if not any(part.any() for part in (found.parts()[1], found.parts()[3])):
         signal = ".".join(node)
         problem = Problem(
@@ -91,7 +103,10 @@ def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = Fa
             path=("blocks", node[0]),
         )
         raise ModelError([planned.graph.placed(problem)])
-    return OpenLoop(found)
+    if whole.later is None or whole.later.states != whole.states:
+        return OpenLoop(found)
+    later = OpenLoop(whole.later.kept([whole.states.index(state) for state in found.states]))
+    return OpenLoop(found, variation=variation(np.real(OpenLoop(found).closed()), np.real(later.closed())))
 
 
 def loops_of(planned: Plan) -> dict[str, Loop]:
@@ -157,20 +172,17 @@ def _crossing(found: Found) -> Problem:
     )
 
 
-def _refuse_inside_a_group(planned: Plan, node: Node) -> None:
-    """Between continuous blocks signals are not held: there is no sampled signal to cut."""
-    groups = [solver.group for solver in planned.solvers if node in solver.group.nodes]
-    members = {name for group in groups for name in group.members}
+def _not_within(planned: Plan, group: Group, node: Node) -> Problem:
+    """Between continuous blocks signals are not held: no sampled loop can be cut there."""
+    signal = ".".join(node)
     wires = planned.schedule.drivers.items()
-    readers = [f"{name}.{entry}" for (name, entry), source in wires if source == node and name in members]
-    if readers:
-        signal = ".".join(node)
-        problem = Problem(
-            message=f"{signal} is read by continuous blocks, which are moved together",
-            key=signal,
-            got=", ".join(sorted(readers)),
-            expected="an output whose values are sampled or held",
-            hint="open the loop at a discrete block",
-            path=("blocks", node[0]),
-        )
-        raise ModelError([planned.graph.placed(problem)])
+    readers = [f"{name}.{entry}" for (name, entry), source in wires if source == node and name in group.members]
+    cuts = [cut for part in find_loops(planned) if signal in part.ports for cut in part.open_at]
+    return Problem(
+        message=f"no loop among continuous blocks goes through {signal}, and between them nothing is sampled",
+        key=signal,
+        got=", ".join(sorted(readers)),
+        expected="an output whose values are sampled or held",
+        hint=f"open the loop at {' or '.join(cuts[:3])}" if cuts else "open the loop at a discrete block",
+        path=("blocks", node[0]),
+    )

@@ -70,6 +70,8 @@ class Margins(Figures):
             "open_at": self.open_at,
             "stable": self.stable,
             "verdict": self.verdict,
+            "operating_point": {"tick": self.system.map.tick, "time_s": self.system.map.time},
+            "notes": list(self.system.map.notes),
             "hidden_modes": [str(mode) for mode in self.hidden],
             **super().as_data(),
             "delay_margin_samples": samples,

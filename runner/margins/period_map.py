@@ -23,9 +23,10 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.interpret import TickError
 from proofmass.runner.engine.memory import Memory, start
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.dual import dual, slopes_of, value_of
+from proofmass.runner.margins.dual import NO_SLOPE, dual, slopes_of, value_of
 from proofmass.runner.margins.dual_plan import SIGNALS, differentiated
 from proofmass.runner.margins.dual_ticks import DualTicks
+from proofmass.runner.margins.forward import memory_at
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
@@ -42,6 +43,11 @@ class PeriodMap:
     matrix: Array
     slopes: Mapping[str, Array]
     period: float  # seconds
+    tick: int = 0  # of the operating point, in base ticks
+    time: float = 0.0  # the same in seconds
+    undefined: tuple[str, ...] = ()  # parameters by which there is no finite derivative
+    notes: tuple[str, ...] = ()  # what is to be said of the operating point
+    later: "PeriodMap | None" = None  # the map that follows it, where that is another
 
     @property
     def order(self) -> int:
@@ -108,18 +114,22 @@ def period_map(
     everything: bool = False,
     by_parameters: bool = False,
     tick: int = 0,
+    periods: int = 1,
+    memory: Memory | None = None,
 ) -> PeriodMap:
     """Linearise what lies between some wires, at what the graph is like in a base tick (or the period it lies in).
+
+    The map is that of so many common `periods`. With a `memory` the tick is that of it.
 
     `inputs` are added to what their wires carry, or replace it where they are `cut`. The states are those of the blocks
     on paths from inputs to outputs, or of `everything` that the outputs depend on.
 
     Raises `ModelError` with the block that cannot be linearised.
     """
-    upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
-    moving = upstream if everything else upstream & _downstream(plan, inputs)
+    upstream, moving = blocks_of_map(plan, inputs, outputs, everything)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
-    memory = memory_at(plan, tick - tick % ticks)
+    memory = memory or memory_at(plan, tick - tick % ticks)
+    ticks *= periods
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices, not numbers: they keep their values
@@ -131,12 +141,29 @@ def period_map(
         try:
             engine.advance(begin.tick + ticks, ())
         except TickError as error:
-            name = error.at.rpartition(".")[0]
+            name, _, what = error.at.rpartition(".")
             if name in counted or name not in moving:
-                raise ModelError([plan.graph.placed(_not_linear(name, error))]) from error
+                raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
             counted.add(name)
             continue
-        return _read(engine, seeded, values, inputs, outputs, ticks * plan.period)
+        return replace(
+            _read(engine, seeded, values, inputs, outputs, ticks * plan.period),
+            tick=memory.tick,
+            time=memory.tick * plan.period,
+        )
+
+
+def common_period(plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool = False) -> int:
+    """Base ticks of the period of a map."""
+    return _common_period(plan, blocks_of_map(plan, inputs, outputs, everything)[1], [*inputs, *outputs])
+
+
+def blocks_of_map(
+    plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool
+) -> tuple[set[str], set[str]]:
+    """Blocks that the outputs depend on, and those of them that the map has the states of."""
+    upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
+    return upstream, upstream if everything else upstream & _downstream(plan, inputs)
 
 
 def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
@@ -145,19 +172,6 @@ def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
     wiring.add_nodes_from(plan.blocks)
     wiring.add_edges_from((source, target) for (target, _), (source, _) in plan.schedule.drivers.items())
     return wiring
-
-
-def memory_at(plan: Plan, tick: int) -> Memory:
-    """The memory at the start of a tick, after a run from tick 0."""
-    memory = start(plan)
-    if tick == 0:
-        return memory
-    from proofmass.runner.engine.engines import choose, make_engine
-
-    silent = replace(plan, probes=())
-    engine = make_engine(silent, choose(silent, tick, "auto"), plan.graph.seed, 0, memory)
-    engine.advance(tick, ())
-    return engine.memory()
 
 
 def _downstream(plan: Plan, inputs: Sequence[Node]) -> set[str]:
@@ -244,8 +258,13 @@ def _read(
         put(row, -1, value_of(value, SIGNALS), value_of(before, SIGNALS))
         for key, slope in slopes_of(value, SIGNALS).items():
             put(row, columns[key], slope)
+    for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
+        name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
+        raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
     ends = tuple((*node, number) for node in outputs for number in range(len(engine.recorded[node])))
-    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period)
+    undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
+    slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
+    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined)
 
 
 def _held(memory: Memory, entry: Entry) -> Any:
@@ -253,11 +272,11 @@ def _held(memory: Memory, entry: Entry) -> Any:
     return getattr(memory.states[name], field) if index < 0 else memory.buffers[name, field][index]
 
 
-def _not_linear(name: str, error: TickError) -> Problem:
+def _not_linear(name: str, what: str, got: str) -> Problem:
     return Problem(
-        message=f"cannot be linearised: {error.at.rpartition('.')[2]} has no derivative here",
+        message=f"cannot be linearised: {what} has no derivative here",
         key=f"blocks.{name}",
-        got=str(error.value),
+        got=got,
         expected="arithmetic, comparisons and functions of math on what signals move",
         hint="open the loop so that this block lies outside, or linearise at another time",
         path=("blocks", name),

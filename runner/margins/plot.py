@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.linalg
 
 from proofmass.runner.margins.frequencies import sweep
 from proofmass.runner.margins.margins import Margins
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_STEPS, _MOST_BARS = 4000, 15
+_POINTS = 600  # of the step response of a continuous loop
 
 
 def plot_margins(margins: Margins) -> "Figure":
@@ -126,12 +128,21 @@ def _draw_nyquist(panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.c
 
 def _draw_step(margins: Margins, panel: "Axes") -> None:
     values = step_response(margins)
-    times = np.arange(len(values)) * margins.sample
+    times = np.arange(len(values)) * (margins.sample or _tick(margins))
     factor, unit = prefix("s", float(times[-1]) if len(times) > 1 else margins.sample)
-    panel.step(times * factor, values, where="post", color=BLUE)
+    if margins.sample:
+        panel.step(times * factor, values, where="post", color=BLUE)
+    else:
+        panel.plot(times * factor, values, color=BLUE)
     panel.axhline(1.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"time [{unit}]")
     panel.set_ylabel("step response of L / (1 + L)")
+
+
+def _tick(margins: Margins) -> float:
+    """Seconds between the points of the step response of a continuous loop: a part of its slowest time constant."""
+    decay = abs(margins.poles[0].real) if len(margins.poles) else 1.0
+    return 6.0 / max(decay, 1e-9 * float(np.max(np.abs(margins.poles), initial=1.0))) / _POINTS
 
 
 def step_response(margins: Margins) -> Array:
@@ -140,7 +151,14 @@ def step_response(margins: Margins) -> Array:
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)
     closed, into, out, direct = np.real(system.closed()), b @ inverse, inverse @ c, d @ inverse
-    speed = abs(math.log(min(max(abs(margins.poles[0]) if len(margins.poles) else 0.5, 1e-3), 1e3)))
+    if system.continuous:
+        n, p = into.shape
+        both = np.zeros((n + p, n + p))
+        both[:n, :n], both[:n, n:] = closed, into
+        held = scipy.linalg.expm(both * _tick(margins))
+        closed, into, speed = held[:n, :n], held[:n, n:], 6.0 / _POINTS
+    else:
+        speed = abs(math.log(min(max(abs(margins.poles[0]) if len(margins.poles) else 0.5, 1e-3), 1e3)))
     periods = min(max(int(6.0 / max(speed, 1e-9)), 8), _MOST_STEPS // system.per_period + 1)
     x, ones, rows = np.zeros(len(closed)), np.ones(system.per_period), []
     for _ in range(periods):

@@ -8,7 +8,7 @@ vectors v, w of that pole, d pole = w* dA v / (w* v) (Golub and Van Loan, Matrix
 import cmath
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.margins import Margins
 from proofmass.runner.margins.open_loop import Complex, OpenLoop
-from proofmass.runner.margins.period_map import period_map
+from proofmass.runner.margins.orbit import map_at
 from proofmass.runner.margins.steady_state import SteadyState
 
 
@@ -46,24 +46,28 @@ class Sensitivity:
     unit: str
     value: float
     effects: tuple[Effect, ...]
+    undefined: tuple[str, ...] = ()  # parameters at a corner, or where the slope is infinite
 
     def as_data(self) -> dict[str, Any]:
         """The numbers as plain data."""
         effects = [vars(effect) for effect in self.effects]
-        return {"quantity": self.quantity, "unit": self.unit, "value": self.value, "effects": effects}
+        return {"quantity": self.quantity, "unit": self.unit, "value": self.value, "effects": effects} | (
+            {"undefined": list(self.undefined)} if self.undefined else {}
+        )
 
 
 def transfer_sensitivities(planned: Plan, source: Node, target: Node, tick: int = 0) -> tuple[Sensitivity, Sensitivity]:
     """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
-    found = period_map(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
+    found = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
     settled = SteadyState(planned, found, target)
     scale, bias = settled.values()
     slopes = {name: settled.slopes(name) for name in found.slopes}
     units = [planned.blocks[name].unit_of(planned.blocks[name].outputs[port]) for name, port in (target, source)]
     ratio = short_unit(f"({units[0]})/({units[1]})")
+    by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
     return (
-        _ranked(planned, "scale factor", ratio, scale, {name: pair[0] for name, pair in slopes.items()}),
-        _ranked(planned, "bias", units[0], bias, {name: pair[1] for name, pair in slopes.items()}, settled.size),
+        replace(_ranked(planned, "scale factor", ratio, scale, by_scale), undefined=found.undefined),
+        replace(_ranked(planned, "bias", units[0], bias, by_bias, settled.size), undefined=found.undefined),
     )
 
 
@@ -77,10 +81,11 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
         found += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
     values = margins.as_data()
     keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
-    return [
+    ranked = [
         _ranked(planned, f"{margins.loop}: {name}", unit, values[keys[name]], {p: slope(p) for p in system.map.slopes})
         for name, unit, slope in found
     ]
+    return [replace(quantity, undefined=system.map.undefined) for quantity in ranked]
 
 
 def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:

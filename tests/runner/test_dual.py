@@ -1,5 +1,6 @@
 """Dual numbers against closed forms, complex steps of polynomials and each other's nesting."""
 
+import math
 import operator
 
 import pytest
@@ -74,9 +75,12 @@ def test_integers_stay_dual_and_quantisers_count_as_their_input() -> None:
     assert slopes_of(code % 8) == {"x": 2.0}
     assert (plain(code ^ 0), slopes_of(code ^ 0)) == (21, {"x": 2.0})
     assert (plain(code ^ -1), slopes_of(code ^ -1)) == (21 ^ -1, {"x": -2.0})
-    for operation in (operator.and_, operator.or_):
-        with pytest.raises(TypeError):
-            operation(code, 3)
+    assert (plain(~code), slopes_of(~code)) == (~21, {"x": -2.0})
+    assert (code & 0, slopes_of(code & -1), -1 | code, slopes_of(0 | code)) == (0, {"x": 2.0}, -1, {"x": 2.0})
+    for operation in (operator.and_, operator.or_, operator.lshift, operator.rshift):
+        for pair in ((code, 3), (3, code))[operation in (operator.lshift, operator.rshift) :]:
+            with pytest.raises(TypeError, match="bits"):
+                operation(*pair)
     with pytest.raises(TypeError, match="bits"):
         code ^ 5
     with pytest.raises(TypeError):
@@ -97,3 +101,30 @@ def test_levels_give_mixed_second_derivatives(a: float, b: float) -> None:
     assert plain(value_of(f, 1)) == plain(f)
     assert slopes_of(value_of(f, 1), 0) == slopes_of(f, 0)
     assert not isinstance(value_of(f, 0), Dual)
+
+
+def test_remainders_of_a_plain_number() -> None:
+    """7 % x = 7 - 3 x close to x = 2: the count of wholes stands still."""
+    found = 7.0 % dual(2.25, {"x": 1.0})
+    assert (plain(found), slopes_of(found)) == (0.25, {"x": -3.0})
+
+
+@pytest.mark.parametrize(("value", "lowest", "highest", "held"), [(9, -8, 7, -7), (9, 0, 15, 9), (-9.5, -8, 7, 6.5)])
+def test_a_register_that_wraps_takes_off_whole_turns(value: float, lowest: int, highest: int, held: float) -> None:
+    found = dual(value, {"x": 2.0}).wrapped(lowest, highest)
+    assert (plain(found), slopes_of(found)) == (held, {"x": 2.0})
+
+
+@pytest.mark.defect("C2", before="ZeroDivisionError", after="powers of 0 have slopes")
+def test_powers_of_zero() -> None:
+    x = dual(0.0, {"x": 1.0})
+    assert x**0 == 1.0
+    assert slopes_of(x**1) == {"x": 1.0}
+    assert slopes_of(x**2) == {}
+
+
+def test_a_corner_has_no_slope_until_it_is_multiplied_by_zero() -> None:
+    x = dual(0.0, {"x": 1.0})
+    assert math.isnan(slopes_of(abs(x))["x"])
+    assert slopes_of(0.0 * abs(x)) == {}
+    assert slopes_of(x * abs(x)) == {}  # x |x| has the slope 2 |x|

@@ -1,10 +1,15 @@
 """Fixed-point blocks linearised: their registers are numbers, roundings count as gain one, limits as what they are."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from proofmass.blocks.constant import Constant
 from proofmass.blocks.declare import Block
+from proofmass.blocks.fixed_delay import FixedDelay
+from proofmass.blocks.fixed_difference import FixedDifference
+from proofmass.blocks.fixed_integrator import FixedIntegrator
 from proofmass.blocks.fixed_pid import FixedPID
 from proofmass.blocks.fixed_point import Fixed
 from proofmass.blocks.fixed_quantiser import FixedQuantiser
@@ -77,3 +82,57 @@ def test_margins_of_a_loop_closed_in_fixed_point() -> None:
     assert got.gain_margin == pytest.approx(expected.gain_margin, rel=1e-5)
     assert got.phase_margin == pytest.approx(expected.phase_margin, rel=1e-5)
     assert np.abs(got.poles[:3]) == pytest.approx(np.abs(expected.poles[:3]), rel=1e-5)
+
+
+@pytest.mark.defect("C1", before="TypeError: & of Dual and int", after="a register that wraps has slope one")
+@pytest.mark.parametrize("tick", [0, 3, 4, 5, 40])
+def test_registers_that_wrap_have_slope_one(tick: int) -> None:
+    """An integrator that wraps and its difference (Hogenauer 1981): one tick late, whatever the register holds."""
+    narrow = Fixed(14, 12)  # -2 to 2: a sum of 0.75 a tick wraps in tick 2, then every fifth or sixth
+    wraps: dict[str, Any] = {"overflow": "wrap"}
+    blocks: dict[str, Block] = {
+        "source": Constant(value=0.75),
+        "into": FixedQuantiser(output_format=narrow, **wraps),
+        "integral": FixedIntegrator(
+            gain=8e3,
+            input_format=narrow,
+            gain_format=Fixed(2, 0),
+            sum_format=narrow,
+            output_format=narrow,
+            output_unit="1",
+            **wraps,
+        ),
+        "before": FixedDelay(format=narrow),
+        "comb": FixedDifference(input_format=narrow, output_format=narrow, **wraps),
+        "out": FixedToNumber(input_format=narrow),
+    }
+    wires = [
+        "source.output -> into.input",
+        "into.output -> integral.input",
+        "integral.output -> comb.first",
+        "integral.output -> before.input",
+        "before.output -> comb.second",
+        "comb.output -> out.input",
+    ]
+    planned = plan(Graph(name="wraps", rate=8000, blocks=blocks, wires=wires, probes=["out.output"]))
+    found = period_map(planned, [("source", "output")], [("out", "output")], tick=tick)
+    assert response(found, 4) == pytest.approx([0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-12)
+    assert found.parts()[0].any()
+
+
+@pytest.mark.defect("C1", before="TypeError: & of Dual and int", after="a quantiser that wraps has slope one")
+@pytest.mark.parametrize("value", [0.3, 1.7, 2.3, -5.1])
+def test_a_quantiser_that_wraps_has_slope_one(value: float) -> None:
+    for format in (Fixed(14, 12), Fixed(14, 12, signed=False)):
+        blocks: dict[str, Block] = {
+            "source": Constant(value=value),
+            "into": FixedQuantiser(output_format=format, overflow="wrap"),
+            "out": FixedToNumber(input_format=format),
+        }
+        wires = ["source.output -> into.input", "into.output -> out.input"]
+        planned = plan(Graph(name="wraps", rate=8000, blocks=blocks, wires=wires, probes=["out.output"]))
+        found = period_map(planned, [("source", "output")], [("out", "output")])
+        assert response(found, 0) == [1.0]
+        turns = (float(found.matrix[-1, -1]) - value) / 4.0  # what wraps is off by whole turns of the register
+        assert turns == pytest.approx(round(turns), abs=1e-9)
+        assert -2.0 <= found.matrix[-1, -1] < 4.0

@@ -256,3 +256,28 @@ def _moved(arguments: list[Any], place: tuple[int, int], value: Any) -> list[Any
     else:
         moved[i] = value
     return moved
+
+
+@pytest.mark.defect("C2", before="ZeroDivisionError or ValueError", after="a value without a slope")
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [("sqrt", (0.0,)), ("cbrt", (0.0,)), ("asin", (1.0,)), ("acos", (1.0,)), ("acosh", (1.0,)), ("pow", (0.0, 0.5)),
+     ("atan2", (0.0, 0.0)), ("hypot", (0.0, 0.0)), ("fabs", (0.0,))],
+)  # fmt: skip
+def test_where_there_is_no_slope(name: str, arguments: tuple[float, ...]) -> None:
+    function, x = getattr(dual_math, name), dual(arguments[0], {"x": 1.0})
+    found = function(x, *arguments[1:])
+    assert plain(found) == getattr(math, name)(*arguments)
+    assert math.isnan(slopes_of(found)["x"])
+    assert slopes_of(0.0 * found) == {}  # what is multiplied by nothing does nothing
+    nested = function(dual(x, {"y": 1.0}, 1), *arguments[1:])
+    assert math.isnan(plain(slopes_of(nested, 1)["y"]))
+
+
+@pytest.mark.defect("C2", before="ValueError: math domain error", after="slopes of 0**1.5, 0**1, x**0, 0**y")
+def test_powers_at_zero() -> None:
+    x, y = dual(0.0, {"x": 1.0}), dual(1.5, {"y": 1.0})
+    assert dual_math.pow(x, 1.5) == 0.0
+    assert slopes_of(dual_math.pow(x, 1.0)) == {"x": 1.0}
+    assert dual_math.pow(x, 0.0) == 1.0
+    assert slopes_of(dual_math.pow(0.0, y)) == {}

@@ -33,7 +33,8 @@ def test_numbers_for_people(capsys: pytest.CaptureFixture[str]) -> None:
         said(capsys, "margins", LOOP)
         == """\
 loop main, opened at dac.voltage
-  stable            largest of 5 closed-loop poles: 0.997804+0j, 0.975418+0j, 0.860481-0.0602524j
+  stable            slowest of 5 closed-loop poles: time constant 9.096 ms; time constant 803.55 us; \
+556.31 Hz, damping 0.904, time constant 135.3 us
   gain margin       +31.57 dB (x 37.872)
   phase margin      90.89 deg
   delay margin      766.79 us (38.34 samples)
@@ -42,6 +43,7 @@ loop main, opened at dac.voltage
   bandwidth         322.6 Hz
   gain crossovers   329.25 Hz
   phase crossovers  5782.9 Hz, 25000 Hz
+  linearised at     tick 0, t = 0 s
 """
     )
 
@@ -54,6 +56,7 @@ def test_numbers_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     assert loop["gain_reduction_db"] is None
     assert loop["delay_margin_samples"] == pytest.approx(38.34, abs=0.01)
     assert len(loop["poles"]) == 5
+    assert (loop["operating_point"], loop["notes"]) == ({"tick": 0, "time_s": 0.0}, [])
     quantities = {entry["quantity"]: entry for entry in data["sensitivities"]}
     assert list(quantities) == ["scale factor", "bias", "main: gain margin", "main: phase margin", "main: delay margin"]
     assert quantities["scale factor"]["effects"][0]["parameter"] == "pendulosity.gain"

@@ -21,7 +21,8 @@ from proofmass.graphs.graph import Graph
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.engine.interpret import Interpreter
 from proofmass.runner.engine.plan import plan
-from proofmass.runner.margins.period_map import PeriodMap, memory_at, period_map
+from proofmass.runner.margins.forward import memory_at
+from proofmass.runner.margins.period_map import PeriodMap, period_map
 
 
 def chain(*blocks: tuple[str, Block, str, str], source: Block | None = None, **more: Any) -> Graph:

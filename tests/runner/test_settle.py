@@ -13,13 +13,16 @@ from proofmass.blocks.discrete_integrator import DiscreteIntegrator
 from proofmass.blocks.gain import Gain
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.product import Product
+from proofmass.blocks.saturation import Saturation
 from proofmass.blocks.sine import Sine
+from proofmass.blocks.step import Step
 from proofmass.blocks.sum import Sum
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_writer import write_graph
 from proofmass.runner.command_line import main
 from proofmass.runner.engine.plan import plan
-from proofmass.runner.margins.settle import TOLERANCE, settled_tick
+from proofmass.runner.margins.forward import Forward, memory_at
+from proofmass.runner.margins.settle import MOST, TOLERANCE, settled_tick
 
 
 def loop(gain: float, source: Block, *more: str, rate: float = 1000.0) -> Graph:
@@ -108,3 +111,84 @@ def test_the_command_says_when(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert json.loads(both.out)["loops"][0]["poles"] == [[pytest.approx(0.99), 0.0]]
     assert main([*command, "setled"]) == 1
     assert 'or "settled"' in capsys.readouterr().err
+
+
+def beyond_pull_in() -> Graph:
+    """A mass on a spring that pushes, 30 / s away from rest, between limits that only hold the force."""
+    blocks: dict[str, Block] = {
+        "source": Step(amplitude=1e-3),
+        "sum": Sum(),
+        "speed": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "place": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "push": Gain(gain=9e4),
+        "limit": Saturation(),
+    }
+    wires = [
+        "source.output -> sum.first",
+        "limit.output -> sum.second",
+        "sum.output -> speed.input",
+        "speed.output -> place.input",
+        "place.output -> push.input",
+        "push.output -> limit.input",
+    ]
+    return Graph(name="pull-in", rate=1000.0, blocks=blocks, wires=wires)
+
+
+@pytest.mark.defect("H1", before="over ten minutes without a word", after="unstable, after some hundred ticks")
+def test_a_loop_that_is_plainly_unstable_is_given_up() -> None:
+    with pytest.raises(ModelError, match="the loops do not settle: they are unstable") as caught:
+        settled_tick(plan(beyond_pull_in()))
+    (problem,) = caught.value.problems
+    assert "a mode that grows by 1.3 in 0.001 s at the start" in problem.got
+    assert int(problem.got.rpartition(" ")[2].replace(",", "")) < 1000
+    assert "tick 0" in problem.hint
+
+
+def test_what_is_unstable_in_tick_0_may_settle() -> None:
+    """x[n+1] = x + T (30 x - 30 x^3 + u): away from 0 to 1."""
+    blocks: dict[str, Block] = {
+        "source": Constant(value=1e-6),
+        "sum": Sum(),
+        "integral": DiscreteIntegrator(output_unit="1", gain=30.0),
+        "square": Product(),
+        "cube": Product(),
+        "back": Gain(gain=-1.0),
+        "both": Sum(),
+    }
+    wires = [
+        "integral.output -> square.first",
+        "integral.output -> square.second",
+        "square.output -> cube.first",
+        "integral.output -> cube.second",
+        "cube.output -> back.input",
+        "back.output -> both.first",
+        "integral.output -> both.second",
+        "both.output -> sum.first",
+        "source.output -> sum.second",
+        "sum.output -> integral.input",
+    ]
+    planned = plan(Graph(name="two places", rate=1000, blocks=blocks, wires=wires))
+    tick = settled_tick(planned)
+    assert memory_at(planned, tick).states["integral"].total == pytest.approx(1.0, rel=1e-3)
+
+
+def test_progress_is_told() -> None:
+    told: list[tuple[int, int]] = []
+    settled_tick(plan(loop(10.0, Constant(value=3.0))), progress=lambda done, of: told.append((done, of)))
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert {of for _, of in told} == {MOST}
+
+
+def test_plain_python_hands_over_to_machine_code_between_two_ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    planned = plan(loop(10.0, Sine(frequency=3.0)))
+    plain = Forward(planned).to(3000)
+    monkeypatch.setattr("proofmass.runner.margins.forward.INTERPRETED", -1e9)
+    run = Forward(planned)
+    both = run.to(3000, of=10**9)
+    assert run.engine == "compiled"
+    assert (both.states, both.wires, both.tick) == (plain.states, plain.wires, 3000)
+
+
+def test_a_run_that_fails_on_the_way_is_a_problem_with_its_place() -> None:
+    with pytest.raises(ModelError, match="is not finite in tick"):
+        proofmass.margins(loop(2500.0, Constant(value=1.0)), "back.output", at="10 s")

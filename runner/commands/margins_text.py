@@ -1,0 +1,116 @@
+"""The margins of a loop as text for people."""
+
+import cmath
+import math
+from typing import Any
+
+from proofmass.runner.margins.figures import decibels
+from proofmass.runner.margins.lifted import LARGEST_DELAY
+from proofmass.runner.margins.margins import Margins
+from proofmass.runner.margins.poles import Pole
+
+_SLOWEST = 3  # poles that are shown
+_PREFIXES = (("T", 1e12), ("G", 1e9), ("M", 1e6), ("k", 1e3), ("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9))
+_VERDICTS = {"stable": "stable", "marginal": "MARGINAL", "unstable": "UNSTABLE"}
+
+
+def margins_text(margins: Margins) -> str:
+    """The numbers of one loop: its verdict, and what a designer needs of a loop that has it."""
+    head = f"loop {margins.loop}" + (f", opened at {margins.open_at}" if margins.loop != margins.open_at else "")
+    poles = [pole for pole in margins.slowest if pole.value.imag >= 0.0][:_SLOWEST]
+    slowest = "; ".join(pole_text(pole, margins.period) for pole in poles)
+    count = len(margins.slowest)
+    rows = [(_VERDICTS[margins.verdict], f"slowest of {count} closed-loop poles: {slowest}" if count else "no poles")]
+    rows += _limits(margins) if margins.stable else _way_back(margins)
+    rows += [
+        ("gain crossovers", ", ".join(map(hertz_text, margins.gain_crossovers)) or "none"),
+        ("phase crossovers", ", ".join(map(hertz_text, margins.phase_crossovers)) or "none"),
+        *(("left out", str(mode)) for mode in margins.hidden),
+        ("linearised at", _operating_point(margins)),
+        *(("note", note) for note in margins.system.map.notes),
+    ]
+    return "\n".join([head, *(f"  {name:<17} {text}" for name, text in rows)])
+
+
+def pole_text(pole: Pole, period: float) -> str:
+    """What a closed-loop pole does: frequency, damping ratio and time constant; `period` is 0 of a continuous loop.
+
+    >>> pole_text(Pole(0.99 + 0j, 0.01, 1e-15), 1e-3)
+    'time constant 99.499 ms'
+    """
+    if pole.value == 0.0 and period:
+        return "gone after a period"
+    rate = math.log1p(-pole.distance) / period if period else -pole.distance
+    turn = abs(cmath.phase(pole.value)) / period if period else abs(pole.value.imag)
+    at = f"{hertz_text(turn / (2.0 * math.pi))}, " if turn else ""
+    if pole.verdict == "marginal" or rate == 0.0:
+        size = f"1 - |p| = {pole.distance:.2g}" if period else f"-Re p = {pole.distance:.2g} 1/s"
+        return f"{at}neither decays nor grows ({size}, known to {pole.uncertainty:.1g})"
+    damping = f"damping {-rate / math.hypot(rate, turn):.4g}, " if turn else ""
+    return f"{at}{damping}{'time constant' if rate < 0.0 else 'grows by e in'} {seconds_text(1.0 / abs(rate))}"
+
+
+def hertz_text(frequency: float) -> str:
+    """A frequency in Hz.
+
+    >>> hertz_text(5782.94)
+    '5782.9 Hz'
+    """
+    return f"{frequency:.5g} Hz"
+
+
+def seconds_text(seconds: float) -> str:
+    """A time with a prefix that suits it.
+
+    >>> seconds_text(0.00076679), seconds_text(2.1272), seconds_text(0.0)
+    ('766.79 us', '2.1272 s', '0 s')
+    """
+    if seconds == 0.0:
+        return "0 s"
+    prefix, size = next((pair for pair in _PREFIXES[4:] if seconds >= pair[1]), _PREFIXES[-1])
+    return f"{seconds / size:.5g} {prefix}s"
+
+
+def _limits(margins: Margins) -> list[tuple[str, str]]:
+    """Margins, peak and bandwidth of a stable loop."""
+    limits, peak_at = (margins.gain_margin, margins.gain_reduction), margins.sensitivity_peak_frequency
+    gain = [f"{decibels(limit):+.2f} dB (x {limit:.5g})" for limit in limits if limit is not None]
+    return [
+        ("gain margin", ", ".join(gain) or "no limit"),
+        ("phase margin", _or_none(margins.phase_margin, lambda v: f"{math.degrees(v):.2f} deg")),
+        ("delay margin", _or_none(margins.delay_margin, lambda v: _delay(margins, v))),
+        ("disk margin", _or_none(margins.disk_margin, lambda v: f"{v:.4g}")),
+        (
+            "sensitivity peak",
+            _or_none(decibels(margins.sensitivity_peak), lambda v: f"{v:.2f} dB")
+            + ("" if peak_at is None else f" at {hertz_text(peak_at)}"),
+        ),
+        ("bandwidth", _or_none(margins.bandwidth, hertz_text)),
+    ]
+
+
+def _way_back(margins: Margins) -> list[tuple[str, str]]:
+    """How far a loop that is not stable is from being so."""
+    intervals = [f"{low:.5g} to {'any' if math.isinf(high) else f'{high:.5g}'}" for low, high in margins.stable_gains]
+    gains = f"a factor of {', or '.join(intervals)}" if intervals else "no factor at the wire"
+    rows = [("stable with", gains)]
+    if margins.distance is not None:
+        rows.append(("distance", f"{margins.distance:.4g} from -1 at the least"))
+    return rows
+
+
+def _delay(margins: Margins, delay: float) -> str:
+    text = seconds_text(delay)
+    if not margins.sample:
+        return text
+    more = ", or more" if delay == LARGEST_DELAY * margins.sample else ""
+    return f"{text} ({delay / margins.sample:.2f} samples){more}"
+
+
+def _operating_point(margins: Margins) -> str:
+    found = margins.system.map
+    return f"tick {found.tick:,}, t = {seconds_text(found.time)}"
+
+
+def _or_none(value: float | None, text: Any) -> str:
+    return "no limit" if value is None else str(text(value))
