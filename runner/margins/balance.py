@@ -11,7 +11,8 @@ import scipy.linalg.lapack
 
 from proofmass.runner.margins.period_map import Array
 
-_gebal: Any = scipy.linalg.lapack.dgebal
+_lapack: Any = scipy.linalg.lapack
+_gebal = _lapack.dgebal
 
 
 def balanced(a: Array) -> tuple[Array, Array]:

@@ -120,7 +120,7 @@ class _Lasting:
         """The blocks that move in them."""
         part = np.linalg.norm(self._right, axis=1)
         order = np.argsort(-part, kind="stable")
-        return list(dict.fromkeys(names[i] for i in order if part[i] >= 0.1 * part[order[0]]))
+        return list(dict.fromkeys(names[int(i)] for i in order if part[i] >= 0.1 * part[order[0]]))
 
 
 def _invariant(a: Array, least: float) -> Complex:
