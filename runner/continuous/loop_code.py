@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 from proofmass.graphs.schedule import AlgebraicLoop, Node
 from proofmass.runner.continuous.algebraic import scratch, solve
-from proofmass.runner.engine.pieces import Pieces, variable
+from proofmass.runner.engine.keys import variable
+from proofmass.runner.engine.pieces import Pieces
 
 
 class LoopCode:

@@ -7,7 +7,8 @@ ticks; `refused` is not 0 from the tick on in which a value did not fit its form
 from collections.abc import Iterator
 
 from proofmass.graphs.schedule import Node
-from proofmass.runner.engine.pieces import Pieces, entries, word
+from proofmass.runner.engine.keys import OverflowsOf, made_up, word
+from proofmass.runner.engine.pieces import Pieces, entries
 
 
 class DigitalCode:
@@ -22,11 +23,11 @@ class DigitalCode:
     def before(self) -> Iterator[str]:
         """The counts that a call of the loop goes on from."""
         for name in self._counted:
-            yield f"{word(name)}__overflows_ = {self.pieces.memory.add((name,), int)}"
+            yield f"{made_up(word(name), 'overflows')} = {self.pieces.memory.add(OverflowsOf(name), int)}"
 
     def begin_tick(self) -> Iterator[str]:
         """No overflow yet."""
-        return (f"{word(name)}__overflow_ = 0" for name in self._counted)
+        return (f"{made_up(word(name), 'overflow')} = 0" for name in self._counted)
 
     def end_tick(self) -> Iterator[str]:
         """Counts, behind one condition that seldom holds."""
@@ -42,9 +43,9 @@ class DigitalCode:
         called = self.pieces.named(block, function, step.code.function)
         self.steps[called] = step.code.source.replace(f"def {function}(", f"def {called}(", 1)
         self.refuses |= step.refuses
-        flags = [f"{word(name)}__overflow_"] * step.overflows + ["refused"] * step.refuses
+        flags = [made_up(word(name), "overflow")] * step.overflows + ["refused"] * step.refuses
         found = [target or "_"] * bool(target or flags) + [f"_{flag}" for flag in flags]
-        given = [f"{word(name)}__c", *(self.pieces.argument(name, function, a) for a in behaviour.arguments)]
+        given = [made_up(word(name), "c"), *(self.pieces.argument(name, function, a) for a in behaviour.arguments)]
         yield f"{', '.join(found)} = {called}({', '.join(given)})" if found else f"{called}({', '.join(given)})"
         yield from (f"{flag} |= _{flag}" for flag in flags)
 
