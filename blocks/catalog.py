@@ -12,6 +12,7 @@ from typing import Any
 import proofmass.blocks
 from proofmass.blocks.declare import Block, Port
 from proofmass.blocks.fixed_point import Fixed, FixedValue
+from proofmass.blocks.language.source import remember
 from proofmass.blocks.parameter import Parameter
 
 Own = Mapping[str, type[Block]]
@@ -46,6 +47,7 @@ def load_own_blocks(path: Path) -> dict[str, type[Block]]:
         raise ImportError(f"{path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    remember(str(module.__file__), path.read_text(encoding="utf-8"))
     spec.loader.exec_module(module)
     return _blocks_of(module)
 

@@ -12,10 +12,13 @@ from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.continuous.solver import Solver
 from proofmass.runner.engine.keys import SolverNumber, made_up, variable, word
-from proofmass.runner.engine.pieces import Pieces, fields
+from proofmass.runner.engine.pieces import Call, Pieces, fields, spoilt
 
 _ASSEMBLED = ("matrix", "grown", "square", "scale")  # scratch of the matrix exponential
 _STEPPED = ("x", "moved", "error")
+
+
+_FAILED = "failed"  # whether anything failed in a function of an instant
 
 
 class GroupCode:
@@ -204,45 +207,66 @@ class GroupCode:
         """Derivatives of all states; modes stand still."""
         arguments = ", ".join(f"x{i}" for i in range(len(self.group.states)))
         yield f"def {self.name}_rates(context, time, {arguments}):"
-        yield from self._known("context", [f"x{i}" for i in range(len(self.group.states))])
+        lines = list(self._known("context", [f"x{i}" for i in range(len(self.group.states))]))
         made = list[str]()
         for name in self.group.blocks:
             moving = "derivative" in self.blocks[name].functions
             if moving:
-                yield f"    {made_up(word(name), 'rates')} = {self.pieces.call(name, 'derivative', 'derivative')}"
+                call = self.pieces.call(name, "derivative", "derivative")
+                lines += self._kept(name, "derivative", made_up(word(name), "rates"), call)
             for field, kind in state_fields(self.blocks[name]):
                 made.append(f"{made_up(word(name), 'rates')}.{field}" if moving and kind is float else "0.0")
-        yield f"    return ({', '.join(made)},)"
+        yield from self._begun(lines)
+        yield f"    return ({', '.join(self._sound(value, lines) for value in made)},)"
         yield ""
         yield ""
 
     def _clearances(self) -> Iterator[str]:
         yield f"def {self.name}_clearances(context, time, x, clear):"
-        yield from self._instant()
+        lines = list(self._instant())
         for number, (name, event) in enumerate(self.group.events):
-            yield f"    clear[{number}] = {self._event(name, event, 0)}"
+            lines += self._kept(name, event, f"clearance_{number}", self._event(name, event, 0))
+        yield from self._begun(lines)
+        for number in range(len(self.group.events)):
+            yield f"    clear[{number}] = {self._sound(f'clearance_{number}', lines)}"
         yield "    return"
         yield ""
         yield ""
 
     def _then(self) -> Iterator[str]:
         yield f"def {self.name}_then(context, time, x, which):"
-        yield from self._instant()
+        lines = list(self._instant())
         for number, (name, event) in enumerate(self.group.events):
-            yield f"    if which == {number}:"
-            yield f"        {made_up(word(name), 'then')} = {self._event(name, event, 1)}"
+            then = made_up(word(name), "then")
+            lines.append(f"    if which == {number}:")
+            lines += (f"    {line}" for line in self._kept(name, event, then, self._event(name, event, 1)))
             for field, _ in state_fields(self.blocks[name]):
-                place = self.group.states.index((name, field))
-                yield f"        x[{place}] = {made_up(word(name), 'then')}.{field}"
+                lines.append(f"        x[{self.group.states.index((name, field))}] = {then}.{field}")
+        yield from self._begun(lines)
+        if _failing(lines):
+            yield f"    x[0] = {self._sound('x[0]', lines)}"
         yield "    return"
         yield ""
         yield ""
 
-    def _event(self, name: str, event: str, part: int) -> str:
+    def _event(self, name: str, event: str, part: int) -> Call:
         behaviour = self.blocks[name].events[event][part]
-        function = self.pieces.named(self.blocks[name], behaviour.function.__name__, behaviour.function)
         arguments = [made_up(word(name), "c"), *(self.pieces.argument(name, event, a) for a in behaviour.arguments)]
-        return f"{function}({', '.join(arguments)})"
+        return self.pieces.called(name, behaviour.function.__name__, behaviour, arguments)
+
+    def _kept(self, name: str, function: str, target: str, call: Call) -> Iterator[str]:
+        return (f"    {line}" for line in self.pieces.kept(name, function, target, call, _FAILED))
+
+    def _begun(self, lines: list[str]) -> list[str]:
+        """The lines of a function, behind one that says that nothing has failed, where anything can."""
+        return [f"    {_FAILED} = False", *lines] if _failing(lines) else lines
+
+    def _sound(self, value: str, lines: list[str]) -> str:
+        """A number that is NaN where anything failed in the lines before: the loop looks for that."""
+        if not _failing(lines):
+            return value
+        self.pieces.names["spoilt"] = spoilt
+        return f"spoilt({value}, {_FAILED})"
 
     def _instant(self) -> Iterator[str]:
         context = "context[0]" if self.solver.method == "radau" else "context"
@@ -264,12 +288,12 @@ class GroupCode:
     def _node(self, node: Node) -> Iterator[str]:
         name, port = node
         if not port:
-            yield self.pieces.driven(name)
+            yield from self.pieces.driven(name, _FAILED)
         elif node in self.group.guesses:
             for loop in self.loops:
                 yield from loop.at(node)
         else:
-            yield f"{variable(node)} = {self.pieces.call(name, port, port)}"
+            yield from self.pieces.kept(name, port, variable(node), self.pieces.call(name, port, port), _FAILED)
 
     # -- pieces ----------------------------------------------------------------------------------------------------
 
@@ -304,6 +328,11 @@ class GroupCode:
 
     def _number(self, number: str, kind: type, value: float) -> str:
         return self.pieces.constant(SolverNumber(self.name, number), kind, value)
+
+
+def _failing(lines: list[str]) -> bool:
+    """Whether anything can fail in some lines."""
+    return any(line.lstrip().startswith(f"{_FAILED} |=") for line in lines)
 
 
 class _Text:

@@ -7,7 +7,7 @@ from proofmass.blocks.declare import Behaviour, Block
 from proofmass.graphs.schedule import Node, Schedule
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.continuous.groups import Group, state_fields
-from proofmass.runner.engine.constants import constants_of
+from proofmass.runner.engine.constants import constants_of, in_python
 from proofmass.runner.engine.keys import ConstantsOf, DefaultOf, Instant, OfInstant, StateOf, WireOf
 from proofmass.runner.fixed.step_formats import held_as
 
@@ -155,13 +155,13 @@ class Stages:
         fields: Any = made._fields  # type: ignore[attr-defined]
         return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), self.periods(name))
 
-    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         """What is called for a function of a block."""
-        return function
+        return in_python(block, behaviour)
 
     def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
         arguments = [self._place(ConstantsOf(name)), *(self._argument(name, a) for a in behaviour.arguments)]
-        return _Call(f"{name}.{what}", self._callable(behaviour.function), tuple(arguments), -1)
+        return _Call(f"{name}.{what}", self._callable(self.blocks[name], behaviour), tuple(arguments), -1)
 
     def _argument(self, name: str, argument: str) -> int:
         if argument == "time":

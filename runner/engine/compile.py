@@ -7,6 +7,7 @@ library: the code computes the same bits as plain Python.
 """
 
 import ctypes
+import ctypes.util
 import dis
 import hashlib
 import os
@@ -16,11 +17,12 @@ import threading
 import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import llvmlite.binding as llvm
 
+from proofmass.blocks.language.arithmetic import c_power
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.engine.c_function import CFunction
 from proofmass.runner.engine.cache import keep, kept
@@ -31,6 +33,7 @@ SYMBOL = "proofmass_loop"
 _DESTRUCTOR = "NRT_MemInfo_call_dtor"  # of arrays that own their memory: the loop has none
 _nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
+_POWER = "proofmass_power"  # that of the C library, under a name of which LLVM knows nothing: it is not simplified
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # nothing but LLVM calls them
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 Functions = dict[
@@ -71,6 +74,7 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
             for value in generated.names.values():
                 if isinstance(value, CFunction):
                     llvm.add_symbol(value.symbol, value.address)
+            llvm.add_symbol(_POWER, _address_of_power())
             code = kept(f"{key}.o")
             function = _linked(code, argument_kinds) if code else None
             if function is None:
@@ -79,6 +83,17 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
                 function = _linked(code, argument_kinds)
             _loaded[key] = function
     return _loaded[key][1]
+
+
+@cache
+def _address_of_power() -> int:
+    """Where the function is that Python calls for a power of floats."""
+    try:
+        library = ctypes.CDLL(None)
+        return ctypes.cast(library.pow, ctypes.c_void_p).value or 0
+    except (AttributeError, TypeError, OSError):
+        library = ctypes.CDLL(ctypes.util.find_library("m") or "msvcrt")
+        return ctypes.cast(library.pow, ctypes.c_void_p).value or 0
 
 
 def _digest(parts: list[str]) -> str:
@@ -213,6 +228,9 @@ def _jit(value: Any, mode: tuple[bool, bool], functions: Functions, jitted: dict
     value = getattr(value, "py_func", value)
     if isinstance(value, CFunction):
         return _external(value)
+    if value is c_power:
+        numba = _numba()
+        return numba.types.ExternalFunction(_POWER, numba.float64(numba.float64, numba.float64))
     if not isinstance(value, types.FunctionType):
         return value
     if value not in jitted:

@@ -90,7 +90,7 @@ class LoopGenerator(Pieces):
         before = list(self._unpacked())
         tick = [*self._outputs(), *self._probes(), *self._updates(), *self._groups()]
         flags = {"not_finite": self.memory.at(FLOATS, self.memory.counts[FLOATS])}
-        if self.digital.refuses:
+        if self.refuses:
             flags["refused"] = self.memory.at(INTEGERS, self.memory.counts[INTEGERS])
         after = [*self._packed(), *(f"{place} = {flag}" for flag, place in flags.items())]
         body = self._arranged(before, flags, tick, after)
@@ -243,7 +243,7 @@ class LoopGenerator(Pieces):
                 drawn.add(name)
                 yield stride, self.deviate(name)
             if not port:
-                yield stride, self.driven(name)
+                yield from ((stride, line) for line in self.driven(name))
                 continue
             output = block.outputs[port]
             target = "" if output.shape else variable((name, port))
@@ -291,8 +291,7 @@ class LoopGenerator(Pieces):
         """Lines that call a function and keep what it returns in `target`, where there is one."""
         if name in self.plan.digital:
             return self.digital.call(name, function, target)
-        call = self.call(name, function, function)
-        return iter([f"{target} = {call}" if target else call])
+        return self.kept(name, function, target, self.call(name, function, function))
 
     def _groups(self) -> Iterator[str]:
         """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
@@ -300,10 +299,9 @@ class LoopGenerator(Pieces):
             yield "time_next = (tick + 1) * period"
         for name, port in self.plan.ahead:
             behaviour = self.plan.blocks[name].output_functions[port]
-            function = self.named(self.plan.blocks[name], port, behaviour.function)
             arguments = (self._next(name, port, argument) for argument in behaviour.arguments)
-            given = ", ".join([made_up(word(name), "c"), *arguments])
-            yield f"{made_up(variable((name, port)), 'next')} = {function}({given})"
+            call = self.called(name, port, behaviour, [made_up(word(name), "c"), *arguments])
+            yield f"{made_up(variable((name, port)), 'next')} = {self.number(call)}"
         for group in self.groups:
             yield from group.move()
 

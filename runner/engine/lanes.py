@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.language.forms import constants_form
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.generate import Generated, LoopGenerator
 from proofmass.runner.engine.keys import LaneOf, made_up, variable, word
@@ -33,7 +34,9 @@ def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
 
     def settled(block: Block, parameter: str) -> bool:
         kinds = [kind for _, kind in fields(block.constants_class())]
-        return not block.drivable(parameter) or any(kind not in (float, int, bool) for kind in kinds)
+        form = constants_form(type(block), compiled=True)
+        once = not block.drivable(parameter) or (form is not None and bool(form.problems))
+        return once or any(kind not in (float, int, bool) for kind in kinds)
 
     return frozenset(name for name, parameter in varied if settled(plan.blocks[name], parameter))
 
@@ -79,7 +82,6 @@ class LaneGenerator(LoopGenerator):
         self.checks: list[str] = []  # of constants that a run alone would refuse
         self.shared = {variable(node) for node in plan.recorded}  # by all lanes: nothing writes to them
         self.contexts = {f"{group.name}_context" for group in self.groups}
-        self.flags = {made_up(word(name), "overflow") for name in plan.digital}
         self.rows = {variable(node): shape for node, (_, shape) in self.vectors.items() if node not in plan.recorded}
 
     def _arranged(self, before: list[str], flags: Mapping[str, str], tick: list[str], after: list[str]) -> list[str]:
@@ -123,7 +125,9 @@ class LaneGenerator(LoopGenerator):
             yield from super()._constants_of(name)
             return
         yield from self._parameters_of(name)
-        yield self.driven(name)
+        constants, *faults = self.driven(name)
+        yield constants
+        self.checks += faults
         made = (f"{made_up(word(name), 'c')}.{f}" for f, kind in fields(block.constants_class()) if kind is float)
         self.checks += [f"not_finite += {value} - {value}" for value in made]
 

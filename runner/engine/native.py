@@ -109,7 +109,7 @@ def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
     return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
 
 
-def block_values(plan: Plan, name: str) -> Mapping[ConstantOf | ParameterOf, Any]:
+def block_values(plan: Plan, name: str) -> dict[Given, Any]:
     """The numbers of the loop that a block brings: its constants, or the parameters that they follow from."""
     made, block = plan.constants[name], plan.blocks[name]
     if made is not None:

@@ -1,11 +1,14 @@
 """Pieces of the generated loop: names, numbers that it is given, calls of the functions of blocks."""
 
+import math
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
 from proofmass.blocks.counter_random import normal_deviate
+from proofmass.blocks.declare import Behaviour
+from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.keys import (
     ConstantOf,
@@ -60,6 +63,14 @@ class Slots(Generic[K]):
         return f"{self.prefix}{array}[{f'{index * self.lanes} + lane' if self.lanes else index}]"
 
 
+@dataclass(frozen=True)
+class Call:
+    """A call in the source; one that `fails` gives its value and whether anything in it failed."""
+
+    text: str
+    fails: bool
+
+
 class Pieces:
     """What every part of the generator writes with; it collects names and numbers as they are used."""
 
@@ -69,14 +80,42 @@ class Pieces:
         self.constants: Slots[Given] = Slots("", lanes)
         self.memory: Slots[Moving] = Slots("state_", lanes)
         self.values: dict[Given, Any] = {}
+        self.refuses = False  # whether the loop has the flag `refused`: a function failed, a value left its format
+        self.flags: set[str] = set()  # variables that are integers and no wire's
 
-    def call(self, name: str, function: str, port: str) -> str:
+    def call(self, name: str, function: str, port: str) -> "Call":
+        """The call of a function of a block."""
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
         known = self.plan.constants[name] is not None or behaviour.reads_constants
         constants = made_up(word(name), "c") if known else "0"  # that come later in the tick
         arguments = [constants, *(self.argument(name, port, a) for a in behaviour.arguments)]
-        return f"{self.named(block, function, behaviour.function)}({', '.join(arguments)})"
+        return self.called(name, function, behaviour, arguments)
+
+    def called(self, name: str, role: str, behaviour: Behaviour, arguments: Iterable[str]) -> "Call":
+        """The call of a function of a block with these arguments."""
+        block = self.plan.blocks[name]
+        form = form_of(type(block), behaviour, compiled=True)
+        function = self.named(block, role, form.function if form else behaviour.function)
+        return Call(f"{function}({', '.join(arguments)})", form is not None and form.fails)
+
+    def kept(self, name: str, function: str, target: str, call: "Call", flag: str = "refused") -> Iterator[str]:
+        """Lines that keep what a call gives in `target`, where there is one; a fault in it is added to `flag`."""
+        if not call.fails:
+            yield f"{target} = {call.text}" if target else call.text
+            return
+        self.refuses |= flag == "refused"
+        fault = made_up(variable((name, function)), "fault")
+        self.flags.add(fault)
+        yield f"{target or '_'}, {fault} = {call.text}"
+        yield f"{flag} |= {fault}"
+
+    def number(self, call: "Call") -> str:
+        """The expression of a number that a call gives: NaN where anything failed in it."""
+        if not call.fails:
+            return call.text
+        self.names["number_or_nan"] = number_or_nan
+        return f"number_or_nan({call.text})"
 
     def argument(self, name: str, port: str, argument: str) -> str:
         plan = self.plan
@@ -100,17 +139,22 @@ class Pieces:
             return repr(held_as(declared.dtype)(declared.default))  # type: ignore[arg-type]
         return variable(driver)
 
-    def driven(self, name: str) -> str:
+    def driven(self, name: str, flag: str = "refused") -> Iterator[str]:
+        """Lines that make the constants of a block from its parameters; a fault in it is added to `flag`."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
         made = block.parameters_class()
         values = [
             variable(drivers[name, p]) if (name, p) in drivers else self.parameter(name, p) for p, _ in fields(made)
         ]
         parameters = f"{self.named(block, 'Parameters', made)}({', '.join(values)})"
-        if "constants" not in block.functions:
-            return f"{made_up(word(name), 'c')} = {parameters}"
-        function = self.named(block, "constants", block.functions["constants"].function)
-        return f"{made_up(word(name), 'c')} = {function}({parameters}, {made_up(word(name), 'period')})"
+        call = Call(parameters, False)
+        if "constants" in block.functions:
+            form = constants_form(type(block), compiled=True)
+            behaviour = block.functions["constants"]
+            function = self.named(block, "constants", form.function if form else behaviour.function)
+            given = [parameters, made_up(word(name), "period")][: 1 + len(behaviour.arguments)]
+            call = Call(f"{function}({', '.join(given)})", form is not None and form.fails)
+        return self.kept(name, "constants", made_up(word(name), "c"), call, flag)
 
     def parameter(self, name: str, parameter: str) -> str:
         """The variable of a parameter that is not driven, of a block whose constants the loop makes."""
@@ -159,11 +203,9 @@ def parts(key: Given, kind: Any, values: tuple[Any, ...]) -> list[tuple[Constant
     return [(replace(key, entries=(*key.entries, i)), held_as(of), value) for i, (of, value) in enumerate(entries)]
 
 
-def numbers_of(
-    constants: Any, key_of: Callable[[str], ConstantOf | ParameterOf]
-) -> dict[ConstantOf | ParameterOf, Any]:
+def numbers_of(constants: Any, key_of: Callable[[str], ConstantOf | ParameterOf]) -> dict[Given, Any]:
     """The numbers of constants by their keys, tuples among them by their entries."""
-    found = dict[ConstantOf | ParameterOf, Any]()
+    found = dict[Given, Any]()
     left = [(key_of(f), kind, v) for (f, kind), v in zip(fields(type(constants)), constants, strict=True)]
     while left:
         key, kind, value = left.pop()
@@ -172,6 +214,16 @@ def numbers_of(
         else:
             found[key] = value
     return found
+
+
+def number_or_nan(found: tuple[float, bool]) -> float:
+    """What a function gives; NaN where anything failed in it."""
+    return math.nan if found[1] else found[0]
+
+
+def spoilt(value: float, failed: bool) -> float:
+    """A number; NaN where anything failed of what was computed with it."""
+    return math.nan if failed else value
 
 
 def array(kind: type) -> str:

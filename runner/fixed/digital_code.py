@@ -17,8 +17,9 @@ class DigitalCode:
     def __init__(self, pieces: Pieces) -> None:
         self.pieces, self.plan = pieces, pieces.plan
         self.steps: dict[str, str] = {}  # source of the integer code by name
-        self.refuses = False  # whether the loop has the flag `refused`
         self._counted = [name for name, block in self.plan.digital.items() if block.overflows]
+
+        pieces.flags |= {made_up(word(name), "overflow") for name in self._counted}
 
     def before(self) -> Iterator[str]:
         """The counts that a call of the loop goes on from."""
@@ -42,7 +43,7 @@ class DigitalCode:
         behaviour = block.output_functions.get(function) or block.functions[function]
         called = self.pieces.named(block, function, step.code.function)
         self.steps[called] = step.code.source.replace(f"def {function}(", f"def {called}(", 1)
-        self.refuses |= step.refuses
+        self.pieces.refuses |= step.refuses
         flags = [made_up(word(name), "overflow")] * step.overflows + ["refused"] * step.refuses
         found = [target or "_"] * bool(target or flags) + [f"_{flag}" for flag in flags]
         given = [made_up(word(name), "c"), *(self.pieces.argument(name, function, a) for a in behaviour.arguments)]
@@ -53,7 +54,7 @@ class DigitalCode:
         """Mantissas that a converter made must fit their format; integer code relies on it to the end of the chunk."""
         block = self.plan.blocks[node[0]]
         format = block.format_of(node[1])
-        self.refuses = True
+        self.pieces.refuses = True
         for entry in entries(node, block.shape_of(block.outputs[node[1]])):
             yield f"_held = min(max({entry}, {format.lowest}), {format.highest})"
             yield f"refused |= _held ^ {entry}"
