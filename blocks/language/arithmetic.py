@@ -111,6 +111,8 @@ def shift_right_fails(a: int, b: int) -> bool:
 
 def power(a: int, k: int) -> int:
     """A power that is an integer."""
+    if k > 63 and (a > 1 or a < -1):
+        return 0
     result, base, left = 1, a, k
     while left > 0:
         if left & 1:
@@ -174,8 +176,8 @@ def true_divide(a: int, b: int) -> float:
     """
     if b == 0:
         return 0.0
-    if -_EXACT <= a <= _EXACT and -_EXACT <= b <= _EXACT:
-        return a / b
+    if a == 0 or (-_EXACT <= a <= _EXACT and -_EXACT <= b <= _EXACT):
+        return float(a) / float(b)
     if b in (1, -1):
         return float(a) * float(b)
     negative_a, negative_b = (-a if a > 0 else a), (-b if b > 0 else b)
@@ -207,7 +209,7 @@ def number_modulo(a: float, b: float) -> float:
     """What is left of a division of numbers that rounds down; of the sign of the divisor."""
     if b == 0.0:
         return 0.0
-    left = math.fmod(a, b)
+    left = c_remainder(a, b)
     if left != 0.0:
         return left + b if (b < 0.0) != (left < 0.0) else left
     return math.copysign(0.0, b)
@@ -217,7 +219,7 @@ def number_floor_divide(a: float, b: float) -> float:
     """Quotient of numbers, rounded down."""
     if b == 0.0:
         return 0.0
-    left = math.fmod(a, b)
+    left = c_remainder(a, b)
     quotient = (a - left) / b
     if left != 0.0 and (b < 0.0) != (left < 0.0):
         quotient -= 1.0
@@ -237,6 +239,19 @@ def c_power(a: float, b: float) -> float:
         return math.inf if a == 0.0 else math.nan
     except OverflowError:
         return -math.inf if a < 0.0 and b % 2.0 == 1.0 else math.inf
+
+
+def c_remainder(a: float, b: float) -> float:
+    """What is left of a division towards zero, as the C library has it; NaN where there is none."""
+    return math.nan if math.isinf(a) or b == 0.0 else math.fmod(a, b)
+
+
+def c_cube_root(a: float) -> float:
+    """The cube root, as the C library has it."""
+    return math.cbrt(a)
+
+
+OF_C = {"c_power": "pow", "c_remainder": "fmod", "c_cube_root": "cbrt"}  # what compiled code calls there
 
 
 def undefined(value: float, a: float) -> bool:

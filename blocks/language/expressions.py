@@ -310,13 +310,38 @@ class Expressions:
             if isinstance(operator, ast.Is | ast.IsNot | ast.In | ast.NotIn):
                 raise refuse(node, "is and in are not compiled", "compare with == and or")
         left = self.number(node.left)
-        rest = [self.number(part) for part in node.comparators]
+        first = self.number(node.comparators[0])
+        read = [self.apart(lambda part=part: self.number(part)) for part in node.comparators[1:]]  # type: ignore[misc]
+        rest = [first, *(typed for _, typed in read)]
+        if any(lines for lines, _ in read):
+            return self._chain(node, left, rest, [lines for lines, _ in read]), bool
         if all(not _apart(a, b) for a, b in zip([left, *rest], rest, strict=False)):
             return ast.Compare(left[0], node.ops, [made for made, _ in rest]), bool
         names = [(self.kept(made), kind) for made, kind in (left, *rest)]
         pairs = zip(names, node.ops, names[1:], strict=False)
         tests = [self._compared(a, operator, b) for a, operator, b in pairs]
         return (tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)), bool
+
+    def _chain(self, node: ast.Compare, left: Typed, rest: list[Typed], lines: list[list[ast.stmt]]) -> ast.expr:
+        """Comparisons in a row, of which the later ones are evaluated only where the earlier hold."""
+        held = self.scope.fresh()
+        before, made = [self.kept(left[0]), self.kept(rest[0][0])], list[list[ast.stmt]]()
+        a: Typed = before[1], rest[0][1]
+        self.lines.append(_assign(held, self._compared((before[0], left[1]), node.ops[0], a)))
+        for (value, kind), operator, own in zip(rest[1:], node.ops[1:], lines, strict=True):
+
+            def step(a: Typed = a, value: ast.expr = value, kind: Type = kind, operator: ast.cmpop = operator) -> Typed:
+                b: Typed = self.kept(value), kind
+                self.lines.append(_assign(held, self._compared(a, operator, b)))
+                return b
+
+            inner, a = self.apart(step)
+            made.append([*own, *inner])
+        nested: list[ast.stmt] = []
+        for each in reversed(made):
+            nested = [ast.If(ast.Name(held, ast.Load()), [*each, *nested], [])]
+        self.lines += nested
+        return ast.Name(held, ast.Load())
 
     def _compared(self, left: Typed, operator: ast.cmpop, right: Typed) -> ast.expr:
         """A comparison, exact of integers with numbers."""

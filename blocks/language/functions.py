@@ -123,6 +123,8 @@ def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
         try:
             lines.append(reader.returned(tree, ast.Constant(None), NOTHING))
         except RefusedError as refused:
+            if reader.refused:
+                return lines  # what returns was refused
             message = f"it does not always return {described(reader.known.result or NOTHING)}"
             reader.refused.append(RefusedError(refused.node, message, "return a value on every path"))
     return lines
@@ -164,13 +166,13 @@ def _defined(
 ) -> types.FunctionType:
     """The function of statements; each stands in the line of what it was made from."""
     arguments = ast.arguments([], [ast.arg(name) for name in names], None, [], [], None, [])
-    made = ast.copy_location(ast.FunctionDef(function.__name__, arguments, lines, [], None), tree)
+    made = ast.copy_location(ast.FunctionDef(tree.name, arguments, lines, [], None), tree)
     if "type_params" in ast.FunctionDef._fields:
         made.type_params = []  # type: ignore[attr-defined, unused-ignore]
     module = ast.fix_missing_locations(ast.Module([made], []))
     namespace: dict[str, Any] = {"__name__": function.__module__, **scope.namespace}
     exec(compile(module, function.__code__.co_filename, "exec"), namespace)
-    defined: types.FunctionType = namespace[function.__name__]
+    defined: types.FunctionType = namespace[tree.name]
     return defined
 
 

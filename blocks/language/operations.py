@@ -90,14 +90,17 @@ PLACE = Checked(arithmetic.place, arithmetic.place_fails, int, _index)
 ONE = {
     getattr(math, name): Checked(getattr(math, name), arithmetic.undefined, float, getattr(math, name))
     for name in (
-        *("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "erf", "erfc"),
+        *("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "erf", "erfc"),
         *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
     )
 }
 TWO = {
-    getattr(math, name): Checked(getattr(math, name), arithmetic.undefined_of_two, float, getattr(math, name))
-    for name in ["atan2", "fmod", "copysign"]
-} | {math.pow: Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, math.pow)}
+    math.atan2: Checked(math.atan2, arithmetic.undefined_of_two, float, math.atan2),
+    math.copysign: Checked(math.copysign, arithmetic.undefined_of_two, float, math.copysign),
+    math.fmod: Checked(arithmetic.c_remainder, arithmetic.undefined_of_two, float, math.fmod),
+    math.pow: Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, math.pow),
+}
+ONE[math.cbrt] = Checked(arithmetic.c_cube_root, arithmetic.undefined, float, math.cbrt)
 NEVER_FAIL = (math.atan2, math.copysign, math.atan, math.tanh, math.asinh, math.erf, math.erfc)
 LOOKS = (math.isnan, math.isinf, math.isfinite)
 ROUND = {

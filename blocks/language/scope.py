@@ -74,6 +74,8 @@ class Scope:
     def member(self, node: ast.Attribute, owner: Any) -> Any:
         """A value of a module."""
         value = getattr(owner, node.attr, _MISSING) if isinstance(owner, types.ModuleType) else _MISSING
+        if value is _MISSING and isinstance(owner, type):
+            raise refuse(node, f"{ast.unparse(node)} is not compiled", "write it with numbers")
         if value is _MISSING:
             name = getattr(owner, "__name__", "it")
             names = [each for each in dir(owner) if not each.startswith("_")]

@@ -3,6 +3,7 @@
 import ast
 import inspect
 import types
+from collections import Counter
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
@@ -40,12 +41,22 @@ def _definitions(text: str, file: str) -> dict[tuple[int, str], tuple[ast.Functi
     tree = ast.parse(text, file)
     codes = {(code.co_firstlineno, code.co_name): code for code in _codes(compile(text, file, "exec"))}
     found = dict[tuple[int, str], tuple[ast.FunctionDef, types.CodeType]]()
+    lambdas = [node for node in ast.walk(tree) if isinstance(node, ast.Lambda)]
+    alone = Counter(node.lineno for node in lambdas)
+    for node in lambdas:
+        if alone[node.lineno] == 1 and (node.lineno, "<lambda>") in codes:
+            found[node.lineno, "<lambda>"] = _as_definition(node), codes[node.lineno, "<lambda>"]
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):
             first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
             if (first, node.name) in codes:
                 found[first, node.name] = node, codes[first, node.name]
     return found
+
+
+def _as_definition(node: ast.Lambda) -> ast.FunctionDef:
+    returned = ast.copy_location(ast.Return(node.body), node.body)
+    return ast.copy_location(ast.FunctionDef("function", node.args, [returned], [], None), node)
 
 
 def _codes(code: types.CodeType) -> Iterator[types.CodeType]:

@@ -22,7 +22,8 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
-from proofmass.blocks.language.arithmetic import c_power
+from proofmass.blocks.language import arithmetic
+from proofmass.blocks.language.arithmetic import OF_C
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.engine.c_function import CFunction
 from proofmass.runner.engine.cache import keep, kept
@@ -33,7 +34,6 @@ SYMBOL = "proofmass_loop"
 _DESTRUCTOR = "NRT_MemInfo_call_dtor"  # of arrays that own their memory: the loop has none
 _nothing_to_destroy = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(lambda _: None)
 _ALONE, _WITH_NUMBA = b"A", b"N"  # whether the code calls functions of Numba's own, such as that for math.frexp
-_POWER = "proofmass_power"  # that of the C library, under a name of which LLVM knows nothing: it is not simplified
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # nothing but LLVM calls them
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 Functions = dict[
@@ -74,7 +74,7 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
             for value in generated.names.values():
                 if isinstance(value, CFunction):
                     llvm.add_symbol(value.symbol, value.address)
-            llvm.add_symbol(_POWER, _address_of_power())
+            _name_c_functions()
             code = kept(f"{key}.o")
             function = _linked(code, argument_kinds) if code else None
             if function is None:
@@ -86,14 +86,21 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
 
 
 @cache
-def _address_of_power() -> int:
-    """Where the function is that Python calls for a power of floats."""
+def _name_c_functions() -> None:
+    """Tell LLVM where the functions are that Python calls, under names of which it knows nothing: it would put others
+    in the place of a power with a constant exponent."""
     try:
         library = ctypes.CDLL(None)
-        return ctypes.cast(library.pow, ctypes.c_void_p).value or 0
+        addresses = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in OF_C.values()}
     except (AttributeError, TypeError, OSError):
         library = ctypes.CDLL(ctypes.util.find_library("m") or "msvcrt")
-        return ctypes.cast(library.pow, ctypes.c_void_p).value or 0
+        addresses = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in OF_C.values()}
+    for name, address in addresses.items():
+        llvm.add_symbol(_own_symbol(name), address or 0)
+
+
+def _own_symbol(name: str) -> str:
+    return f"proofmass_{name}"
 
 
 def _digest(parts: list[str]) -> str:
@@ -228,9 +235,9 @@ def _jit(value: Any, mode: tuple[bool, bool], functions: Functions, jitted: dict
     value = getattr(value, "py_func", value)
     if isinstance(value, CFunction):
         return _external(value)
-    if value is c_power:
-        numba = _numba()
-        return numba.types.ExternalFunction(_POWER, numba.float64(numba.float64, numba.float64))
+    if getattr(value, "__module__", "") == arithmetic.__name__ and value.__name__ in OF_C:
+        numba, given = _numba(), value.__code__.co_argcount
+        return numba.types.ExternalFunction(_own_symbol(OF_C[value.__name__]), numba.float64(*[numba.float64] * given))
     if not isinstance(value, types.FunctionType):
         return value
     if value not in jitted:
