@@ -348,6 +348,11 @@ def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]
     if hasattr(returns, "_fields") and any(isinstance(kind, str) for kind in returns.__annotations__.values()):
         returns.__annotations__ = typing.get_type_hints(returns)
     unknown = [name for name in names[1:] if name not in known]
+    if names and names[0] in {*known, *owner.inputs, *owner.buffers} - {"p", "c"}:
+        raise TypeError(
+            f"{owner.__name__}.{function.__name__}: the first argument is the constants, whatever it is called; "
+            f"write def {function.__name__}(c, {', '.join(names)})"
+        )
     if not names or unknown:
         hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner.__name__}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")

@@ -185,7 +185,9 @@ class Expressions:
         if isinstance(value, tuple) and value and not is_record(type(value)):
             kinds = tuple(self.literal(node, entry)[1] for entry in value)
             return self.bound(value), TupleOf(kinds)
-        if isinstance(value, types.FunctionType | types.BuiltinFunctionType | types.ModuleType | type):
+        if isinstance(
+            value, types.FunctionType | types.BuiltinFunctionType | types.MethodType | types.ModuleType | type
+        ):
             return ast.Constant(None), Meta(value)
         word = "a text" if isinstance(value, str) else f"a {type(value).__name__}"
         hint = "a table is a tuple of numbers" if hasattr(value, "__len__") and not isinstance(value, str) else ""
@@ -452,8 +454,10 @@ class Expressions:
             return self.applied(len, made), int
         if target not in _OF_NUMBERS or any(isinstance(part, ast.Starred) for part in node.args):
             return None
+        if target in (min, max) and len(node.args) == 1:
+            raise refuse(node, f"{target.__name__}() of a list is not compiled", "compare its entries in a loop")
         given = [self.number(part) for part in node.args]
-        if target in (min, max) and len(given) > 1:
+        if target in (min, max):
             return self._extreme(node, target, given)
         if target in (pow, math.pow) and len(given) == 2:
             if target is math.pow:
@@ -561,8 +565,8 @@ def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
         instead = operations.INSTEAD.get(target)
     except TypeError:
         instead = None
-    if target in (round, min, max, sum) and not instead:
-        instead = "round(x) is the nearest integer; two or more numbers have a min and max"
+    if target is round:
+        instead = "round(x) is the nearest integer: scale before and after it"
     return f"{shown}() is not compiled", instead or f"write {name} as a function of your own, of numbers"
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import Type, Unknown
-from proofmass.blocks.problem import did_you_mean
+from proofmass.blocks.problem import did_you_mean, nearest
 
 _MISSING = object()
 Read = tuple[types.FunctionType | types.ModuleType, str, Any]
@@ -66,8 +66,8 @@ class Scope:
         """A value from outside of the function."""
         value = _outer(self.function, node.id)
         if value is _MISSING:
-            known = [*self.types, *(name for name in self.function.__globals__ if not name.startswith("_"))]
-            raise refuse(node, f"there is no {node.id}", did_you_mean(node.id, known, "name"))
+            near = nearest(node.id, self.types) or nearest(node.id, self.function.__globals__)
+            raise refuse(node, f"there is no {node.id}", f"did you mean {near}?" if near else "define or import it")
         self.reads.append((self.function, node.id, value))
         return value
 

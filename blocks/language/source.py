@@ -43,9 +43,9 @@ def _definitions(text: str, file: str) -> dict[tuple[int, str], tuple[ast.Functi
     found = dict[tuple[int, str], tuple[ast.FunctionDef, types.CodeType]]()
     lambdas = [node for node in ast.walk(tree) if isinstance(node, ast.Lambda)]
     alone = Counter(node.lineno for node in lambdas)
-    for node in lambdas:
-        if alone[node.lineno] == 1 and (node.lineno, "<lambda>") in codes:
-            found[node.lineno, "<lambda>"] = _as_definition(node), codes[node.lineno, "<lambda>"]
+    for each in lambdas:
+        if alone[each.lineno] == 1 and (each.lineno, "<lambda>") in codes:
+            found[each.lineno, "<lambda>"] = _as_definition(each), codes[each.lineno, "<lambda>"]
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):
             first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])

@@ -61,10 +61,13 @@ class Statements(Expressions):
 
     def _forget(self, node: ast.stmt) -> None:
         """Variables of a statement that was refused are of no type that is known."""
-        for part in ast.walk(node):
-            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store) and part.id not in self.scope.types:
-                self.scope.types[part.id] = Unknown()
-                self.scope.assigned.add(part.id)
+        names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)]
+        names += [(part.asname or part.name) for part in ast.walk(node) if isinstance(part, ast.alias)]
+        names += [part.name for part in ast.walk(node) if isinstance(part, ast.FunctionDef | ast.ClassDef)]
+        for name in names:
+            if name not in self.scope.types:
+                self.scope.types[name] = Unknown()
+                self.scope.assigned.add(name)
 
     # -- assignments -----------------------------------------------------------------------------------------------
 
@@ -254,7 +257,7 @@ class Statements(Expressions):
     # -- the end ---------------------------------------------------------------------------------------------------
 
     def _return(self, node: ast.Return) -> bool:
-        made, kind = self.expression(node.value) if node.value is not None else (ast.Constant(None), NOTHING)
+        made, kind = self.expression(node.value) if _is_value(node.value) else (ast.Constant(None), NOTHING)  # type: ignore[arg-type]
         self.lines.append(self.returned(node, made, kind))
         return True
 
@@ -312,6 +315,10 @@ class Statements(Expressions):
         if kind == NOTHING:
             return ast.Constant(None)
         raise refuse(node, f"raise in a function of {described(kind)}", "return a tuple")
+
+
+def _is_value(node: ast.expr | None) -> bool:
+    return node is not None and not (isinstance(node, ast.Constant) and node.value is None)
 
 
 class Known:
