@@ -354,7 +354,9 @@ def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]
     returns = function.__annotations__.get("return")
     if isinstance(returns, str):
         returns = typing.get_type_hints(function)["return"]
-    if hasattr(returns, "_fields") and any(isinstance(kind, str) for kind in returns.__annotations__.values()):
+    if hasattr(returns, "_fields") and any(
+        isinstance(kind, str | typing.ForwardRef) for kind in returns.__annotations__.values()
+    ):
         returns.__annotations__ = typing.get_type_hints(returns)
     unknown = [name for name in names[1:] if name not in known]
     if names and names[0] in {*known, *owner.inputs, *owner.buffers} - {"p", "c"}:

@@ -89,5 +89,8 @@ def refuse_taken(owner: type, name: str, taken: Iterable[str], by: str = "") -> 
     if name in RESERVED:
         raise TypeError(f"{owner.__name__}.{name}: the name is taken; {name} is {RESERVED[name]}")
     if name in taken:
-        of = by or f"every block has {'a method' if callable(getattr(owner, name, None)) else 'an attribute'} {name}"
+        of = (
+            by
+            or f"every block has {'a method' if callable(getattr(owner.__mro__[-2], name, None)) else 'an attribute'} {name}"
+        )
         raise TypeError(f"{owner.__name__}.{name}: the name is taken; {of}")
