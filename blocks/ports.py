@@ -89,8 +89,6 @@ def refuse_taken(owner: type, name: str, taken: Iterable[str], by: str = "") -> 
     if name in RESERVED:
         raise TypeError(f"{owner.__name__}.{name}: the name is taken; {name} is {RESERVED[name]}")
     if name in taken:
-        of = (
-            by
-            or f"every block has {'a method' if callable(getattr(owner.__mro__[-2], name, None)) else 'an attribute'} {name}"
-        )
+        what = "a method" if callable(getattr(owner.__mro__[-2], name, None)) else "an attribute"
+        of = by or f"every block has {what} {name}"
         raise TypeError(f"{owner.__name__}.{name}: the name is taken; {of}")
