@@ -8,6 +8,7 @@ compiler of such functions can take.
 import math
 
 HIGHEST, LOWEST = 2**63 - 1, -(2**63)
+MOST_TURNS = 1 << 24  # of one `while` in one call
 _SURELY_FITS, _SURELY_NOT = 9.2e18, 9.3e18  # on both sides of 2^63
 _EXACT = 2**53  # integers up to there are numbers
 _LEADING = 2**55  # a quotient from there on has two bits more than a number
@@ -317,6 +318,16 @@ def place(index: int, length: int) -> int:
 def place_fails(index: int, length: int) -> bool:
     """Whether there is no such entry."""
     return not -length <= index < length
+
+
+def next_turn(turns: int) -> int:
+    """How often a loop has turned."""
+    return turns + 1
+
+
+def next_turn_fails(turns: int) -> bool:
+    """Whether a loop turns for ever, for all that one tick can wait."""
+    return turns >= MOST_TURNS
 
 
 def stride_fails(step: int) -> bool:

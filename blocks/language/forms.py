@@ -2,6 +2,7 @@
 
 import ast
 import builtins
+import inspect
 import types
 from collections.abc import Iterator
 from dataclasses import replace
@@ -101,8 +102,8 @@ def _argument(kind: type[Block], name: str, port: Any, updates: bool) -> Type:
 
 def _plain(behaviour: Behaviour) -> types.FunctionType:
     function: Any = behaviour.function
-    compiled_by_the_user: types.FunctionType = getattr(function, "py_func", function)
-    return compiled_by_the_user
+    plain: types.FunctionType = inspect.unwrap(getattr(function, "py_func", function))
+    return plain
 
 
 def _bad_types(kind: type[Block]) -> Iterator[Problem]:

@@ -45,7 +45,7 @@ def lowered(
     """The function for arguments of these types; what it returns is made of the type `result` where that is given."""
     key = (function, arguments, result, compiled)
     before = _kept.get(key)
-    if before is None or not unchanged(before.reads):
+    if before is None or not unchanged(before.reads):  # numbers and functions of the file may have been changed
         before = _kept[key] = _lowered(function, arguments, result, compiled, within)
     return before
 
@@ -57,6 +57,9 @@ def _lowered(
     compiled: bool,
     within: tuple[types.FunctionType, ...],
 ) -> Lowered:
+    if not isinstance(function, types.FunctionType):
+        problem = Problem(message=f"a {type(function).__name__} is no function", hint="write it with `def`")
+        return Lowered(None, False, result or Unknown(), [problem])
     try:
         tree = tree_of(function)
     except SourceError as error:

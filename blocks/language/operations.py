@@ -77,6 +77,15 @@ STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: s
 POWER = Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, _power)
 
 
+def _turned(turns: int) -> int:
+    if arithmetic.next_turn_fails(turns):
+        raise RuntimeError(f"a loop of over {arithmetic.MOST_TURNS:,} turns in one tick")
+    return arithmetic.next_turn(turns)
+
+
+TURN = Checked(arithmetic.next_turn, arithmetic.next_turn_fails, int, _turned)
+
+
 def _index(index: int, length: int) -> int:
     if arithmetic.place_fails(index, length):
         raise IndexError(f"there is no entry {index} among {length}")

@@ -217,15 +217,17 @@ class Statements(Expressions):
     def _while(self, node: ast.While) -> None:
         if node.orelse:
             raise refuse(node, "else of a loop", "set a variable before `break`")
-        before = set(self.scope.assigned)
+        before, turns = set(self.scope.assigned), self.scope.fresh()
         lines, test = self.apart(lambda: self.test(node.test))
+        turn, more = self.apart(lambda: self.checked(operations.TURN, ast.Name(turns, ast.Load())))
         body, _ = self.block(node.body)
-        if self.compiled and (lines or self.fails):  # a loop may hang on what failed: the first fault ends it
-            leave: ast.expr = ast.UnaryOp(ast.Not(), test)
-            if self.fails:
-                leave = ast.BoolOp(ast.Or(), [leave, ast.Name(self.scope.fault, ast.Load())])
-            body = [*lines, ast.If(leave, [ast.Break()], []), *body]
-            test = ast.Constant(True)
+        turn.append(ast.Assign([ast.Name(turns, ast.Store())], more))
+        self.lines.append(ast.Assign([ast.Name(turns, ast.Store())], ast.Constant(0)))
+        if self.compiled:  # the first fault ends it: it may turn for ever on what failed
+            leave = ast.BoolOp(ast.Or(), [ast.UnaryOp(ast.Not(), test), ast.Name(self.scope.fault, ast.Load())])
+            body, test = [*turn, *lines, ast.If(leave, [ast.Break()], []), *body], ast.Constant(True)
+        else:
+            body = [*turn, *body]
         self.lines.append(ast.While(test, body, []))
         self.scope.assigned = before
 

@@ -104,8 +104,8 @@ def described(kind: Type) -> str:
             return f"a tuple of {len(entries)}"
         case ListOf() | Vector():
             return "a list of values"
-        case Record(kind):
-            return f"a {kind.__name__}"
+        case Record(named):
+            return f"a {named.__name__}"
         case Meta(value):
             return f"the {type(value).__name__} {getattr(value, '__name__', '')}".strip()
         case Unknown():

@@ -98,7 +98,7 @@ def test_a_list_beside_a_parameter_that_is_driven(tmp_path: Path) -> None:
     assert both(tmp_path, blocks, GRAPH.replace("wires = [", 'wires = ["source.output -> mine.gain", ')) == [1.5] * 5
 
 
-@pytest.mark.defect("C5", before="a tuple of floats in Constants: internal TypeError", after="it is held as declared")
+@pytest.mark.defect("H2", before="a tuple of floats in Constants: internal TypeError", after="it is held as declared")
 def test_tuples_of_numbers_among_the_constants(tmp_path: Path) -> None:
     blocks = FILE[: FILE.index("@Mine.output")] + STATEFUL.lstrip()
     assert both(tmp_path, blocks) == [0.5 / 3.0, 5.0 + 0.25 / 3.0, 3.0 + 0.5 / 3.0, 5.0 + 0.25 / 3.0, 3.0 + 0.5 / 3.0]

@@ -81,6 +81,12 @@ FAULTS = {
     "stored": ("return input", "line[x.count] = input", "update", "IndexError: there is no entry 60 among 60"),
     "shift": ("return float(1 << (59 - x.count))", "pass", "level", "ValueError: a negative shift or power"),
     "root": ("return min(math.sqrt(59.5 - input), 3.0)", "pass", "level", "ValueError: math domain error"),
+    "endless": (
+        "while input >= p.limit:\n        input = input + 0.0\n    return input",
+        "pass",
+        "level",
+        "RuntimeError: a loop of over 16,777,216 turns",
+    ),
     "converted": (
         "return float(int(1e17 * input * (1.0 if x.count < 60 else 10.0)))",
         "pass",
