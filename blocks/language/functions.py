@@ -6,12 +6,13 @@ import types
 from dataclasses import dataclass, field
 from typing import Any
 
-from proofmass.blocks.language.expressions import Expressions, Typed
+from proofmass.blocks.language.calls import Calls
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
 from proofmass.blocks.language.source import SourceError, tree_of
 from proofmass.blocks.language.statements import Known, RestartError, Statements, annotated
 from proofmass.blocks.language.values import NOTHING, Type, Unknown, described, type_of
+from proofmass.blocks.language.writing import Typed
 from proofmass.blocks.problem import Problem
 
 _PASSES = 50
@@ -73,7 +74,7 @@ def _lowered(
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
     known, problems, reads = Known(result), list[Problem](), list[Read]()
 
-    def called(reader: Expressions, node: ast.Call, target: types.FunctionType) -> Typed:
+    def called(reader: Calls, node: ast.Call, target: types.FunctionType) -> Typed:
         if target in (*within, function):
             raise refuse(node, f"{target.__name__} calls itself", "write a loop")
         given = _given(reader, node, target)
@@ -91,28 +92,33 @@ def _lowered(
             value = ast.Subscript(value, ast.Constant(0), ast.Load())
         return value, made.result
 
-    for _ in range(_PASSES):
-        problems.clear()
-        reads.clear()
-        scope = Scope(function, tree, dict(zip(names, arguments, strict=True)))
-        scope.promoted, known.written = set(known.promoted), {}
-        reader = Statements(scope, compiled, known, called)
-        try:
-            lines = _body(reader, tree)
-        except RestartError:
-            continue
-        if reader.fails == known.fails and not known.unsaid:
-            break
-        known.unsaid = known.unsaid and known.result is None
-        known.result = int if known.unsaid else known.result  # it only raises
-        known.fails, known.unsaid = reader.fails, False
+    def read() -> tuple[Statements, list[ast.stmt]]:
+        """Read the function until nothing new is learned of it."""
+        for _ in range(_PASSES):
+            problems.clear()
+            reads.clear()
+            scope = Scope(function, tree, dict(zip(names, arguments, strict=True)))
+            scope.promoted, known.written = set(known.promoted), {}
+            reader = Statements(scope, compiled, known, called)
+            try:
+                lines = _body(reader, tree)
+            except RestartError:
+                continue
+            if reader.fails == known.fails and not known.unsaid:
+                return reader, lines
+            if known.unsaid and known.result is None:
+                known.result = int  # it only raises
+            known.fails, known.unsaid = reader.fails, False
+        raise RecursionError(f"{function.__name__} is read for ever")
+
+    reader, lines = read()
     problems += [_problem(function, refused) for refused in reader.refused if refused.message]
-    reads += scope.reads
+    reads += reader.scope.reads
     if reader.refused:
         return Lowered(None, False, known.result or Unknown(), problems, reads)
     if compiled and known.fails:
-        lines.insert(0, ast.Assign([ast.Name(scope.fault, ast.Store())], ast.Constant(False)))
-    made = _defined(function, tree, names, lines, scope)
+        lines.insert(0, ast.Assign([ast.Name(reader.scope.fault, ast.Store())], ast.Constant(False)))
+    made = _defined(function, tree, names, lines, reader.scope)
     return Lowered(made, compiled and known.fails, known.result or NOTHING, problems, reads)
 
 
@@ -133,7 +139,7 @@ def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
     return lines
 
 
-def _given(reader: Expressions, node: ast.Call, target: types.FunctionType) -> list[Typed]:
+def _given(reader: Calls, node: ast.Call, target: types.FunctionType) -> list[Typed]:
     """The arguments of a call in the order of the function's, those that have one filled in."""
     if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
         raise refuse(node, "* in a call", "write the arguments one by one")
@@ -151,7 +157,7 @@ def _given(reader: Expressions, node: ast.Call, target: types.FunctionType) -> l
     return given
 
 
-def _ours(reader: Expressions, node: ast.Call, target: types.FunctionType, given: list[Typed]) -> Typed:
+def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, given: list[Typed]) -> Typed:
     """A call of a function of this package, which says its types and means the same everywhere."""
     hints, result = inspect.get_annotations(target, eval_str=True), annotated(target)
     if result is None:

@@ -70,7 +70,7 @@ OF_NUMBERS: dict[type[ast.operator], Checked] = {
 }
 PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: nothing fails
 NEGATE = _fits(arithmetic.negate, arithmetic.negate_fails, lambda a: -a)
-ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, abs)
+ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, lambda a: abs(a))
 TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)
 NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, _round)
 STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: step)

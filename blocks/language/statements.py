@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from proofmass.blocks.language import operations
-from proofmass.blocks.language.expressions import Expressions, Typed
+from proofmass.blocks.language.calls import Calls
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import Scope
 from proofmass.blocks.language.values import (
@@ -21,13 +21,14 @@ from proofmass.blocks.language.values import (
     described,
     type_of,
 )
+from proofmass.blocks.language.writing import Typed
 
 
 class RestartError(Exception):
     """Something was learned that concerns what was written already."""
 
 
-class Statements(Expressions):
+class Statements(Calls):
     """Reads the statements of a function; `refused` is what cannot be compiled."""
 
     def __init__(self, scope: Scope, compiled: bool, known: "Known", called: Callable[..., Typed]) -> None:
