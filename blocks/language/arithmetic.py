@@ -8,7 +8,7 @@ compiler of such functions can take.
 import math
 
 HIGHEST, LOWEST = 2**63 - 1, -(2**63)
-MOST_TURNS = 1 << 24  # of one `while` in one call
+MOST_TURNS = 1 << 24  # of one loop in one call
 _SURELY_FITS, _SURELY_NOT = 9.2e18, 9.3e18  # on both sides of 2^63
 _EXACT = 2**53  # integers up to there are numbers
 _LEADING = 2**55  # a quotient from there on has two bits more than a number
@@ -328,6 +328,16 @@ def next_turn(turns: int) -> int:
 def next_turn_fails(turns: int) -> bool:
     """Whether a loop turns for ever, for all that one tick can wait."""
     return turns >= MOST_TURNS
+
+
+def range_end(start: int, stop: int, step: int) -> int:
+    """Where a range ends; where it begins, if it is too long."""
+    return start if range_end_fails(start, stop, step) else stop
+
+
+def range_end_fails(start: int, stop: int, step: int) -> bool:
+    """Whether a range is longer than one tick can wait for."""
+    return step != 0 and (float(stop) - float(start)) / float(step) > MOST_TURNS
 
 
 def stride_fails(step: int) -> bool:

@@ -83,6 +83,13 @@ def _turned(turns: int) -> int:
     return arithmetic.next_turn(turns)
 
 
+def _ended(start: int, stop: int, step: int) -> int:
+    if arithmetic.range_end_fails(start, stop, step):
+        raise RuntimeError(f"a range of over {arithmetic.MOST_TURNS:,} in one tick")
+    return stop
+
+
+RANGE_END = Checked(arithmetic.range_end, arithmetic.range_end_fails, int, _ended)
 TURN = Checked(arithmetic.next_turn, arithmetic.next_turn_fails, int, _turned)
 
 

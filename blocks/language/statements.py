@@ -204,8 +204,13 @@ class Statements(Calls):
                 if any(kind is float for _, kind in read):
                     raise refuse(node, "a range of numbers", "range is of integers: write int(...)")
                 given = [self.as_integer(*part) for part in read]
-                if len(given) == 3 and not (isinstance(given[2], ast.Constant) and given[2].value):
-                    given[2] = self.checked(operations.STRIDE, given[2])
+                given = [ast.Constant(0), *given] if len(given) == 1 else given
+                given = [*given, ast.Constant(1)][:3]
+                if not (isinstance(given[2], ast.Constant) and given[2].value):
+                    given[2] = self.kept(self.checked(operations.STRIDE, given[2]))
+                if not all(isinstance(part, ast.Constant) and abs(int(str(part.value))) < 1000 for part in given):
+                    given = [self.kept(part) for part in given]
+                    given[1] = self.checked(operations.RANGE_END, *given)
                 return self.applied(range, *given), int
             if value is enumerate and len(node.args) == 1:
                 made, entry = self.sequence(node.args[0])

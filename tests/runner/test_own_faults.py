@@ -81,6 +81,12 @@ FAULTS = {
     "stored": ("return input", "line[x.count] = input", "update", "IndexError: there is no entry 60 among 60"),
     "shift": ("return float(1 << (59 - x.count))", "pass", "level", "ValueError: a negative shift or power"),
     "root": ("return min(math.sqrt(59.5 - input), 3.0)", "pass", "level", "ValueError: math domain error"),
+    "long": (
+        "for i in range(x.count * 279621):\n        if i > 9:\n            break\n    return input",
+        "pass",
+        "level",
+        "RuntimeError: a range of over 16,777,216",
+    ),
     "endless": (
         "while input >= p.limit:\n        input = input + 0.0\n    return input",
         "pass",
