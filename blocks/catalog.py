@@ -1,5 +1,6 @@
 """The table of all blocks by name, and one block's facts as data."""
 
+import ast
 import importlib
 import importlib.util
 import pkgutil
@@ -12,7 +13,9 @@ from typing import Any
 import proofmass.blocks
 from proofmass.blocks.declare import Block, Port
 from proofmass.blocks.fixed_point import Fixed, FixedValue
+from proofmass.blocks.language.source import remember
 from proofmass.blocks.parameter import Parameter
+from proofmass.blocks.problem import ModelError, Problem
 
 Own = Mapping[str, type[Block]]
 _OWN = "proofmass_own_"  # what modules of a user's own blocks are called
@@ -39,15 +42,30 @@ def all_blocks(own: Own | None = None) -> dict[str, type[Block]]:
 
 
 def load_own_blocks(path: Path) -> dict[str, type[Block]]:
-    """The blocks that a user's Python file declares; the file is run, so only the caller may name it."""
+    """The blocks that a user's Python file declares; the file is run, so only the caller may name it.
+
+    Raises `ModelError` where one has the name of a block of the library, and what the file raises.
+    """
     name = f"{_OWN}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    text = path.read_text(encoding="utf-8")
+    remember(str(module.__file__), text)
     spec.loader.exec_module(module)
-    return _blocks_of(module)
+    own = _blocks_of(module)
+    taken = [kind for kind in own if find(kind) is not None]
+    if taken:
+        lines = {node.name: node.lineno for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ClassDef)}
+        raise ModelError([_taken(path, kind, lines.get(kind, 0)) for kind in taken])
+    return own
+
+
+def _taken(path: Path, kind: str, line: int) -> Problem:
+    hint = f"call it otherwise, for example My{kind}"
+    return Problem(message="the library has a block of this name", file=str(path), line=line, key=kind, hint=hint)
 
 
 def own_file(kind: type[Block]) -> Path | None:

@@ -27,7 +27,6 @@ from typing import Any, ClassVar, TypeVar, dataclass_transform
 from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.parameter import Parameter, declared, fill, param, read_parameters
 from proofmass.blocks.ports import (
-    RESERVED,
     RUNNER_NAMES,
     Buffer,
     BufferPort,
@@ -77,6 +76,11 @@ class Block:
         dataclasses.dataclass(frozen=True, init=False, repr=False)(cls)
         hints = typing.get_type_hints(cls)
         cls.parameters = {f.name: _parameter(cls, f, hints[f.name]) for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
+        units = {p.name: p.unit for p in cls.parameters.values() if p.unit} | {
+            p.name: p.unit for p in cls.inputs.values()
+        }
+        for name, text in units.items():
+            _refuse_no_unit(cls, name, text)
 
     def __init__(self, /, **values: Any) -> None:
         kind = type(self)
@@ -199,11 +203,12 @@ class Block:
 
     @classmethod
     def parameters_class(cls) -> type:
-        """A NamedTuple of the numeric parameters, as `constants` sees them when a parameter is driven."""
+        """A NamedTuple of the numbers and lists of numbers among the parameters, as `constants` sees driven ones."""
         if "_parameters_class" not in cls.__dict__:
-            names = [n for n, p in cls.parameters.items() if p.kind in (float, int, bool)]
-            made = namedtuple(f"{cls.__name__}Parameters", names)  # type: ignore[misc]
-            made.__annotations__ = {n: cls.parameters[n].kind for n in names}
+            kinds = {float: float, int: int, bool: bool, tuple: tuple[float, ...]}
+            numeric = {n: kinds[p.kind] for n, p in cls.parameters.items() if p.kind in kinds}
+            made = namedtuple(f"{cls.__name__}Parameters", list(numeric))  # type: ignore[misc]
+            made.__annotations__ = numeric
             cls._parameters_class = made  # type: ignore[attr-defined]
         return typing.cast(type, cls.__dict__["_parameters_class"])
 
@@ -296,13 +301,18 @@ class Block:
 
         def register(function: Function) -> Function:
             name = function.__name__
-            refuse_taken(cls, name, (*_ROLES, *cls.parameters, *cls.inputs, *cls.buffers, *cls.outputs))
+            mine = {"function": _ROLES, "parameter": cls.parameters, "input": cls.inputs, "buffer": cls.buffers}
+            for what, names in (mine | {"output": cls.outputs}).items():
+                refuse_taken(
+                    cls, name, names, f"it is the name of {'an' if what[0] in 'io' else 'a'} {what} of the block"
+                )
             behaviour = _behaviour(cls, function, cls._bound())
             kind = dtype or behaviour.returns
             if kind not in (float, int, bool, FixedValue) or bool(shape) != ("out" in behaviour.arguments):
                 raise TypeError(
                     f"{cls.__name__}.{name} must return float, int, bool or FixedValue, or write its entries into out"
                 )
+            _refuse_no_unit(cls, name, unit)
             doc = inspect.getdoc(function) or ""
             cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every)
             cls.output_functions[name] = behaviour
@@ -335,8 +345,7 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
 
 
 def _parameter(owner: type, field: "dataclasses.Field[Any]", kind: Any) -> Parameter:
-    if field.name in RESERVED or field.name in Block.__dict__:
-        raise TypeError(f"{owner.__name__}.{field.name}: the name is taken")
+    refuse_taken(owner, field.name, Block.__dict__)
     return declared(owner.__name__, field, kind)
 
 
@@ -345,12 +354,32 @@ def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]
     returns = function.__annotations__.get("return")
     if isinstance(returns, str):
         returns = typing.get_type_hints(function)["return"]
+    if hasattr(returns, "_fields") and any(
+        isinstance(kind, str | typing.ForwardRef) for kind in returns.__annotations__.values()
+    ):
+        returns.__annotations__ = typing.get_type_hints(returns)
     unknown = [name for name in names[1:] if name not in known]
+    if names and names[0] in {*known, *owner.inputs, *owner.buffers} - {"p", "c"}:
+        raise TypeError(
+            f"{owner.__name__}.{function.__name__}: the first argument is the constants, whatever it is called; "
+            f"write def {function.__name__}(c, {', '.join(names)})"
+        )
     if not names or unknown:
         hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner.__name__}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
     reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
     return Behaviour(function, tuple(names[1:]), returns, reads_constants)
+
+
+def _refuse_no_unit(owner: type[Block], name: str, text: str) -> None:
+    """Raise TypeError where a block of the user's own has a unit that is none; tests see to those of the library."""
+    if owner.__module__.startswith("proofmass.blocks."):
+        return
+    texts = {n: p.default for n, p in owner.parameters.items() if p.kind is str}
+    try:
+        unit(fill(text, texts))
+    except UnitError as error:
+        raise TypeError(f"{owner.__name__}.{name}: {error}" + (f"; {error.hint}" if error.hint else "")) from None
 
 
 def _names_a_unit(name: str) -> bool:

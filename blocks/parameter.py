@@ -171,7 +171,15 @@ def declared(owner: str, field: "dataclasses.Field[Any]", annotation: Any) -> Pa
         kind = tuple
     if kind not in (float, int, bool, str, Fixed, tuple) or "bounds" not in m:
         raise TypeError(f"{owner}.{field.name} must be float, int, bool, str, Fixed or tuple[float, ...] = param(...)")
-    return Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], choices=choices)
+    made = Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], choices=choices)
+    try:
+        default = field.default if kind is Fixed else made.read(field.default, made.unit)
+    except ParameterError as error:
+        expected = made.expected(made.unit)
+        raise TypeError(
+            f"{owner}.{field.name}: its default {shown(field.default)} {error}; expected {expected}"
+        ) from None
+    return dataclasses.replace(made, default=default)
 
 
 def read_parameters(

@@ -15,7 +15,15 @@ RUNNER_NAMES = {
     "normal": "a fresh standard normal deviate, a pure function of (seed, run, block, tick)",
     "out": "where an output with a shape writes its entries",
 }
-RESERVED = {*RUNNER_NAMES, "p", "c", "x", "period", "kind", "rate", "graph"}
+RESERVED = RUNNER_NAMES | {
+    "p": "the parameters, the first argument of functions",
+    "c": "the constants, the first argument of functions",
+    "x": "the state, an argument of functions",
+    "period": "an argument of `constants`",
+    "kind": "a key of a block in a graph file",
+    "rate": "a key of a block in a graph file",
+    "graph": "a key of a block in a graph file",
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,7 +84,11 @@ class Recording(Buffer):
         self._buffer = BufferPort("", doc, float, (), quantity)
 
 
-def refuse_taken(owner: type, name: str, taken: Iterable[str]) -> None:
+def refuse_taken(owner: type, name: str, taken: Iterable[str], by: str = "") -> None:
     """Raise TypeError where a name stands for something else in a block."""
-    if name in RESERVED or name in taken:
-        raise TypeError(f"{owner.__name__}.{name}: the name is taken")
+    if name in RESERVED:
+        raise TypeError(f"{owner.__name__}.{name}: the name is taken; {name} is {RESERVED[name]}")
+    if name in taken:
+        what = "a method" if callable(getattr(owner.__mro__[-2], name, None)) else "an attribute"
+        of = by or f"every block has {what} {name}"
+        raise TypeError(f"{owner.__name__}.{name}: the name is taken; {of}")

@@ -20,6 +20,7 @@ from proofmass.graphs.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.loops import bad_loops
 from proofmass.graphs.measures import MEASURES
 from proofmass.graphs.names import Missing, find_output, find_target
+from proofmass.graphs.own_functions import own_problems
 from proofmass.graphs.rates import LARGEST_RATIO, common_base_rate, write_rate
 from proofmass.graphs.schedule import schedule
 
@@ -41,6 +42,7 @@ def check(graph: Graph) -> list[Problem]:
             schedule(flat)
         except ModelError as error:
             problems = list(error.problems)
+    problems += own_problems(flat)
     if not problems:
         problems = list(islice(_notes(flat, graph), PROBLEMS))
     placed = once(flat, [flat.placed(as_written(flat, problem)) for problem in problems])[:PROBLEMS]

@@ -85,6 +85,8 @@ def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
 
     try:
         return load_own_blocks(path)
+    except ModelError:
+        raise
     except Exception as error:
         frames = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == path.resolve()]

@@ -11,10 +11,14 @@ from proofmass.runner.continuous.loop_code import LoopCode
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.continuous.solver import Solver
-from proofmass.runner.engine.pieces import Pieces, fields, variable, word
+from proofmass.runner.engine.keys import SolverNumber, made_up, variable, word
+from proofmass.runner.engine.pieces import Call, Pieces, fields, spoilt
 
 _ASSEMBLED = ("matrix", "grown", "square", "scale")  # scratch of the matrix exponential
 _STEPPED = ("x", "moved", "error")
+
+
+_FAILED = "failed"  # whether anything failed in a function of an instant
 
 
 class GroupCode:
@@ -86,20 +90,23 @@ class GroupCode:
     def _by_matrices(self) -> Iterator[str]:
         if self.solver.driven:
             yield from self._renewed()
-        terms = [f"{word(block)}__x.{name}" for block, name in self.group.states]
+        terms = [f"{made_up(word(block), 'x')}.{name}" for block, name in self.group.states]
         terms += [variable(node) for node in self.group.inputs]
-        terms += [f"({variable(node)}__next - {variable(node)})" for node in self.group.ramps]
-        for i, (block, name) in enumerate(self.group.states):
+        terms += [f"({made_up(variable(node), 'next')} - {variable(node)})" for node in self.group.ramps]
+        moved = [made_up(variable(state), "moved") for state in self.group.states]
+        for i, name in enumerate(moved):
             factors = (f"{self._factor(i, j)} * {term}" for j, term in enumerate(terms))
-            yield f"_{word(block)}__{name} = {' + '.join(factors)}"
-        yield from self._states([f"_{word(block)}__{name}" for block, name in self.group.states])
+            yield f"{name} = {' + '.join(factors)}"
+        yield from self._states(moved)
 
     def _factor(self, i: int, j: int) -> str:
         return f"{self.name}_matrix[{i * self.columns + j}]" if self.solver.driven else f"{self.name}_{i}_{j}"
 
     def _renewed(self) -> Iterator[str]:
         """The matrices, when a constant that they follow from is another than in the tick before."""
-        used = [f"{word(m)}__c.{f}" for m in self._driven() for f, _ in fields(self.blocks[m].constants_class())]
+        used = [
+            f"{made_up(word(m), 'c')}.{f}" for m in self._driven() for f, _ in fields(self.blocks[m].constants_class())
+        ]
         yield f"if {' or '.join(f'{value} != {self.name}_used[{i}]' for i, value in enumerate(used))}:"
         yield from (f"    {self.name}_used[{i}] = {value}" for i, value in enumerate(used))
         yield f"    {self._assembled()}"
@@ -132,8 +139,9 @@ class GroupCode:
 
     def _by_steps(self) -> Iterator[str]:
         slopes = [variable(node) for node in self.group.ramps]
-        yield from (f"{name}__slope = ({name}__next - {name}) / period" for name in slopes)
-        inputs = [*(variable(node) for node in self.group.inputs), *(f"{name}__slope" for name in slopes)]
+        for name in slopes:
+            yield f"{made_up(name, 'slope')} = ({made_up(name, 'next')} - {name}) / period"
+        inputs = [*(variable(node) for node in self.group.inputs), *(made_up(name, "slope") for name in slopes)]
         guesses = [variable(node) for node in self.group.guesses]
         context = f"({', '.join([*self._constants(), *inputs, *guesses, 'time'])},)"
         if self.solver.method == "radau":
@@ -141,7 +149,7 @@ class GroupCode:
             context = f"({context}, {self.name}_largest, ({work}))"
         yield f"{self.name}_context = {context}"
         for i, (block, name) in enumerate(self.group.states):
-            yield f"{self.name}_x[{i}] = {word(block)}__x.{name}"
+            yield f"{self.name}_x[{i}] = {made_up(word(block), 'x')}.{name}"
         x, error = f"{self.name}_x", f"{self.name}_error"
         if self._is_fixed():
             yield f"for substep in range({self.name}_substeps):"
@@ -199,44 +207,66 @@ class GroupCode:
         """Derivatives of all states; modes stand still."""
         arguments = ", ".join(f"x{i}" for i in range(len(self.group.states)))
         yield f"def {self.name}_rates(context, time, {arguments}):"
-        yield from self._known("context", [f"x{i}" for i in range(len(self.group.states))])
+        lines = list(self._known("context", [f"x{i}" for i in range(len(self.group.states))]))
         made = list[str]()
         for name in self.group.blocks:
             moving = "derivative" in self.blocks[name].functions
             if moving:
-                yield f"    {word(name)}__rates = {self.pieces.call(name, 'derivative', 'derivative')}"
+                call = self.pieces.call(name, "derivative", "derivative")
+                lines += self._kept(name, "derivative", made_up(word(name), "rates"), call)
             for field, kind in state_fields(self.blocks[name]):
-                made.append(f"{word(name)}__rates.{field}" if moving and kind is float else "0.0")
-        yield f"    return ({', '.join(made)},)"
+                made.append(f"{made_up(word(name), 'rates')}.{field}" if moving and kind is float else "0.0")
+        yield from self._begun(lines)
+        yield f"    return ({', '.join(self._sound(value, lines) for value in made)},)"
         yield ""
         yield ""
 
     def _clearances(self) -> Iterator[str]:
         yield f"def {self.name}_clearances(context, time, x, clear):"
-        yield from self._instant()
+        lines = list(self._instant())
         for number, (name, event) in enumerate(self.group.events):
-            yield f"    clear[{number}] = {self._event(name, event, 0)}"
+            lines += self._kept(name, event, f"clearance_{number}", self._event(name, event, 0))
+        yield from self._begun(lines)
+        for number in range(len(self.group.events)):
+            yield f"    clear[{number}] = {self._sound(f'clearance_{number}', lines)}"
         yield "    return"
         yield ""
         yield ""
 
     def _then(self) -> Iterator[str]:
         yield f"def {self.name}_then(context, time, x, which):"
-        yield from self._instant()
+        lines = list(self._instant())
         for number, (name, event) in enumerate(self.group.events):
-            yield f"    if which == {number}:"
-            yield f"        {word(name)}__then = {self._event(name, event, 1)}"
+            then = made_up(word(name), "then")
+            lines.append(f"    if which == {number}:")
+            lines += (f"    {line}" for line in self._kept(name, event, then, self._event(name, event, 1)))
             for field, _ in state_fields(self.blocks[name]):
-                yield f"        x[{self.group.states.index((name, field))}] = {word(name)}__then.{field}"
+                lines.append(f"        x[{self.group.states.index((name, field))}] = {then}.{field}")
+        yield from self._begun(lines)
+        if _failing(lines):
+            yield f"    x[0] = {self._sound('x[0]', lines)}"
         yield "    return"
         yield ""
         yield ""
 
-    def _event(self, name: str, event: str, part: int) -> str:
+    def _event(self, name: str, event: str, part: int) -> Call:
         behaviour = self.blocks[name].events[event][part]
-        function = self.pieces.named(self.blocks[name], behaviour.function.__name__, behaviour.function)
-        arguments = [f"{word(name)}__c", *(self.pieces.argument(name, event, a) for a in behaviour.arguments)]
-        return f"{function}({', '.join(arguments)})"
+        arguments = [made_up(word(name), "c"), *(self.pieces.argument(name, event, a) for a in behaviour.arguments)]
+        return self.pieces.called(name, behaviour.function.__name__, behaviour, arguments)
+
+    def _kept(self, name: str, function: str, target: str, call: Call) -> Iterator[str]:
+        return (f"    {line}" for line in self.pieces.kept(name, function, target, call, _FAILED))
+
+    def _begun(self, lines: list[str]) -> list[str]:
+        """The lines of a function, behind one that says that nothing has failed, where anything can."""
+        return [f"    {_FAILED} = False", *lines] if _failing(lines) else lines
+
+    def _sound(self, value: str, lines: list[str]) -> str:
+        """A number that is NaN where anything failed in the lines before: the loop looks for that."""
+        if not _failing(lines):
+            return value
+        self.pieces.names["spoilt"] = spoilt
+        return f"spoilt({value}, {_FAILED})"
 
     def _instant(self) -> Iterator[str]:
         context = "context[0]" if self.solver.method == "radau" else "context"
@@ -245,7 +275,7 @@ class GroupCode:
 
     def _known(self, context: str, x: list[str]) -> Iterator[str]:
         """Everything that the functions of the blocks are given at an instant."""
-        slopes = [f"{variable(node)}__slope" for node in self.group.ramps]
+        slopes = [made_up(variable(node), "slope") for node in self.group.ramps]
         inputs = [variable(node) for node in self.group.inputs]
         guesses = [variable(node) for node in self.group.guesses]
         yield f"    ({', '.join([*self._constants(), *inputs, *slopes, *guesses, 'start'])},) = {context}"
@@ -258,12 +288,12 @@ class GroupCode:
     def _node(self, node: Node) -> Iterator[str]:
         name, port = node
         if not port:
-            yield self.pieces.driven(name)
+            yield from self.pieces.driven(name, _FAILED)
         elif node in self.group.guesses:
             for loop in self.loops:
                 yield from loop.at(node)
         else:
-            yield f"{variable(node)} = {self.pieces.call(name, port, port)}"
+            yield from self.pieces.kept(name, port, variable(node), self.pieces.call(name, port, port), _FAILED)
 
     # -- pieces ----------------------------------------------------------------------------------------------------
 
@@ -274,7 +304,7 @@ class GroupCode:
         for name in self.group.blocks:
             made: Any = self.blocks[name].state_class()
             own = ", ".join(next(typed) for _ in made._fields)
-            yield f"{word(name)}__x = {self.pieces.named(self.blocks[name], 'State', made)}({own})"
+            yield f"{made_up(word(name), 'x')} = {self.pieces.named(self.blocks[name], 'State', made)}({own})"
 
     def _constants(self) -> list[str]:
         """What holds the constants of the members, or what they are made of within the group; scratch of the loops."""
@@ -283,10 +313,10 @@ class GroupCode:
             if (member, "") in self.group.nodes:
                 drivers = self.pieces.plan.schedule.drivers
                 made = fields(self.blocks[member].parameters_class())
-                held += [f"_{word(member)}__{p}" for p, _ in made if (member, p) not in drivers]
-                held += [f"{word(member)}__period"] if "constants" in self.blocks[member].functions else []
+                held += [self.pieces.parameter(member, p) for p, _ in made if (member, p) not in drivers]
+                held += [made_up(word(member), "period")] if "constants" in self.blocks[member].functions else []
             else:
-                held.append(f"{word(member)}__c")
+                held.append(made_up(word(member), "c"))
         return [*held, *(f"{loop.name}_{key}" for loop in self.loops for key in loop.scratch)]
 
     def _driven(self) -> list[str]:
@@ -296,8 +326,13 @@ class GroupCode:
     def _is_fixed(self) -> bool:
         return not self.solver.tolerance and not self.group.events
 
-    def _number(self, key: Any, kind: type, value: Any) -> str:
-        return self.pieces.constant((self.name, key), kind, value)
+    def _number(self, number: str, kind: type, value: float) -> str:
+        return self.pieces.constant(SolverNumber(self.name, number), kind, value)
+
+
+def _failing(lines: list[str]) -> bool:
+    """Whether anything can fail in some lines."""
+    return any(line.lstrip().startswith(f"{_FAILED} |=") for line in lines)
 
 
 class _Text:

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 from proofmass.graphs.schedule import AlgebraicLoop, Node
 from proofmass.runner.continuous.algebraic import scratch, solve
-from proofmass.runner.engine.pieces import Pieces, variable
+from proofmass.runner.engine.keys import variable
+from proofmass.runner.engine.pieces import Pieces
 
 
 class LoopCode:
@@ -14,7 +15,7 @@ class LoopCode:
     def __init__(self, pieces: Pieces, loop: AlgebraicLoop, name: str) -> None:
         self.loop, self.name = loop, name
         pieces.names["solve"] = solve
-        self._values = {node: pieces.call(*node, node[1]) for node in loop.nodes}
+        self._values = {node: pieces.number(pieces.call(*node, node[1])) for node in loop.nodes}
         called = {variable(node) for node in loop.nodes} | pieces.names.keys()
         read = {word for value in self._values.values() for word in _words(value)}
         self._given = ["time", *sorted(read - called - {"time"})]

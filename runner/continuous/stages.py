@@ -1,13 +1,14 @@
 """The functions of a group at one instant, in plain Python: derivatives, clearances of events, what follows them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declare import Behaviour, Block
 from proofmass.graphs.schedule import Node, Schedule
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.continuous.groups import Group, state_fields
-from proofmass.runner.engine.constants import constants_of
+from proofmass.runner.engine.constants import constants_of, in_python
+from proofmass.runner.engine.keys import ConstantsOf, DefaultOf, Instant, OfInstant, StateOf, WireOf
 from proofmass.runner.fixed.step_formats import held_as
 
 
@@ -44,12 +45,12 @@ class Stages:
             (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
         ]
-        self._places: dict[Any, int] = {"time": 0}  # of the values of an instant
+        self._places: dict[OfInstant, int] = {Instant(): 0}  # of the values of an instant
         self._defaults: dict[int, float] = {}  # of inputs that are not connected, by place
         self._nodes = [self._output(*node) if node[1] else self._constants(node[0]) for node in group.nodes]
         self._of_place = {call.result: call for call in self._nodes}
         self._torn = {  # tears and others of the loop, for the place of each tear
-            self._place(tear): ([*map(self._place, loop.tears)], [*map(self._place, loop.others)])
+            self._place(WireOf(*tear)): (self._wires(loop.tears), self._wires(loop.others))
             for loop in group.loops
             for tear in loop.tears
         }
@@ -94,15 +95,15 @@ class Stages:
         known: list[Any] = [None] * len(self._places)
         known[0] = time
         for name in self.group.members:
-            self._keep(known, (name, "c"), context.constants[name])
+            self._keep(known, ConstantsOf(name), context.constants[name])
         for name, state in self.states(x).items():
-            self._keep(known, (name, "x"), state)
+            self._keep(known, StateOf(name), state)
         inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
         for node, slope in zip(self.group.ramps, context.slopes, strict=True):
             inputs[node] = inputs[node] + slope * (time - context.start)
         inputs |= zip(self.group.guesses, context.guesses, strict=True)
         for node, value in inputs.items():
-            self._keep(known, node, value)
+            self._keep(known, WireOf(*node), value)
         for place, default in self._defaults.items():
             known[place] = default
         for call in self._nodes:
@@ -124,7 +125,7 @@ class Stages:
         """Solve an algebraic loop on the values of an instant; whether there is a solution."""
         return solve_in_place(tears, others, known, value)
 
-    def _keep(self, known: list[Any], key: Node, value: Any) -> None:
+    def _keep(self, known: list[Any], key: OfInstant, value: Any) -> None:
         if key in self._places:
             known[self._places[key]] = value
 
@@ -134,7 +135,7 @@ class Stages:
 
     def _output(self, name: str, port: str) -> _Call:
         call = self._call(name, port, self.blocks[name].output_functions[port])
-        return call._replace(result=self._place((name, port)))
+        return call._replace(result=self._place(WireOf(name, port)))
 
     def _constants(self, name: str) -> _Call:
         """Constants made anew from what drives the parameters of a block."""
@@ -144,8 +145,8 @@ class Stages:
         def compute(*values: Any) -> Any:
             return self._constants_of(name, dict(zip(driven, values, strict=True)))
 
-        places = tuple(self._place(drivers[name, p]) for p in driven)
-        return _Call(f"{name}.constants", compute, places, self._place((name, "c")))
+        places = tuple(self._wires(drivers[name, p] for p in driven))
+        return _Call(f"{name}.constants", compute, places, self._place(ConstantsOf(name)))
 
     def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
         """Constants of a block, some of whose parameters have moved."""
@@ -154,26 +155,29 @@ class Stages:
         fields: Any = made._fields  # type: ignore[attr-defined]
         return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), self.periods(name))
 
-    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         """What is called for a function of a block."""
-        return function
+        return in_python(block, behaviour)
 
     def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
-        arguments = [self._place((name, "c")), *(self._argument(name, a) for a in behaviour.arguments)]
-        return _Call(f"{name}.{what}", self._callable(behaviour.function), tuple(arguments), -1)
+        arguments = [self._place(ConstantsOf(name)), *(self._argument(name, a) for a in behaviour.arguments)]
+        return _Call(f"{name}.{what}", self._callable(self.blocks[name], behaviour), tuple(arguments), -1)
 
     def _argument(self, name: str, argument: str) -> int:
         if argument == "time":
             return 0
         if argument == "x":
-            return self._place((name, "x"))
+            return self._place(StateOf(name))
         driver = self.schedule.drivers.get((name, argument))
         if driver is not None:
-            return self._place(driver)
+            return self._place(WireOf(*driver))
         declared = self.blocks[name].inputs[argument]
-        place = self._place((name, argument, "default"))
+        place = self._place(DefaultOf(name, argument))
         self._defaults[place] = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
         return place
 
-    def _place(self, key: Any) -> int:
+    def _wires(self, nodes: Iterable[Node]) -> list[int]:
+        return [self._place(WireOf(*node)) for node in nodes]
+
+    def _place(self, key: OfInstant) -> int:
         return self._places.setdefault(key, len(self._places))

@@ -7,6 +7,7 @@ library: the code computes the same bits as plain Python.
 """
 
 import ctypes
+import ctypes.util
 import dis
 import hashlib
 import os
@@ -16,11 +17,13 @@ import threading
 import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import llvmlite.binding as llvm
 
+from proofmass.blocks.language import arithmetic
+from proofmass.blocks.language.arithmetic import OF_C
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.runner.engine.c_function import CFunction
 from proofmass.runner.engine.cache import keep, kept
@@ -71,6 +74,7 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
             for value in generated.names.values():
                 if isinstance(value, CFunction):
                     llvm.add_symbol(value.symbol, value.address)
+            _name_c_functions()
             code = kept(f"{key}.o")
             function = _linked(code, argument_kinds) if code else None
             if function is None:
@@ -79,6 +83,24 @@ def load(generated: Generated, argument_kinds: tuple[str, ...]) -> Any:
                 function = _linked(code, argument_kinds)
             _loaded[key] = function
     return _loaded[key][1]
+
+
+@cache
+def _name_c_functions() -> None:
+    """Tell LLVM where the functions are that Python calls, under names of which it knows nothing: it would put others
+    in the place of a power with a constant exponent."""
+    try:
+        library = ctypes.CDLL(None)
+        addresses = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in OF_C.values()}
+    except (AttributeError, TypeError, OSError):
+        library = ctypes.CDLL(ctypes.util.find_library("m") or "msvcrt")
+        addresses = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in OF_C.values()}
+    for name, address in addresses.items():
+        llvm.add_symbol(_own_symbol(name), address or 0)
+
+
+def _own_symbol(name: str) -> str:
+    return f"proofmass_{name}"
 
 
 def _digest(parts: list[str]) -> str:
@@ -213,6 +235,9 @@ def _jit(value: Any, mode: tuple[bool, bool], functions: Functions, jitted: dict
     value = getattr(value, "py_func", value)
     if isinstance(value, CFunction):
         return _external(value)
+    if getattr(value, "__module__", "") == arithmetic.__name__ and value.__name__ in OF_C:
+        numba, given = _numba(), value.__code__.co_argcount
+        return numba.types.ExternalFunction(_own_symbol(OF_C[value.__name__]), numba.float64(*[numba.float64] * given))
     if not isinstance(value, types.FunctionType):
         return value
     if value not in jitted:

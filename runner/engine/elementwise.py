@@ -39,7 +39,7 @@ class Elementwise:
             "    for entry in range(count):",
             f"        {_RESULT}[entry] = {call}",
         ]
-        nothing, source = Slots(""), "\n".join(lines) + "\n"
+        nothing, source = Slots[Any](""), "\n".join(lines) + "\n"
         called = {"apply": self._function}
         # As with lanes, in vectors as wide as the processor has them.
         generated = Generated(source, called, nothing, {}, nothing, (), (), 0, (), frozenset(), (), lanes=1)

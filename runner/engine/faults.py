@@ -1,9 +1,14 @@
 """Runs that fail: the tick in which a number stopped being finite, and the fault in the words of the graph."""
 
+import sys
+import traceback
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declare import Block
+from proofmass.blocks.language.forms import is_own
 from proofmass.blocks.problem import Problem
 from proofmass.graphs.graph import split
 from proofmass.runner.engine.engines import make_engine
@@ -54,6 +59,9 @@ def failed(planned: Plan, fault: TickError) -> Problem:
     hint = "the loop may be unstable, or a parameter of the wrong size"
     if isinstance(fault.value, OverflowError):
         hint = "take a wider format, or let it saturate or wrap"
+    own = _own_line(block, fault.value)
+    if own:
+        hint = f"{own} raises it"
     if isinstance(fault.value, Exception):
         message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
     else:
@@ -66,3 +74,13 @@ def failed(planned: Plan, fault: TickError) -> Problem:
         path=("blocks", name),
     )
     return planned.graph.placed(problem)
+
+
+def _own_line(block: Block | None, error: Any) -> str:
+    """File and line of a user's own block that raised an error; empty where it was not one."""
+    if block is None or not isinstance(error, Exception) or not is_own(type(block)):
+        return ""
+    frames = traceback.extract_tb(error.__traceback__)
+    module = Path(str(getattr(sys.modules.get(type(block).__module__), "__file__", "")))
+    lines = [frame.lineno for frame in frames if Path(frame.filename) == module]
+    return f"{module.name}:{lines[-1]}" if lines else ""

@@ -16,7 +16,21 @@ from proofmass.graphs.schedule import Node
 from proofmass.runner.continuous.group_code import GroupCode
 from proofmass.runner.continuous.loop_code import LoopCode
 from proofmass.runner.engine.c_function import CFunction
-from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields, variable, word
+from proofmass.runner.engine.keys import (
+    BasePeriod,
+    ConstantOf,
+    Given,
+    Moving,
+    OverflowsOf,
+    ParameterOf,
+    PeriodOf,
+    StateField,
+    WireOf,
+    made_up,
+    variable,
+    word,
+)
+from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Pieces, Slots, entries, fields
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.watched import watched
 from proofmass.runner.fixed.digital_code import DigitalCode
@@ -29,9 +43,9 @@ class Generated:
 
     source: str
     names: Mapping[str, Callable[..., Any] | type | CFunction]
-    constants: Slots
-    constant_values: Mapping[Any, Any]
-    memory: Slots
+    constants: Slots[Given]
+    constant_values: Mapping[Given, Any]
+    memory: Slots[Moving]
     vectors: tuple[Node, ...]  # buffers and wires with a shape, in the order of the arguments
     vector_kinds: tuple[type, ...]
     scratch: int  # floats that the loop works on, not kept from call to call
@@ -76,7 +90,7 @@ class LoopGenerator(Pieces):
         before = list(self._unpacked())
         tick = [*self._outputs(), *self._probes(), *self._updates(), *self._groups()]
         flags = {"not_finite": self.memory.at(FLOATS, self.memory.counts[FLOATS])}
-        if self.digital.refuses:
+        if self.refuses:
             flags["refused"] = self.memory.at(INTEGERS, self.memory.counts[INTEGERS])
         after = [*self._packed(), *(f"{place} = {flag}" for flag, place in flags.items())]
         body = self._arranged(before, flags, tick, after)
@@ -158,7 +172,7 @@ class LoopGenerator(Pieces):
 
     def _unpacked(self) -> Iterator[str]:
         plan = self.plan
-        yield f"period = {self.constant('period', float, plan.period)}"
+        yield f"period = {self.constant(BasePeriod(), float, plan.period)}"
         for name in plan.blocks:
             yield from self._constants_of(name)
         place = 0
@@ -171,11 +185,11 @@ class LoopGenerator(Pieces):
         for name, block in plan.blocks.items():
             state = block.state_class()
             if state is not None:
-                held = [self.memory.add((name, "x", f), held_as(k)) for f, k in fields(state)]
-                yield f"{word(name)}__x = {self.named(block, 'State', state)}({', '.join(held)})"
+                held = [self.memory.add(StateField(name, f), held_as(k)) for f, k in fields(state)]
+                yield f"{made_up(word(name), 'x')} = {self.named(block, 'State', state)}({', '.join(held)})"
             for port, output in block.outputs.items():
                 if not output.shape:
-                    yield f"{word(name)}__{port} = {self.memory.add((name, port), held_as(output.dtype))}"
+                    yield f"{variable((name, port))} = {self.memory.add(WireOf(name, port), held_as(output.dtype))}"
         yield from self.digital.before()
 
     def _constants_of(self, name: str) -> Iterator[str]:
@@ -185,15 +199,19 @@ class LoopGenerator(Pieces):
             yield from self._parameters_of(name)
             return
         made = type(values)
-        given = [self.constant((name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True)]
-        yield f"{word(name)}__c = " + (f"{self.named(block, 'Constants', made)}({', '.join(given)})" if given else "0")
+        given = [self.constant(ConstantOf(name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True)]
+        yield f"{made_up(word(name), 'c')} = " + (
+            f"{self.named(block, 'Constants', made)}({', '.join(given)})" if given else "0"
+        )
 
     def _parameters_of(self, name: str) -> Iterator[str]:
         plan, block = self.plan, self.plan.blocks[name]
         for p, kind in fields(block.parameters_class()):
             if (name, p) not in plan.schedule.drivers:
-                yield f"_{word(name)}__{p} = {self.constant((name, 'parameter', p), kind, getattr(block, p))}"
-        yield f"{word(name)}__period = {self.constant((name, 'period'), float, plan.block_period(name))}"
+                value = self.constant(ParameterOf(name, p), kind, getattr(block, p))
+                yield f"{self.parameter(name, p)} = {value}"
+        period = self.constant(PeriodOf(name), float, plan.block_period(name))
+        yield f"{made_up(word(name), 'period')} = {period}"
 
     def _outputs(self) -> Iterator[str]:
         plan = self.plan
@@ -225,10 +243,10 @@ class LoopGenerator(Pieces):
                 drawn.add(name)
                 yield stride, self.deviate(name)
             if not port:
-                yield stride, self.driven(name)
+                yield from ((stride, line) for line in self.driven(name))
                 continue
             output = block.outputs[port]
-            target = "" if output.shape else f"{word(name)}__{port}"
+            target = "" if output.shape else variable((name, port))
             solved = [line for loop in self.loops for line in loop.at((name, port))]
             lines = solved if (name, port) in tears else self._kept(name, port, target)
             yield from ((stride, line) for line in lines)
@@ -265,7 +283,7 @@ class LoopGenerator(Pieces):
         """Lines of the updates, each with the ticks from one time to the next."""
         for name, block in self.plan.blocks.items():
             if "update" in block.functions:
-                target = "" if block.state_class() is None else f"{word(name)}__x"
+                target = "" if block.state_class() is None else made_up(word(name), "x")
                 divisor = self.plan.schedule.divisors[name]
                 yield from ((divisor, line) for line in self._kept(name, "update", target))
 
@@ -273,8 +291,7 @@ class LoopGenerator(Pieces):
         """Lines that call a function and keep what it returns in `target`, where there is one."""
         if name in self.plan.digital:
             return self.digital.call(name, function, target)
-        call = self.call(name, function, function)
-        return iter([f"{target} = {call}" if target else call])
+        return self.kept(name, function, target, self.call(name, function, function))
 
     def _groups(self) -> Iterator[str]:
         """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
@@ -282,26 +299,27 @@ class LoopGenerator(Pieces):
             yield "time_next = (tick + 1) * period"
         for name, port in self.plan.ahead:
             behaviour = self.plan.blocks[name].output_functions[port]
-            function = self.named(self.plan.blocks[name], port, behaviour.function)
             arguments = (self._next(name, port, argument) for argument in behaviour.arguments)
-            yield f"{variable((name, port))}__next = {function}({', '.join([f'{word(name)}__c', *arguments])})"
+            call = self.called(name, port, behaviour, [made_up(word(name), "c"), *arguments])
+            yield f"{made_up(variable((name, port)), 'next')} = {self.number(call)}"
         for group in self.groups:
             yield from group.move()
 
     def _next(self, name: str, port: str, argument: str) -> str:
         now = self.argument(name, port, argument)
-        return (
-            f"{now}__next" if (name, argument) in self.plan.schedule.drivers else "time_next" if now == "time" else now
-        )
+        if (name, argument) in self.plan.schedule.drivers:
+            return made_up(now, "next")
+        return "time_next" if argument == "time" else now
 
     def _packed(self) -> Iterator[str]:
         for key in self.memory.kinds:
-            if len(key) == 1:
-                yield f"{self.memory.write(key)} = {word(key[0])}__overflows_"
-            elif len(key) == 3:
-                yield f"{self.memory.write(key)} = {word(key[0])}__x.{key[2]}"
-            else:
-                yield f"{self.memory.write(key)} = {variable(key)}"
+            match key:
+                case OverflowsOf(block):
+                    yield f"{self.memory.write(key)} = {made_up(word(block), 'overflows')}"
+                case StateField(block, field):
+                    yield f"{self.memory.write(key)} = {made_up(word(block), 'x')}.{field}"
+                case WireOf(block, port):
+                    yield f"{self.memory.write(key)} = {variable((block, port))}"
 
 
 def when_due(lines: Iterable[tuple[int, str]]) -> Iterator[str]:

@@ -6,11 +6,12 @@ from contextlib import suppress
 from typing import Any
 
 from proofmass.blocks.counter_random import normal_deviate
+from proofmass.blocks.declare import Behaviour, Block
 from proofmass.blocks.fixed_point import FixedValue, counting_overflows
 from proofmass.graphs.schedule import AlgebraicLoop, Node
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.engine.advance import Advance, IntegrationError
-from proofmass.runner.engine.constants import constants_of
+from proofmass.runner.engine.constants import constants_of, in_python
 from proofmass.runner.engine.memory import Memory, Rows, start
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.fixed.step_formats import held_as
@@ -194,7 +195,7 @@ class Interpreter:
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
         getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
-        call = self._counted(name, function) if name in self.plan.digital else self._callable(behaviour.function)
+        call = self._counted(name, function) if name in self.plan.digital else self._callable(block, behaviour)
 
         def compute(tick: int) -> Any:
             return call(self._constants[name], *[get(tick) for get in getters])
@@ -214,9 +215,9 @@ class Interpreter:
 
         return call
 
-    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         """What is called for a function of a block."""
-        return function
+        return in_python(block, behaviour)
 
     def _finite(self, value: Any) -> bool:
         """Whether a value, or each entry of a vector or state, is finite."""
@@ -255,6 +256,7 @@ class Interpreter:
         plan, following = self.plan, dict[Node, float]()
         for name, port in plan.ahead:
             behaviour = plan.blocks[name].output_functions[port]
+            call = in_python(plan.blocks[name], behaviour)
             values = []
             for argument in behaviour.arguments:
                 driver = plan.schedule.drivers.get((name, argument))
@@ -264,5 +266,5 @@ class Interpreter:
                     default = plan.blocks[name].inputs[argument].default
                     values.append(following[driver] if driver is not None else float(default or 0.0))
             self._at = f"{name}.{port}"
-            following[name, port] = behaviour.function(self._constants[name], *values)
+            following[name, port] = call(self._constants[name], *values)
         return following

@@ -11,10 +11,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.language.forms import constants_form
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.generate import Generated, LoopGenerator
+from proofmass.runner.engine.keys import LaneOf, made_up, variable, word
 from proofmass.runner.engine.lane_deviates import normal_deviates
-from proofmass.runner.engine.pieces import FLOATS, INTEGERS, fields, variable, word
+from proofmass.runner.engine.pieces import FLOATS, INTEGERS, fields
 from proofmass.runner.engine.pieces import array as array_of
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.statements import Statement, statements
@@ -32,7 +34,9 @@ def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
 
     def settled(block: Block, parameter: str) -> bool:
         kinds = [kind for _, kind in fields(block.constants_class())]
-        return not block.drivable(parameter) or any(kind not in (float, int, bool) for kind in kinds)
+        form = constants_form(type(block), compiled=True)
+        once = not block.drivable(parameter) or (form is not None and bool(form.problems))
+        return once or any(kind not in (float, int, bool) for kind in kinds)
 
     return frozenset(name for name, parameter in varied if settled(plan.blocks[name], parameter))
 
@@ -77,11 +81,12 @@ class LaneGenerator(LoopGenerator):
         self.deviates: dict[str, tuple[str, str]] = {}  # stream and sample of variables that are normal deviates
         self.checks: list[str] = []  # of constants that a run alone would refuse
         self.shared = {variable(node) for node in plan.recorded}  # by all lanes: nothing writes to them
+        self.contexts = {f"{group.name}_context" for group in self.groups}
         self.rows = {variable(node): shape for node, (_, shape) in self.vectors.items() if node not in plan.recorded}
 
     def _arranged(self, before: list[str], flags: Mapping[str, str], tick: list[str], after: list[str]) -> list[str]:
         arrays = {*self.rows, *(f"{part.name}_{key}" for part in self.parts for key in part.scratch)}
-        rows = (f"{name} = {name}__lanes[lane]" for name in self.rows)
+        rows = (f"{name} = {made_up(name, 'lanes')}[lane]" for name in self.rows)
         kept = (f"{flag} = {place}" for flag, place in flags.items())  # what a call of the loop found, the next knows
         self.before = statements([*rows, *before, *kept, *self.checks], arrays)
         ticks, measured = statements(["time = tick * period", *tick], arrays), statements(self._measured())
@@ -111,7 +116,7 @@ class LaneGenerator(LoopGenerator):
             given = (
                 ticks if argument == "tick" else self.argument(name, port, argument) for argument in behaviour.arguments
             )
-            yield f"{variable((name, port))} = {function}({', '.join([f'{word(name)}__c', *given])})"
+            yield f"{variable((name, port))} = {function}({', '.join([made_up(word(name), 'c'), *given])})"
 
     def _constants_of(self, name: str) -> Iterator[str]:
         """Constants of a varied block follow from its parameters, in its lane."""
@@ -120,21 +125,23 @@ class LaneGenerator(LoopGenerator):
             yield from super()._constants_of(name)
             return
         yield from self._parameters_of(name)
-        yield self.driven(name)
-        made = (f"{word(name)}__c.{f}" for f, kind in fields(block.constants_class()) if kind is float)
+        constants, *faults = self.driven(name)
+        yield constants
+        self.checks += faults
+        made = (f"{made_up(word(name), 'c')}.{f}" for f, kind in fields(block.constants_class()) if kind is float)
         self.checks += [f"not_finite += {value} - {value}" for value in made]
 
     def deviate(self, name: str) -> str:
         """As for one run; `_drawn` draws it for all lanes together."""
         drawn = self.stream_and_sample(name)
         self.names["normal_deviates"] = normal_deviates
-        self.deviates[f"{word(name)}__normal"] = drawn
-        return f"{word(name)}__normal = normal_deviates(seed, {_RUN}, {', '.join(drawn)})"
+        self.deviates[made_up(word(name), "normal")] = drawn
+        return f"{made_up(word(name), 'normal')} = normal_deviates(seed, {_RUN}, {', '.join(drawn)})"
 
     def _closure(self, every: list[Statement]) -> frozenset[str]:
         """The variables that may differ from run to run."""
-        varying = {_RUN, *(f"{word(name)}__{key}" for name in self.varied for key in ("c", "x"))}
-        varying |= {f"_{word(name)}__{p}" for name in self.varied for p in self.plan.blocks[name].parameters}
+        varying = {_RUN, *(made_up(word(name), key) for name in self.varied for key in ("c", "x"))}
+        varying |= {self.parameter(name, p) for name in self.varied for p in self.plan.blocks[name].parameters}
         varying |= {variable(node) for node in self.vectors if node[0] in self.varied} - self.shared
         while more := {n for s in every if not varying.isdisjoint(s.reads) for n in s.writes} - varying - self.shared:
             varying |= more
@@ -158,7 +165,7 @@ class LaneGenerator(LoopGenerator):
 
     def _stands_apart(self, statement: Statement) -> bool:
         """Whether it stays out of the arithmetic; what a group is stepped with cannot leave the loop of its steps."""
-        return any(name in self.deviates or name.endswith("_context") for name in statement.writes)
+        return any(name in self.deviates or name in self.contexts for name in statement.writes)
 
     def _deviate(self, segment: Segment) -> str:
         """The variable of a segment that draws normal deviates, which has no other statement."""
@@ -185,7 +192,7 @@ class LaneGenerator(LoopGenerator):
 
     def _row(self, name: str, kind: type) -> str:
         """The places of a variable in all lanes."""
-        key = ("lanes", name)
+        key = LaneOf(name)
         if key not in self.constants.kinds:
             self.constant(key, kind, 0)
         first = self.constants.kinds[key][1] * self.lanes
@@ -195,7 +202,10 @@ class LaneGenerator(LoopGenerator):
         """What is the same in all lanes, written back to each."""
         lines = [line for name, back in self.back.items() if name not in self.varying for line in back]
         for name in sorted(self.rows.keys() - self.varying):
-            lines += [f"for entry in range({self.rows[name][0]}):", f"    {name}__lanes[lane, entry] = {name}[entry]"]
+            lines += [
+                f"for entry in range({self.rows[name][0]}):",
+                f"    {made_up(name, 'lanes')}[lane, entry] = {name}[entry]",
+            ]
         if lines:
             yield from [f"for lane in range({self.lanes}):", *_indented(lines)]
 
@@ -204,7 +214,7 @@ class LaneGenerator(LoopGenerator):
     def _is_given(self, statement: Statement) -> bool:
         """Whether a statement before the ticks only reads what a run is given."""
         given = {FLOATS, INTEGERS, "state_numbers", "state_integers", "scratch", "lane", *self.names}
-        given |= {f"{name}__lanes" for name in self.rows}
+        given |= {made_up(name, "lanes") for name in self.rows}
         return bool(statement.reads) and statement.reads - statement.writes <= given
 
     def _place(self, name: str) -> tuple[list[str], list[str]]:
@@ -226,15 +236,16 @@ class LaneGenerator(LoopGenerator):
     def _made_place(self, name: str) -> Iterator[str]:
         """Lines that write a variable to a place of its own, which no run reads or is given."""
         owner = self._owner(name)
-        kind: type = int if name.endswith("_overflow_") else float
-        parts = [(name, kind)] if owner is None else [(f"{name}.{f}", k) for f, k in fields(owner.constants_class())]
+        kind: type = int if name in self.flags else float
+        parts = [("", kind)] if owner is None else fields(owner.constants_class())
         for part, of in parts:
-            self.constant(("lanes", part), of, 0)
-            yield f"{self.constants.write(('lanes', part))} = {part}"
+            key = LaneOf(name, part)
+            self.constant(key, of, 0)
+            yield f"{self.constants.write(key)} = {name}.{part}" if part else f"{self.constants.write(key)} = {name}"
 
     def _owner(self, name: str) -> Block | None:
         """The block whose constants the variable holds."""
-        return next((block for n, block in self.plan.blocks.items() if f"{word(n)}__c" == name), None)
+        return next((block for n, block in self.plan.blocks.items() if made_up(word(n), "c") == name), None)
 
     # -- what the function is given ----------------------------------------------------------------------------------
 
@@ -249,7 +260,7 @@ class LaneGenerator(LoopGenerator):
             if name in self.shared:
                 yield f"{name} = carray({name}, {shape})"
             else:
-                yield f"{name}__lanes = carray({name}, ({self.lanes}, {shape[0]}))"
+                yield f"{made_up(name, 'lanes')} = carray({name}, ({self.lanes}, {shape[0]}))"
 
     def _scratch_of(self, place: int, length: int) -> str:
         return f"scratch[lane * {self._scratch()} + {place} : lane * {self._scratch()} + {place + length}]"

@@ -1,6 +1,6 @@
 """The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,8 +8,9 @@ import numpy as np
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.compile import is_cached, key_of, load
 from proofmass.runner.engine.generate import Generated, generate
+from proofmass.runner.engine.keys import ConstantOf, Given, Moving, OverflowsOf, ParameterOf, StateField, WireOf
 from proofmass.runner.engine.memory import Memory, Rows, start
-from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Slots, fields
+from proofmass.runner.engine.pieces import FLOATS, INTEGERS, K, Slots, fields, numbers_of
 from proofmass.runner.engine.planned import Plan
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -22,7 +23,7 @@ class CompiledPlan:
         self.plan, self.generated = plan, generated or generate(plan)
         self.loop = load(self.generated, argument_kinds(self.generated, plan))
 
-    def constant_values(self, plan: Plan) -> Mapping[Any, Any]:
+    def constant_values(self, plan: Plan) -> Mapping[Given, Any]:
         """The numbers of the loop for a plan with some blocks changed."""
         changed = (name for name, block in plan.blocks.items() if block is not self.plan.blocks[name])
         values = dict(self.generated.constant_values)
@@ -58,7 +59,7 @@ class CompiledLoop:
             for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
         }
         self._scratch = np.empty(made.scratch + 1)
-        states = [made.memory.kinds[name, "x", f] for solver in plan.solvers for name, f in solver.group.states]
+        states = [made.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states]
         integrated = [place for kind, place in states if kind is float]
         self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
         self._refused = made.memory.counts[INTEGERS]  # place of `state_integers`
@@ -89,13 +90,15 @@ class CompiledLoop:
         states: dict[str, Any] = {}
         for name, block in plan.blocks.items():
             made: Any = block.state_class()
-            states[name] = None if made is None else made(*(values[name, "x", f] for f in made._fields))
-        wires: dict[Node, Any] = {key: value for key, value in values.items() if len(key) == 2}
+            states[name] = None if made is None else made(*(values[StateField(name, f)] for f in made._fields))
+        wires: dict[Node, Any] = {
+            (key.block, key.port): value for key, value in values.items() if isinstance(key, WireOf)
+        }
         wires |= {node: array.tolist() for node, array in vectors.items() if node not in plan.buffers}
         buffers: dict[Node, Sequence[float]] = {
             n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
         }
-        overflows = {name: values.get((name,), 0) for name in self._counted}
+        overflows = {name: values.get(OverflowsOf(name), 0) for name in self._counted}
         return Memory(tick, states, buffers, wires, overflows)
 
 
@@ -106,22 +109,15 @@ def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
     return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
 
 
-def block_values(plan: Plan, name: str) -> dict[Any, Any]:
+def block_values(plan: Plan, name: str) -> dict[Given, Any]:
     """The numbers of the loop that a block brings: its constants, or the parameters that they follow from."""
     made, block = plan.constants[name], plan.blocks[name]
     if made is not None:
-        return dict(_entries((name,), made))
-    free = (p for p, _ in fields(block.parameters_class()) if (name, p) not in plan.schedule.drivers)
-    return {(name, "parameter", p): getattr(block, p) for p in free}
-
-
-def _entries(key: tuple[Any, ...], values: Any) -> Iterator[tuple[Any, Any]]:
-    """The numbers of constants by their names, those of a list by their places too."""
-    for field, value in zip(getattr(values, "_fields", range(len(values))), values, strict=True):
-        if isinstance(value, tuple):
-            yield from _entries((*key, field), value)
-        else:
-            yield (*key, field), value
+        return numbers_of(made, lambda field: ConstantOf(name, field))
+    kind, drivers = block.parameters_class(), plan.schedule.drivers
+    given = numbers_of(kind(*(getattr(block, p) for p, _ in fields(kind))), lambda p: ParameterOf(name, p))
+    driven = {ParameterOf(name, p) for p, _ in fields(kind) if (name, p) in drivers}
+    return {key: value for key, value in given.items() if key not in driven}
 
 
 def already_compiled(plan: Plan) -> bool:
@@ -130,7 +126,7 @@ def already_compiled(plan: Plan) -> bool:
     return is_cached(key_of(generated, argument_kinds(generated, plan)))
 
 
-def _arrays(slots: Slots, values: Mapping[Any, Any]) -> dict[str, Array]:
+def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, Array]:
     """An array of floats and one of integers, each with a place to spare behind the numbers."""
     arrays: dict[str, Array] = {
         FLOATS: np.zeros(slots.counts[FLOATS] + 1),
@@ -141,11 +137,15 @@ def _arrays(slots: Slots, values: Mapping[Any, Any]) -> dict[str, Array]:
     return arrays
 
 
-def moving(memory: Memory, key: tuple[str, ...]) -> Any:
-    """What the memory holds of a state's field (block, "x", field), a wire (block, port) or the overflows (block,)."""
-    if len(key) == 1:
-        return memory.overflows.get(key[0], 0)
-    return getattr(memory.states[key[0]], key[2]) if len(key) == 3 else memory.wires[key[0], key[1]]
+def moving(memory: Memory, key: Moving) -> Any:
+    """What the memory holds of a state's field, a wire or the overflows of a block."""
+    match key:
+        case OverflowsOf(block):
+            return memory.overflows.get(block, 0)
+        case StateField(block, field):
+            return getattr(memory.states[block], field)
+        case WireOf(block, port):
+            return memory.wires[block, port]
 
 
 def dtype_of(kind: type) -> Any:

@@ -10,10 +10,11 @@ import numpy as np
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.compile import load
 from proofmass.runner.engine.interrupts import StoppedError
+from proofmass.runner.engine.keys import ConstantOf, Moving, ParameterOf, StateField
 from proofmass.runner.engine.lanes import generate_lanes, settled_before
 from proofmass.runner.engine.memory import Memory, start
 from proofmass.runner.engine.native import Array, argument_kinds, block_values, dtype_of, moving
-from proofmass.runner.engine.pieces import FLOATS, INTEGERS, Slots
+from proofmass.runner.engine.pieces import FLOATS, INTEGERS, K, Slots
 from proofmass.runner.engine.pieces import array as array_of
 from proofmass.runner.engine.planned import Plan
 
@@ -37,7 +38,9 @@ class CompiledLanes:
         self.state = _rows(made.memory, {key: moving(memory, key) for key in made.memory.kinds}, lanes)
         named = zip(made.vectors, made.vector_kinds, strict=True)
         self.vectors = {node: self._vector(memory, node, kind) for node, kind in named}
-        integrated = [made.memory.kinds[name, "x", f] for solver in plan.solvers for name, f in solver.group.states]
+        integrated = [
+            made.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
+        ]
         self.watched = [place for kind, place in integrated if kind is float] + [made.memory.counts[FLOATS]]
 
     @property
@@ -99,19 +102,19 @@ class Lanes:
         """The varied parameters."""
         places = self._compiled.generated.constants.kinds
         for node, given in values.items():
-            key = (node[0], "parameter", node[1])
             if node[0] not in self._compiled.settled:
-                self._constants[FLOATS][:, places[key if key in places else node][1]] = self._padded(given)
+                place = places.get(ParameterOf(*node)) or places[ConstantOf(*node)]
+                self._constants[FLOATS][:, place[1]] = self._padded(given)
 
     def _settle(self, group: int, lane: int, plan: Plan) -> None:
         """Constants, start and buffers of the blocks that are settled before a run."""
         memory, made = start(plan), self._compiled.generated
         for name in self._compiled.settled:
-            for key, value in block_values(plan, name).items():
-                kind, place = made.constants.kinds[key]
+            for given, value in block_values(plan, name).items():
+                kind, place = made.constants.kinds[given]
                 self._constants[array_of(kind)][group, place, lane] = value
             for key, (kind, place) in made.memory.kinds.items():
-                if key[0] == name:
+                if key.block == name:
                     self._state[array_of(kind)][group, place, lane] = moving(memory, key)
             for node, rows in self._vectors.items():
                 if node[0] == name and node not in plan.recorded:
@@ -143,8 +146,8 @@ class Lanes:
         finite = np.isfinite(self._state[FLOATS][:, self._compiled.watched]).all(axis=1)
         return self._of_runs(finite & (refused == 0))
 
-    def value(self, key: Any) -> Array:
-        """Of each run, a wire (block, port) that a measure reads, or a state's field (block, "x", field)."""
+    def value(self, key: Moving) -> Array:
+        """Of each run, a wire that a measure reads, or a field of a state."""
         kind, place = self._compiled.generated.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
 
@@ -161,7 +164,7 @@ def aligned(shape: tuple[int, ...], dtype: Any) -> Array:
     return line.reshape(shape)
 
 
-def _rows(slots: Slots, values: Mapping[Any, Any], lanes: int) -> dict[str, Array]:
+def _rows(slots: Slots[K], values: Mapping[K, Any], lanes: int) -> dict[str, Array]:
     """An array of floats and one of integers, with a row of lanes for each number and one to spare."""
     rows: dict[str, Array] = {
         FLOATS: np.zeros((slots.counts[FLOATS] + 1, lanes)),

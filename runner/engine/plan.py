@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declare import Block
@@ -81,7 +81,7 @@ def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict
                 made[name] = _Made(None, traced.constants, traced.start, held, traced)
                 continue
             as_set = constants_of(block, block, planned.block_period(name))
-            if not all(map(math.isfinite, as_set or ())):
+            if not all(map(math.isfinite, _numbers(as_set or ()))):
                 raise ArithmeticError("one of them is not finite")
             recorded = read_recordings(planned.graph, name)
             filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
@@ -121,6 +121,15 @@ def _with(planned: Plan, made: Mapping[str, _Made]) -> Plan:
 def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
     """Constants and wires of tick 0, about which the continuous groups are linearised."""
     return Interpreter(ready, ready.graph.seed).first_tick()
+
+
+def _numbers(values: Iterable[Any]) -> Iterator[float]:
+    """All numbers of constants, those of tuples among them too."""
+    for value in values:
+        if isinstance(value, tuple):
+            yield from _numbers(value)
+        else:
+            yield value
 
 
 def _zeros(block: Block, buffer: str) -> list[float]:

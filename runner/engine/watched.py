@@ -7,6 +7,7 @@ the same rate takes into such arithmetic need not be looked at, since the block'
 from typing import Any
 
 from proofmass.blocks.declare import Block
+from proofmass.blocks.language.forms import form_of
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.pieces import fields
 from proofmass.runner.engine.planned import Plan
@@ -41,9 +42,12 @@ def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     state = block.state_class()
     x = state and state(*(_Number() for _ in fields(state)))
     given = {name: _Number() for name in output.arguments} | {"x": x, argument: _NotFinite()}
+    form = form_of(type(block), output, compiled=True)
+    function = output.function if form is None else form.function
     try:
-        return isinstance(output.function(known(**held), *map(given.get, output.arguments)), _NotFinite)
-    except (TypeError, AttributeError):  # it looks at a number, or gives it to a library
+        found = function(known(**held), *map(given.get, output.arguments))
+        return isinstance(found[0] if form and form.fails else found, _NotFinite)
+    except Exception:  # it looks at a number, gives it to a library, or raises
         return False
 
 

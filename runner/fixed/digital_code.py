@@ -7,7 +7,8 @@ ticks; `refused` is not 0 from the tick on in which a value did not fit its form
 from collections.abc import Iterator
 
 from proofmass.graphs.schedule import Node
-from proofmass.runner.engine.pieces import Pieces, entries, word
+from proofmass.runner.engine.keys import OverflowsOf, made_up, word
+from proofmass.runner.engine.pieces import Pieces, entries
 
 
 class DigitalCode:
@@ -16,17 +17,18 @@ class DigitalCode:
     def __init__(self, pieces: Pieces) -> None:
         self.pieces, self.plan = pieces, pieces.plan
         self.steps: dict[str, str] = {}  # source of the integer code by name
-        self.refuses = False  # whether the loop has the flag `refused`
         self._counted = [name for name, block in self.plan.digital.items() if block.overflows]
+
+        pieces.flags |= {made_up(word(name), "overflow") for name in self._counted}
 
     def before(self) -> Iterator[str]:
         """The counts that a call of the loop goes on from."""
         for name in self._counted:
-            yield f"{word(name)}__overflows_ = {self.pieces.memory.add((name,), int)}"
+            yield f"{made_up(word(name), 'overflows')} = {self.pieces.memory.add(OverflowsOf(name), int)}"
 
     def begin_tick(self) -> Iterator[str]:
         """No overflow yet."""
-        return (f"{word(name)}__overflow_ = 0" for name in self._counted)
+        return (f"{made_up(word(name), 'overflow')} = 0" for name in self._counted)
 
     def end_tick(self) -> Iterator[str]:
         """Counts, behind one condition that seldom holds."""
@@ -41,10 +43,10 @@ class DigitalCode:
         behaviour = block.output_functions.get(function) or block.functions[function]
         called = self.pieces.named(block, function, step.code.function)
         self.steps[called] = step.code.source.replace(f"def {function}(", f"def {called}(", 1)
-        self.refuses |= step.refuses
-        flags = [f"{word(name)}__overflow_"] * step.overflows + ["refused"] * step.refuses
+        self.pieces.refuses |= step.refuses
+        flags = [made_up(word(name), "overflow")] * step.overflows + ["refused"] * step.refuses
         found = [target or "_"] * bool(target or flags) + [f"_{flag}" for flag in flags]
-        given = [f"{word(name)}__c", *(self.pieces.argument(name, function, a) for a in behaviour.arguments)]
+        given = [made_up(word(name), "c"), *(self.pieces.argument(name, function, a) for a in behaviour.arguments)]
         yield f"{', '.join(found)} = {called}({', '.join(given)})" if found else f"{called}({', '.join(given)})"
         yield from (f"{flag} |= _{flag}" for flag in flags)
 
@@ -52,7 +54,7 @@ class DigitalCode:
         """Mantissas that a converter made must fit their format; integer code relies on it to the end of the chunk."""
         block = self.plan.blocks[node[0]]
         format = block.format_of(node[1])
-        self.refuses = True
+        self.pieces.refuses = True
         for entry in entries(node, block.shape_of(block.outputs[node[1]])):
             yield f"_held = min(max({entry}, {format.lowest}), {format.highest})"
             yield f"refused |= _held ^ {entry}"

@@ -18,6 +18,7 @@ from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.groups import Group
 from proofmass.runner.continuous.stages import Context
 from proofmass.runner.engine.interpret import Interpreter, TickError
+from proofmass.runner.engine.keys import WireOf
 from proofmass.runner.engine.memory import Memory
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.dual import NO_SLOPE, dual, plain, slopes_of, value_of
@@ -75,7 +76,7 @@ class _CutStages(DualStages):
 
     def __init__(self, plan: Plan, group: Group, node: Node, column: int) -> None:
         super().__init__(plan, group, by_parameters=False)
-        self._cut, self._column = self._place(node), column
+        self._cut, self._column = self._place(WireOf(*node)), column
         self.back: Any = 0.0
 
     def _called(self, call: Any, known: list[Any]) -> Any:

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from proofmass.blocks.declare import Behaviour, Block
 from proofmass.graphs.schedule import Node
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.exact_hold import Matrix
@@ -44,8 +45,8 @@ class DualStages(Stages):
         vars(given).update(moved)
         return dual_constants(self.blocks[name], given, self.periods(name))
 
-    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        return for_duals(function)
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        return for_duals(behaviour.function)
 
     def _solve_loop(
         self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]

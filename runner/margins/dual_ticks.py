@@ -9,6 +9,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Any
 
+from proofmass.blocks.declare import Behaviour, Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.schedule import AlgebraicLoop, Node
 from proofmass.runner.engine.interpret import Interpreter, TickError
@@ -69,8 +70,8 @@ class DualTicks(Interpreter):
         reference: Callable[..., Any] = self.plan.digital[name].steps[function].reference
         return reference  # what saturates there is told by no counter: a limit counts as what it is
 
-    def _callable(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        return for_duals(function)
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        return for_duals(behaviour.function)
 
     def _solve_loop(
         self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]

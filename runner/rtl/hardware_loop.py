@@ -10,7 +10,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from proofmass.graphs.graph import split
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.generate import LoopGenerator, when_due
-from proofmass.runner.engine.pieces import fields, variable, word
+from proofmass.runner.engine.keys import HardwareModel, made_up, variable, word
+from proofmass.runner.engine.pieces import fields
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.rtl.cxxrtl import Model
@@ -32,7 +33,7 @@ class HardwareLoopGenerator(LoopGenerator):
 
     def _unpacked(self) -> Iterator[str]:
         yield from super()._unpacked()
-        yield f"hardware = {self.constant('hardware', int, self._model.address)}"
+        yield f"hardware = {self.constant(HardwareModel(), int, self._model.address)}"
         for place, number in self._registers.items():
             yield self._call("set_register", number, place)
 
@@ -56,7 +57,7 @@ class HardwareLoopGenerator(LoopGenerator):
 
     def _packed(self) -> Iterator[str]:
         for instance in self._machine.instances:
-            block, x = instance.module.block, f"{word(instance.path)}__x"
+            block, x = instance.module.block, made_up(word(instance.path), "x")
             state = block.state_class()
             if state is not None:
                 held = (self._held(f"{x}.{field}", held_as(kind)) for field, kind in fields(state))
@@ -75,7 +76,8 @@ class HardwareLoopGenerator(LoopGenerator):
         for instance in self._machine.instances:
             for register in instance.module.registers:
                 head, _, field = register.text.partition(".")
-                yield f"{word(instance.path)}__x.{field}" if head == "x" else _place(f"{instance.path}.{register.text}")
+                x = made_up(word(instance.path), "x")
+                yield f"{x}.{field}" if head == "x" else _place(f"{instance.path}.{register.text}")
         yield from (_place(net.signal) for net in self._machine.nets.values() if net.kept)
         for _, over, last in self._machine.counters:
             yield f"-(-first // {self._ticks * over}) % {last + 1}"  # times that it was enabled

@@ -9,6 +9,7 @@ from proofmass.blocks.problem import ModelError
 from proofmass.graphs.graph import split
 from proofmass.graphs.schedule import Node
 from proofmass.graphs.study import Study
+from proofmass.runner.engine.keys import WireOf
 from proofmass.runner.engine.native import Array
 from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
 from proofmass.runner.engine.plan import varied
@@ -43,7 +44,7 @@ class SideBySide:
         lanes = Lanes(self.compiled, self.study.seed, noise[able], free, plans)
         lanes.advance(self.ticks, stop)
         if self.plan.measures:
-            found[able] = np.stack([lanes.value(measure.node) for measure in self.plan.measures], axis=1)
+            found[able] = np.stack([lanes.value(WireOf(*measure.node)) for measure in self.plan.measures], axis=1)
         able[able] = lanes.sound()
         return found, able
 

@@ -127,6 +127,7 @@ def test_state_constants_and_parameters_classes() -> None:
         "scale": float,
         "start_value": float,
         "active": bool,
+        "weights": tuple[float, ...],
     }
     assert ShiftRegister.constants_class().__name__ == "Constants"
     assert Mixer.parameters_class() is not Gain.parameters_class()

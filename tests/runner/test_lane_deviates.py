@@ -5,6 +5,7 @@ import pytest
 from proofmass.blocks.counter_random import is_central, normal_deviate, uniform_deviate
 from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.graph import Graph
+from proofmass.runner.engine.keys import WireOf
 from proofmass.runner.engine.lane_deviates import normal_deviates
 from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
 from proofmass.runner.engine.plan import plan
@@ -33,6 +34,6 @@ def test_compiled() -> None:
         for name in blocks:
             drawn = [normal_deviate(5, run, planned.stream(name), tick - 1) for run in range(100)]
             scale = planned.constants[name]
-            assert lanes.value((name, "output")).tolist() == [
+            assert lanes.value(WireOf(name, "output")).tolist() == [
                 blocks[name].output_functions["output"].function(scale, normal) for normal in drawn
             ]

@@ -9,6 +9,7 @@ import pytest
 
 from proofmass.blocks.problem import ModelError
 from proofmass.graphs.toml_reader import read_graph
+from proofmass.runner.engine.keys import StateField, WireOf
 from proofmass.runner.engine.memory import start
 from proofmass.runner.engine.native import CompiledLoop, CompiledPlan
 from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
@@ -74,9 +75,9 @@ def test_of_the_library(name: str) -> None:
         memory, found = loop.memory(), dict[tuple[str, ...], Any]()
         for name, state in memory.states.items():
             for field in () if state is None else state._fields:
-                found[name, "x", field] = lanes.value((name, "x", field))[number].item()
+                found[name, "x", field] = lanes.value(StateField(name, field))[number].item()
                 assert repr(found[name, "x", field]) == repr(getattr(state, field)), (name, field)
         for measure in (each for each in planned.measures if each.first < TICKS):
-            assert lanes.value(measure.node)[number] == value_of(alone, measure, memory), measure.name
+            assert lanes.value(WireOf(*measure.node))[number] == value_of(alone, measure, memory), measure.name
         different.add(repr(found))
     assert len(different) == RUNS

@@ -1,0 +1,350 @@
+"""Operations on 64-bit integers and on numbers, to the last bit as Python has them.
+
+For each there is a value, and where it can fail a test whether it does: plain Python raises then, and compiled code
+notes it beside its path and goes on with a value that nobody sees. All are straight functions of numbers, which any
+compiler of such functions can take.
+"""
+
+import math
+
+HIGHEST, LOWEST = 2**63 - 1, -(2**63)
+MOST_TURNS = 1 << 24  # of one loop in one call
+_SURELY_FITS, _SURELY_NOT = 9.2e18, 9.3e18  # on both sides of 2^63
+_EXACT = 2**53  # integers up to there are numbers
+_LEADING = 2**55  # a quotient from there on has two bits more than a number
+
+
+def add(a: int, b: int) -> int:
+    """Sum."""
+    return a + b
+
+
+def add_fails(a: int, b: int) -> bool:
+    """Whether 64 bits do not hold the sum."""
+    return a > HIGHEST - b if b > 0 else a < LOWEST - b
+
+
+def subtract(a: int, b: int) -> int:
+    """Difference."""
+    return a - b
+
+
+def subtract_fails(a: int, b: int) -> bool:
+    """Whether 64 bits do not hold the difference."""
+    return a < LOWEST + b if b > 0 else a > HIGHEST + b
+
+
+def multiply(a: int, b: int) -> int:
+    """Product."""
+    return a * b
+
+
+def multiply_fails(a: int, b: int) -> bool:
+    """Whether 64 bits do not hold the product; only near the limit it takes a division to know."""
+    size = abs(float(a) * float(b))
+    if size < _SURELY_FITS:
+        return False
+    if size > _SURELY_NOT or a == LOWEST or b == LOWEST:
+        return not (size < _SURELY_NOT and (a == 1 or b == 1))
+    if (a > 0) == (b > 0):
+        return abs(a) > HIGHEST // abs(b)
+    return abs(a) - 1 > (HIGHEST - abs(b) + 1) // abs(b)
+
+
+def negate(a: int) -> int:
+    """The number of the other sign."""
+    return -a
+
+
+def negate_fails(a: int) -> bool:
+    """Whether 64 bits do not hold it."""
+    return a == LOWEST
+
+
+def absolute(a: int) -> int:
+    """Absolute value."""
+    return -a if a < 0 else a
+
+
+def floor_divide(a: int, b: int) -> int:
+    """Quotient, rounded down."""
+    if b == 0:
+        return 0
+    return -a if b == -1 else a // b
+
+
+def floor_divide_fails(a: int, b: int) -> bool:
+    """Whether there is no quotient of 64 bits."""
+    return b == 0 or (b == -1 and a == LOWEST)
+
+
+def modulo(a: int, b: int) -> int:
+    """What is left of a division that rounds down."""
+    return 0 if b in (0, -1) else a % b
+
+
+def modulo_fails(a: int, b: int) -> bool:
+    """Whether nothing can be left, for a divisor of zero."""
+    return b == 0
+
+
+def shift_left(a: int, b: int) -> int:
+    """Times a power of two."""
+    return 0 if b < 0 or b > 63 else a << b
+
+
+def shift_left_fails(a: int, b: int) -> bool:
+    """Whether the shift is negative, or 64 bits do not hold what it gives."""
+    if b < 0 or a == 0:
+        return b < 0
+    return b > 63 or (a > HIGHEST >> b if a > 0 else a < LOWEST >> b)
+
+
+def shift_right(a: int, b: int) -> int:
+    """Through a power of two, rounded down."""
+    return 0 if b < 0 else a >> min(b, 63)
+
+
+def shift_right_fails(a: int, b: int) -> bool:
+    """Whether the shift is negative."""
+    return b < 0
+
+
+def power(a: int, k: int) -> int:
+    """A power that is an integer."""
+    if k > 63 and (a > 1 or a < -1):
+        return 0
+    result, base, left = 1, a, k
+    while left > 0:
+        if left & 1:
+            result *= base
+        left >>= 1
+        if left > 0:
+            base *= base
+    return result
+
+
+def power_fails(a: int, k: int) -> bool:
+    """Whether the exponent is negative, or 64 bits do not hold the power."""
+    result, base, left = 1, a, k
+    while left > 0:
+        if left & 1:
+            if multiply_fails(result, base):
+                return True
+            result *= base
+        left >>= 1
+        if left > 0:
+            if multiply_fails(base, base):
+                return True
+            base *= base
+    return k < 0
+
+
+def greatest_divisor(a: int, b: int) -> int:
+    """Greatest common divisor, by Euclid on numbers below zero, of which there is one more."""
+    a, b = min(a, -a), min(b, -b)
+    while b != 0:
+        a, b = b, modulo(a, b)
+    return -a
+
+
+def greatest_divisor_fails(a: int, b: int) -> bool:
+    """Whether it is 2^63."""
+    return (a == LOWEST and b in (0, LOWEST)) or (b == LOWEST and a == 0)
+
+
+def integer_root(a: int) -> int:
+    """Square root, rounded down."""
+    if a <= 0:
+        return 0
+    root = int(math.sqrt(float(a)))
+    while root > a // root:
+        root -= 1
+    while root + 1 <= a // (root + 1):
+        root += 1
+    return root
+
+
+def integer_root_fails(a: int) -> bool:
+    """Whether there is none."""
+    return a < 0
+
+
+def true_divide(a: int, b: int) -> float:
+    """Quotient of integers, rounded once; a division of numbers does that where both are exact as numbers.
+
+    Else bits of the quotient are found one by one, two more than a number has, and one that says whether any is left.
+    """
+    if b == 0:
+        return 0.0
+    if a == 0 or (-_EXACT <= a <= _EXACT and -_EXACT <= b <= _EXACT):
+        return float(a) / float(b)
+    if b in (1, -1):
+        return float(a) * float(b)
+    negative_a, negative_b = (-a if a > 0 else a), (-b if b > 0 else b)
+    quotient = negative_a // negative_b
+    left = -(negative_a - quotient * negative_b)
+    scale = 1.0
+    while quotient < _LEADING:
+        over = left + negative_b  # below zero
+        if left > 0 and left >= -over:
+            quotient, left = 2 * quotient + 1, left + over
+        else:
+            quotient, left = 2 * quotient, left + left
+        scale *= 0.5
+    size = float(quotient | (left != 0)) * scale
+    return size if (a < 0) == (b < 0) else -size
+
+
+def zero_fails(a: float, b: float) -> bool:
+    """Whether a divisor is zero."""
+    return b == 0
+
+
+def divide(a: float, b: float) -> float:
+    """Quotient of numbers."""
+    return a / b
+
+
+def number_modulo(a: float, b: float) -> float:
+    """What is left of a division of numbers that rounds down; of the sign of the divisor."""
+    if b == 0.0:
+        return 0.0
+    left = c_remainder(a, b)
+    if left != 0.0:
+        return left + b if (b < 0.0) != (left < 0.0) else left
+    return math.copysign(0.0, b)
+
+
+def number_floor_divide(a: float, b: float) -> float:
+    """Quotient of numbers, rounded down."""
+    if b == 0.0:
+        return 0.0
+    left = c_remainder(a, b)
+    quotient = (a - left) / b
+    if left != 0.0 and (b < 0.0) != (left < 0.0):
+        quotient -= 1.0
+    if quotient == 0.0:
+        return math.copysign(0.0, a / b)
+    if not abs(quotient) < _EXACT:
+        return quotient
+    whole = float(math.floor(quotient))
+    return whole + 1.0 if quotient - whole > 0.5 else whole
+
+
+def c_power(a: float, b: float) -> float:
+    """A power of numbers, as the C library has it, with NaN or infinity where there is none."""
+    try:
+        return math.pow(a, b)
+    except ValueError:
+        return math.inf if a == 0.0 else math.nan
+    except OverflowError:
+        return -math.inf if a < 0.0 and b % 2.0 == 1.0 else math.inf
+
+
+def c_remainder(a: float, b: float) -> float:
+    """What is left of a division towards zero, as the C library has it; NaN where there is none."""
+    return math.nan if math.isinf(a) or b == 0.0 else math.fmod(a, b)
+
+
+def c_cube_root(a: float) -> float:
+    """The cube root, as the C library has it."""
+    return math.cbrt(a)
+
+
+OF_C = {"c_power": "pow", "c_remainder": "fmod", "c_cube_root": "cbrt"}  # what compiled code calls there
+
+
+def undefined(value: float, a: float) -> bool:
+    """Whether a function of a number has no value there, or one too large for a number."""
+    return (math.isnan(value) and not math.isnan(a)) or (math.isinf(value) and math.isfinite(a))
+
+
+def undefined_of_two(value: float, a: float, b: float) -> bool:
+    """Whether a function of two numbers has no value there, or one too large for a number."""
+    if math.isnan(value):
+        return not (math.isnan(a) or math.isnan(b))
+    return math.isinf(value) and math.isfinite(a) and math.isfinite(b)
+
+
+def truncate(a: float) -> int:
+    """The integer towards zero."""
+    return 0 if truncate_fails(a) else int(a)
+
+
+def truncate_fails(a: float) -> bool:
+    """Whether 64 bits do not hold what a number is rounded to, in whichever way."""
+    return not -9223372036854775808.0 <= a < 9223372036854775808.0
+
+
+def floor(a: float) -> int:
+    """The integer below."""
+    return 0 if truncate_fails(a) else math.floor(a)
+
+
+def ceil(a: float) -> int:
+    """The integer above."""
+    return 0 if truncate_fails(a) else math.ceil(a)
+
+
+def nearest(a: float) -> int:
+    """The nearest integer, the even one of two."""
+    if truncate_fails(a):
+        return 0
+    if not abs(a) < 4503599627370496.0:
+        return int(a)
+    return int(math.copysign((abs(a) + 4503599627370496.0) - 4503599627370496.0, a))
+
+
+def compare(a: int, b: float) -> int:
+    """-1, 0 or 1 as the integer is less, equal or more, exactly; 2 where the number is NaN."""
+    if math.isnan(b):
+        return 2
+    if truncate_fails(b):
+        return -1 if b > 0.0 else 1
+    whole = int(b)
+    if a != whole:
+        return -1 if a < whole else 1
+    rest = b - float(whole)
+    return -1 if rest > 0.0 else 1 if rest < 0.0 else 0
+
+
+def place(index: int, length: int) -> int:
+    """The place of an entry, counted from the end where the index is negative; one that exists where it fails."""
+    at = index + length if index < 0 else index
+    return min(max(at, 0), max(length - 1, 0))
+
+
+def place_fails(index: int, length: int) -> bool:
+    """Whether there is no such entry."""
+    return not -length <= index < length
+
+
+def next_turn(turns: int) -> int:
+    """How often a loop has turned."""
+    return turns + 1
+
+
+def next_turn_fails(turns: int) -> bool:
+    """Whether a loop turns for ever, for all that one tick can wait."""
+    return turns >= MOST_TURNS
+
+
+def range_end(start: int, stop: int, step: int) -> int:
+    """Where a range ends; where it begins, if it is too long."""
+    return start if range_end_fails(start, stop, step) else stop
+
+
+def range_end_fails(start: int, stop: int, step: int) -> bool:
+    """Whether a range is longer than one tick can wait for."""
+    return step != 0 and (float(stop) - float(start)) / float(step) > MOST_TURNS
+
+
+def stride_fails(step: int) -> bool:
+    """Whether a range would go on for ever."""
+    return step == 0
+
+
+def stride(step: int) -> int:
+    """The step of a range."""
+    return 1 if step == 0 else step

@@ -1,0 +1,173 @@
+"""Calls in a function: of what Python and `math` have, of named tuples, and of functions of the user's."""
+
+import ast
+import math
+import types
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from proofmass.blocks.language import operations
+from proofmass.blocks.language.expressions import Expressions
+from proofmass.blocks.language.operations import Checked
+from proofmass.blocks.language.refusals import refuse
+from proofmass.blocks.language.values import Meta, Record, TupleOf, Type, described, is_record
+from proofmass.blocks.language.writing import Typed
+from proofmass.blocks.problem import did_you_mean
+
+
+class Calls(Expressions):
+    """Reads calls."""
+
+    def call(self, node: ast.Call, target: types.FunctionType) -> Typed:
+        """A call of a user's function."""
+        raise NotImplementedError
+
+    def _call(self, node: ast.Call) -> Typed:
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
+            return self._replaced(node, node.func)
+        _, kind = self.expression(node.func)
+        if not isinstance(kind, Meta):
+            raise refuse(node, f"{described(kind)} cannot be called", known=kind)
+        target = kind.value
+        if isinstance(target, types.FunctionType):
+            return self.call(node, target)
+        if is_record(target):
+            return self._record(node, target)
+        made = self._known_function(node, target) if not node.keywords else None
+        if made is not None:
+            return made
+        raise refuse(node, *_no_function(node, target))
+
+    def _replaced(self, node: ast.Call, function: ast.Attribute) -> Typed:
+        made, kind = self.expression(function.value)
+        if not isinstance(kind, Record):
+            raise refuse(node, f"{described(kind)} has no _replace", known=kind)
+        new = {keyword.arg: keyword.value for keyword in node.keywords}
+        for name in new:
+            if name not in kind.fields:
+                raise refuse(
+                    node, f"{kind.kind.__name__} has no field {name}", did_you_mean(str(name), kind.fields, "field")
+                )
+        given = {name: self.expression(value) for name, value in new.items()}
+        rest = {name: (ast.Attribute(made, name, ast.Load()), of) for name, of in kind.fields.items()}
+        return self._made(node, kind, rest | given)  # type: ignore[operator]
+
+    def _record(self, node: ast.Call, kind: Any) -> Typed:
+        names, defaults = list(kind._fields), kind._field_defaults
+        if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
+            raise refuse(node, "* in a call", f"write the fields: {', '.join(names)}")
+        given = dict(zip(names, node.args, strict=False)) | {str(k.arg): k.value for k in node.keywords}
+        missing = [name for name in names if name not in given and name not in defaults]
+        if missing or len(node.args) > len(names) or not set(given) <= set(names):
+            raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {', '.join(names)}")
+        read = {name: self.expression(value) for name, value in given.items()}
+        read |= {name: self.literal(node, defaults[name]) for name in names if name not in given}
+        return self._made(node, Record(kind), read)
+
+    def _made(self, node: ast.AST, kind: Record, values: dict[str, Typed]) -> Typed:
+        fields = kind.fields
+        made = [self.converted(node, *values[n], of, f"the field {n}") for n, of in fields.items()]
+        return ast.Call(self.bound(kind.kind), made, []), kind
+
+    def _known_function(self, node: ast.Call, target: Any) -> Typed | None:
+        if target is len and len(node.args) == 1:
+            made, _ = self.sequence(node.args[0])
+            return self.applied(len, made), int
+        if target not in _OF_NUMBERS or any(isinstance(part, ast.Starred) for part in node.args):
+            return None
+        if target in (min, max) and len(node.args) == 1:
+            raise refuse(node, f"{target.__name__}() of a list is not compiled", "compare its entries in a loop")
+        given = [self.number(part) for part in node.args]
+        if target in (min, max):
+            return self._extreme(node, target, given)
+        if target in (pow, math.pow) and len(given) == 2:
+            if target is math.pow:
+                return self.defined(operations.TWO[math.pow], *self._numbers(given)), float
+            return self.operated(node, ast.Pow, *given)
+        if target is divmod and len(given) == 2:
+            kept = [(self.kept(made), kind) for made, kind in given]
+            parts = [self.operated(node, sign, *kept) for sign in (ast.FloorDiv, ast.Mod)]
+            return ast.Tuple([made for made, _ in parts], ast.Load()), TupleOf(tuple(kind for _, kind in parts))
+        if target is math.log and len(given) == 2:
+            parts = [(self.defined(operations.ONE[math.log], self.as_number(*part)), float) for part in given]
+            return self.operated(node, ast.Div, *parts)
+        if target in operations.TWO and len(given) == 2:
+            return self._of_numbers(target, operations.TWO[target], given), float
+        if target in operations.OF_WHOLE and len(given) == operations.OF_WHOLE[target][0]:
+            if any(kind is float for _, kind in given):
+                raise refuse(node, f"{target.__name__} of a number", "it is of integers")
+            return self.checked(operations.OF_WHOLE[target][1], *(self.as_integer(*part) for part in given)), int
+        return self._of_one(node, target, *given[0]) if len(given) == 1 else None
+
+    def _of_one(self, node: ast.Call, target: Any, made: ast.expr, kind: Type) -> Typed | None:
+        if target in operations.ONE:
+            return self._of_numbers(target, operations.ONE[target], [(made, kind)]), float
+        if target in operations.LOOKS:
+            return self.applied(target, self.as_number(made, kind)), bool
+        if target in operations.SCALED:
+            return ast.BinOp(self.as_number(made, kind), ast.Mult(), ast.Constant(operations.SCALED[target])), float
+        if target is math.fabs:
+            return self.applied(abs, self.as_number(made, kind)), float
+        if target is float:
+            return self.as_number(made, kind), float
+        if target is bool:
+            return (made if kind is bool else ast.Compare(made, [ast.NotEq()], [ast.Constant(0)])), bool
+        whole: dict[Any, Checked] = {int: operations.TRUNCATE, round: operations.NEAREST, **operations.ROUND}
+        if target in whole:
+            return (self.checked(whole[target], made) if kind is float else self.as_integer(made, kind)), int
+        if target is abs:
+            if kind is float:
+                return self.applied(abs, made), float
+            return self.checked(operations.ABSOLUTE, self.as_integer(made, kind)), int
+        return None
+
+    def _numbers(self, given: Iterable[Typed]) -> list[ast.expr]:
+        return [self.as_number(made, kind) for made, kind in given]
+
+    def _of_numbers(self, target: Any, operation: Checked, given: Sequence[Typed]) -> ast.expr:
+        if target in operations.NEVER_FAIL:
+            return self.applied(target, *self._numbers(given))
+        return self.defined(operation, *self._numbers(given))
+
+    def _extreme(self, node: ast.Call, target: Any, given: Sequence[Typed]) -> Typed:
+        """The first of the least or greatest, as Python compares them."""
+        values, kind = self.agreed(node, given, f"{target.__name__}() is of")
+        if not self.compiled:
+            return ast.Call(self.bound(target), values, []), kind
+        sign = ast.Lt() if target is min else ast.Gt()
+        best = self.kept(values[0])
+        for value in values[1:]:
+            other = self.kept(value)
+            best = self.kept(ast.IfExp(ast.Compare(other, [sign], [best]), other, best))
+        return best, kind
+
+
+def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
+    """Why something cannot be called, and what to write."""
+    name = getattr(target, "__name__", "it")
+    module = str(getattr(target, "__module__", "") or "").partition(".")[0]
+    owner = str(getattr(getattr(target, "__self__", None), "__module__", "") or "").partition(".")[0]
+    shown = ast.unparse(node.func)
+    for place in (module.lstrip("_"), owner, shown.partition(".")[0]):
+        if place in operations.UNREPEATABLE:
+            return f"{shown}() would make a run another each time", operations.UNREPEATABLE[place]
+        if place in operations.OUTSIDE:
+            return f"{shown}() reaches outside the block", "a block sees its parameters, state and inputs only"
+    try:
+        instead = operations.INSTEAD.get(target)
+    except TypeError:
+        instead = None
+    if target is round:
+        instead = "round(x) is the nearest integer: scale before and after it"
+    return f"{shown}() is not compiled", instead or f"write {name} as a function of your own, of numbers"
+
+
+_OF_NUMBERS: set[Any] = {
+    *operations.ONE,
+    *operations.TWO,
+    *operations.OF_WHOLE,
+    *operations.LOOKS,
+    *operations.SCALED,
+    *operations.ROUND,
+    *(abs, bool, divmod, float, int, max, min, pow, round, math.fabs),
+}

@@ -1,0 +1,309 @@
+"""Expressions of a function, but for calls: each typed, and written anew."""
+
+import ast
+import types
+from collections.abc import Callable
+from typing import Any
+
+from proofmass.blocks.language import arithmetic, operations
+from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.values import (
+    ListOf,
+    Meta,
+    Record,
+    TupleOf,
+    Type,
+    Unknown,
+    Vector,
+    described,
+    entry_of,
+    is_record,
+)
+from proofmass.blocks.language.writing import Typed, Writer, assign
+from proofmass.blocks.problem import did_you_mean
+
+_SURELY_EXACT = 2**53
+
+
+class Expressions(Writer):
+    """Reads expressions."""
+
+    def expression(self, node: ast.expr) -> Typed:
+        """An expression and its type; raises `RefusedError`."""
+        method = getattr(self, f"_{type(node).__name__.lower()}", None)
+        if method is None:
+            raise refuse(node, *_not_compiled(node))
+        made, kind = method(node)
+        return ast.copy_location(made, node), kind
+
+    def test(self, node: ast.expr) -> ast.expr:
+        """A condition."""
+        if isinstance(node, ast.BoolOp):
+            return ast.copy_location(self._joined(node, lambda part: (self.test(part), bool))[0], node)
+        made, kind = self.number(node)
+        return made if kind is bool else ast.copy_location(ast.Compare(made, [ast.NotEq()], [ast.Constant(0)]), node)
+
+    def _constant(self, node: ast.Constant) -> Typed:
+        return self.literal(node, node.value)
+
+    def literal(self, node: ast.AST, value: Any) -> Typed:
+        """A value that is known: a number, or a tuple of them."""
+        if isinstance(value, bool):
+            return ast.Constant(value), bool
+        if isinstance(value, int):
+            if not arithmetic.LOWEST <= value <= arithmetic.HIGHEST:
+                raise refuse(node, "an integer of more than 64 bits", "write it as a number, such as 1e30")
+            return ast.Constant(int(value)), int
+        if isinstance(value, float):
+            return ast.Constant(float(value)), float
+        if isinstance(value, tuple) and value and not is_record(type(value)):
+            kinds = tuple(self.literal(node, entry)[1] for entry in value)
+            return self.bound(value), TupleOf(kinds)
+        if isinstance(
+            value, types.FunctionType | types.BuiltinFunctionType | types.MethodType | types.ModuleType | type
+        ):
+            return ast.Constant(None), Meta(value)
+        word = "a text" if isinstance(value, str) else f"a {type(value).__name__}"
+        hint = "a table is a tuple of numbers" if hasattr(value, "__len__") and not isinstance(value, str) else ""
+        raise refuse(node, f"{word} is no value of a block's function", hint or "write numbers")
+
+    def _name(self, node: ast.Name) -> Typed:
+        kind = self.scope.local(node)
+        if kind is not None:
+            if isinstance(kind, Unknown):
+                raise refuse(node, "", known=kind)
+            return ast.Name(node.id, ast.Load()), kind
+        return self.literal(node, self.scope.outside(node))
+
+    def _attribute(self, node: ast.Attribute) -> Typed:
+        made, kind = self.expression(node.value)
+        if isinstance(kind, Meta):
+            return self.literal(node, self.scope.member(node, kind.value))
+        if isinstance(kind, Record):
+            fields = kind.fields
+            if node.attr not in fields:
+                hint = did_you_mean(node.attr, fields, "field")
+                raise refuse(node, f"{kind.kind.__name__} has no field {node.attr}", hint)
+            if isinstance(fields[node.attr], Unknown):
+                raise refuse(
+                    node, f"the field {node.attr} has no type that can be compiled", "declare it float, int or bool"
+                )
+            return ast.Attribute(made, node.attr, ast.Load()), fields[node.attr]
+        raise refuse(node, f"{described(kind)} has no {node.attr}", _METHODS.get(node.attr, ""), known=kind)
+
+    def _tuple(self, node: ast.Tuple) -> Typed:
+        parts = [self.expression(part) for part in node.elts]
+        for part, (_, kind) in zip(node.elts, parts, strict=True):
+            if isinstance(kind, Meta):
+                raise refuse(part, f"{described(kind)} is no value")
+        return ast.Tuple([made for made, _ in parts], ast.Load()), TupleOf(tuple(kind for _, kind in parts))
+
+    def _unaryop(self, node: ast.UnaryOp) -> Typed:
+        if isinstance(node.op, ast.Not):
+            return ast.UnaryOp(node.op, self.test(node.operand)), bool
+        if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
+            value = node.operand.value
+            if isinstance(value, int | float):
+                return self.literal(node, -value)
+        made, kind = self.number(node.operand)
+        if kind is float:
+            if isinstance(node.op, ast.Invert):
+                raise refuse(node, "~ of a number", "~ is of integers")
+            return (made if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, made)), float
+        made = self.as_integer(made, kind)
+        if isinstance(node.op, ast.USub):
+            return self.checked(operations.NEGATE, made), int
+        return (made if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, made)), int
+
+    def _binop(self, node: ast.BinOp) -> Typed:
+        left = self.number(node.left)
+        return self.operated(node, type(node.op), left, self.number(node.right))
+
+    def operated(self, node: ast.AST, operator: type[ast.operator], left: Typed, right: Typed) -> Typed:
+        """Two numbers joined by an operator."""
+        (a, first), (b, second) = left, right
+        if float not in (first, second):
+            if operator in operations.BITWISE:
+                both = bool if first is second is bool else int
+                sides = (a, b) if both is bool else (self.as_integer(a, first), self.as_integer(b, second))
+                return ast.BinOp(sides[0], operator(), sides[1]), both
+            a, b = self.as_integer(a, first), self.as_integer(b, second)
+            if operator is ast.Pow and isinstance(b, ast.Constant) and b.value < 0:  # type: ignore[operator]
+                return self._power(a, first, b, second), float
+            if _surely_succeeds(operator, b):
+                return ast.BinOp(a, operator(), b), int
+            if operator in operations.OF_INTEGERS:
+                operation = operations.OF_INTEGERS[operator]
+                return self.checked(operation, a, b), operation.result
+        elif operator is ast.Pow:
+            return self._power(a, first, b, second), float
+        elif operator in operations.PLAIN:
+            return ast.BinOp(self.as_number(a, first), operator(), self.as_number(b, second)), float
+        elif operator in operations.OF_NUMBERS:
+            a, b = self.as_number(a, first), self.as_number(b, second)
+            if operator is ast.Div and isinstance(b, ast.Constant) and b.value != 0:
+                return ast.BinOp(a, operator(), b), float
+            return self.checked(operations.OF_NUMBERS[operator], a, b), float
+        if operator is ast.MatMult:
+            raise refuse(node, "@ is of matrices", "write loops over the entries")
+        raise refuse(node, "bits of a number", "the operators of bits are of integers: write int(...)")
+
+    def _power(self, a: ast.expr, first: Type, b: ast.expr, second: Type) -> ast.expr:
+        return self.defined(operations.POWER, self.as_number(a, first), self.as_number(b, second))
+
+    def _boolop(self, node: ast.BoolOp) -> Typed:
+        return self._joined(node, self.number)
+
+    def _joined(self, node: ast.BoolOp, read: Callable[[ast.expr], Typed]) -> Typed:
+        """`and` or `or`: the rest is evaluated only where it decides."""
+        parts = [self.apart(lambda part=part: read(part)) for part in node.values]  # type: ignore[misc]
+        values, kind = self.agreed(node, [typed for _, typed in parts], "the value is")
+        if not any(lines for lines, _ in parts[1:]):
+            self.lines += parts[0][0]
+            return ast.BoolOp(node.op, values), kind
+        name = self.scope.fresh()
+        held = ast.Name(name, ast.Load())
+        inner: list[ast.stmt] = []
+        for (lines, _), value in reversed(list(zip(parts[1:], values[1:], strict=True))):
+            goes_on = held if isinstance(node.op, ast.And) else ast.UnaryOp(ast.Not(), held)
+            inner = [ast.If(goes_on, [*lines, assign(name, value), *inner], [])]
+        self.lines += [*parts[0][0], assign(name, values[0]), *inner]
+        return held, kind
+
+    def _ifexp(self, node: ast.IfExp) -> Typed:
+        test = self.test(node.test)
+        then, first = self.apart(lambda: self.expression(node.body))
+        other, second = self.apart(lambda: self.expression(node.orelse))
+        (a, b), kind = self.agreed(node, [first, second], "the value is")
+        if not then and not other:
+            return ast.IfExp(test, a, b), kind
+        name = self.scope.fresh()
+        self.lines.append(ast.If(test, [*then, assign(name, a)], [*other, assign(name, b)]))
+        return ast.Name(name, ast.Load()), kind
+
+    def _compare(self, node: ast.Compare) -> Typed:
+        for operator in node.ops:
+            if isinstance(operator, ast.Is | ast.IsNot | ast.In | ast.NotIn):
+                raise refuse(node, "is and in are not compiled", "compare with == and or")
+        left = self.number(node.left)
+        first = self.number(node.comparators[0])
+        read = [self.apart(lambda part=part: self.number(part)) for part in node.comparators[1:]]  # type: ignore[misc]
+        rest = [first, *(typed for _, typed in read)]
+        if any(lines for lines, _ in read):
+            return self._chain(node, left, rest, [lines for lines, _ in read]), bool
+        if all(not _apart(a, b) for a, b in zip([left, *rest], rest, strict=False)):
+            return ast.Compare(left[0], node.ops, [made for made, _ in rest]), bool
+        names = [(self.kept(made), kind) for made, kind in (left, *rest)]
+        pairs = zip(names, node.ops, names[1:], strict=False)
+        tests = [self._compared(a, operator, b) for a, operator, b in pairs]
+        return (tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)), bool
+
+    def _chain(self, node: ast.Compare, left: Typed, rest: list[Typed], lines: list[list[ast.stmt]]) -> ast.expr:
+        """Comparisons in a row, of which the later ones are evaluated only where the earlier hold."""
+        held = self.scope.fresh()
+        before, made = [self.kept(left[0]), self.kept(rest[0][0])], list[list[ast.stmt]]()
+        a: Typed = before[1], rest[0][1]
+        self.lines.append(assign(held, self._compared((before[0], left[1]), node.ops[0], a)))
+        for (value, kind), operator, own in zip(rest[1:], node.ops[1:], lines, strict=True):
+
+            def step(a: Typed = a, value: ast.expr = value, kind: Type = kind, operator: ast.cmpop = operator) -> Typed:
+                b: Typed = self.kept(value), kind
+                self.lines.append(assign(held, self._compared(a, operator, b)))
+                return b
+
+            inner, a = self.apart(step)
+            made.append([*own, *inner])
+        nested: list[ast.stmt] = []
+        for each in reversed(made):
+            nested = [ast.If(ast.Name(held, ast.Load()), [*each, *nested], [])]
+        self.lines += nested
+        return ast.Name(held, ast.Load())
+
+    def _compared(self, left: Typed, operator: ast.cmpop, right: Typed) -> ast.expr:
+        """A comparison, exact of integers with numbers."""
+        if not _apart(left, right) or not self.compiled:
+            return ast.Compare(left[0], [operator], [right[0]])
+        turned = left[1] is float
+        (a, kind), (b, _) = (right, left) if turned else (left, right)
+        order = self.applied(arithmetic.compare, self.as_integer(a, kind), b)
+        if isinstance(operator, ast.Eq | ast.NotEq):
+            return ast.Compare(order, [operator], [ast.Constant(0)])
+        less = isinstance(operator, ast.Lt | ast.LtE) != turned
+        ends = [ast.Constant(-1 if less else 1)]
+        ends += [ast.Constant(0)] if isinstance(operator, ast.LtE | ast.GtE) else []
+        kept = self.kept(order)
+        tests: list[ast.expr] = [ast.Compare(kept, [ast.Eq()], [end]) for end in ends]
+        return tests[0] if len(tests) == 1 else ast.BoolOp(ast.Or(), tests)
+
+    def _subscript(self, node: ast.Subscript) -> Typed:
+        made, kind = self.expression(node.value)
+        if isinstance(node.slice, ast.Slice):
+            raise refuse(node, "a part of a list", "write a loop over its entries")
+        if isinstance(kind, TupleOf) and isinstance(node.slice, ast.Constant | ast.UnaryOp):
+            index = _known(node.slice)
+            if isinstance(index, int):
+                if not -len(kind.entries) <= index < len(kind.entries):
+                    raise refuse(node, f"there is no entry {index} in {described(kind)}")
+                entry = kind.entries[index]
+                return ast.Subscript(made, ast.Constant(index % len(kind.entries)), ast.Load()), entry
+        return self.kept(ast.Subscript(made, self.index(node, made, kind), ast.Load())), self._entry(node, kind)
+
+    def index(self, node: ast.Subscript, made: ast.expr, kind: Type) -> ast.expr:
+        """The place of an entry that exists."""
+        self._entry(node, kind)
+        place, of = self.number(node.slice)
+        if of is float:
+            raise refuse(node.slice, "an index is an integer, and is given a number", "write int(...)")
+        return self.checked(operations.PLACE, self.as_integer(place, of), self.applied(len, made))
+
+    def _entry(self, node: ast.AST, kind: Type) -> Type:
+        entry = entry_of(kind)
+        if entry is None:
+            message = f"{described(kind)} has no entries that an index may choose"
+            hint = "make all its entries of one type" if isinstance(kind, TupleOf) else ""
+            raise refuse(node, message, hint, known=kind)
+        return entry
+
+    def sequence(self, node: ast.expr) -> tuple[ast.expr, Type]:
+        """What a loop goes over, and the type of an entry."""
+        made, kind = self.expression(node)
+        if not isinstance(kind, TupleOf | ListOf | Vector):
+            raise refuse(
+                node, f"a loop over {described(kind)}", "loops go over range(...), tuples and buffers", known=kind
+            )
+        return made, self._entry(node, kind)
+
+
+def _surely_succeeds(operator: type[ast.operator], b: ast.expr) -> bool:
+    """Whether an operation of integers always has a value, since its second operand is written out."""
+    if not isinstance(b, ast.Constant) or not isinstance(b.value, int):
+        return False
+    shifts = operator is ast.RShift and 0 <= b.value <= 63
+    return shifts or (operator in (ast.FloorDiv, ast.Mod) and b.value not in (0, -1))
+
+
+def _apart(left: Typed, right: Typed) -> bool:
+    """Whether one is an integer and the other a number, so that the integer may not be exact as a number."""
+    if float not in (left[1], right[1]) or left[1] is right[1]:
+        return False
+    whole = left[0] if right[1] is float else right[0]
+    kind = left[1] if right[1] is float else right[1]
+    known = isinstance(whole, ast.Constant) and abs(whole.value) <= _SURELY_EXACT  # type: ignore[arg-type]
+    return kind is int and not known
+
+
+def _known(node: ast.expr) -> Any:
+    try:
+        return ast.literal_eval(node)
+    except ValueError:
+        return None
+
+
+def _not_compiled(node: ast.AST) -> tuple[str, str]:
+    """Why an expression is refused, and what to write."""
+    return RefusedError.CONSTRUCTS.get(
+        type(node).__name__, (f"{type(node).__name__} is not compiled", "write it with numbers")
+    )
+
+
+_METHODS = {"append": "declare a Buffer, and write buffer[place] = value", "sum": "add the entries up in a loop"}

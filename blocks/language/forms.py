@@ -1,0 +1,199 @@
+"""The functions of a block of the user's own, in the forms that engines run, and all that is wrong with them."""
+
+import ast
+import builtins
+import inspect
+import types
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from proofmass.blocks.declare import Behaviour, Block
+from proofmass.blocks.language import operations
+from proofmass.blocks.language.functions import Lowered, lowered
+from proofmass.blocks.language.source import SourceError, tree_of
+from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, Type, Unknown, Vector, is_record, type_of
+from proofmass.blocks.problem import Problem
+
+_NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
+
+
+def is_own(kind: type[Block]) -> bool:
+    """Whether a block is not of the library, so that nobody has looked at its functions."""
+    return not kind.__module__.startswith("proofmass.blocks.")
+
+
+def form_of(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered | None:
+    """A function of a block as an engine runs it; None where that is the function itself."""
+    if not is_own(kind) or kind.digital():
+        return None
+    return _form(kind, behaviour, compiled)
+
+
+def constants_form(kind: type[Block], compiled: bool) -> Lowered | None:
+    """The function `constants` for parameters that change; None where that is the function itself."""
+    behaviour = kind.functions.get("constants")
+    if behaviour is None or not is_own(kind) or kind.digital():
+        return None
+    arguments: list[Type] = [float for _ in behaviour.arguments]
+    result = type_of(behaviour.returns)
+    return lowered(_plain(behaviour), (Record(kind.parameters_class()), *arguments), result, compiled)
+
+
+def problems_of(kind: type[Block]) -> list[Problem]:
+    """Everything in the functions of a block that engines would not run to the same bits, or not at all."""
+    if not is_own(kind):
+        return []
+    found = list(_bad_types(kind))
+    looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in _LOOPED)]
+    looped += [behaviour for pair in kind.events.values() for behaviour in pair]
+    for behaviour in looped:
+        form = form_of(kind, behaviour, compiled=True)
+        found += form.problems if form else _unrepeatable(_plain(behaviour), _NEVER)
+    once = [b.function for name, b in kind.functions.items() if name not in _LOOPED]
+    for function in (*once, *([kind.requirements] if kind.requirements else [])):
+        if isinstance(function, types.FunctionType):
+            found += _unrepeatable(function, ())
+    return [_of(kind, problem) for problem in dict.fromkeys(found)]
+
+
+def driven_problems(kind: type[Block]) -> list[Problem]:
+    """What keeps the constants of a block from being made anew in every tick."""
+    form = constants_form(kind, compiled=True)
+    return [_of(kind, problem) for problem in form.problems] if form else []
+
+
+_LOOPED = ("update", "derivative")
+
+
+def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
+    ports = {name: port for name, port in kind.outputs.items() if kind.output_functions.get(name) is behaviour}
+    port = next(iter(ports.values()), None)
+    updates = behaviour is kind.functions.get("update")
+    arguments = [_argument(kind, name, port, updates) for name in behaviour.arguments]
+    result: Type = NOTHING
+    state = kind.state_class()
+    clearances = [clearance for clearance, _ in kind.events.values()]
+    if port is not None:
+        result = NOTHING if port.shape else type_of(port.dtype)
+    elif behaviour in clearances:
+        result = float
+    elif state is not None:
+        result = type_of(state)
+    return lowered(_plain(behaviour), (Record(kind.constants_class()), *arguments), result, compiled)
+
+
+def _argument(kind: type[Block], name: str, port: Any, updates: bool) -> Type:
+    """The type of what an argument is bound to."""
+    fixed: dict[str, Type] = {"time": float, "normal": float, "tick": int}
+    if name in fixed:
+        return fixed[name]
+    if name == "x":
+        return type_of(kind.state_class())
+    if name == "out":
+        return Vector(type_of(port.dtype), writable=True)
+    if name in kind.buffers:
+        return Vector(type_of(kind.buffers[name].dtype), writable=updates and not kind.buffers[name].recorded)
+    if name in kind.inputs:
+        declared = kind.inputs[name]
+        return Vector(type_of(declared.dtype), writable=False) if declared.shape else type_of(declared.dtype)
+    return Unknown()
+
+
+def _plain(behaviour: Behaviour) -> types.FunctionType:
+    function: Any = behaviour.function
+    plain: types.FunctionType = inspect.unwrap(getattr(function, "py_func", function))
+    return plain
+
+
+def _bad_types(kind: type[Block]) -> Iterator[Problem]:
+    """Fields of state and constants that no engine holds."""
+    for what, record in (("State", kind.state_class()), ("Constants", kind.constants_class())):
+        if record is None:
+            continue
+        if not is_record(record):
+            yield Problem(
+                message=f"what {'update' if what == 'State' else 'constants'} returns is not declared",
+                key="update" if what == "State" else "constants",
+                got=str(record),
+                expected="a NamedTuple",
+                hint=f"class {what}(NamedTuple): ..., and -> {what} at the function",
+            )
+            continue
+        for field, of in Record(record).fields.items():
+            listed = what == "Constants" and not isinstance(of, Unknown)
+            if of not in NUMBERS and not listed and not kind.digital():
+                yield Problem(
+                    message=f"the field {field} of {record.__name__} has a type that no engine holds",
+                    key=field,
+                    got=str(record.__annotations__[field]),
+                    expected="float, int or bool" + (", or a tuple of them" if what == "Constants" else ""),
+                    hint="keep a vector in a Buffer" if what == "State" else "",
+                )
+
+
+def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[Problem]:
+    """Calls that would make a run another each time, in a function that Python runs and in those that it calls."""
+    found, left, seen = list[Problem](), [function], set[types.FunctionType]()
+    while left:
+        here = left.pop()
+        if here in seen or here.__module__.startswith("proofmass."):
+            continue
+        seen.add(here)
+        try:
+            tree = tree_of(here)
+        except SourceError:
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Global | ast.Nonlocal):
+                found.append(_told(here, node, "a function of a block changes nothing outside of it", ""))
+            if not isinstance(node, ast.Call):
+                continue
+            target = _looked_up(here, node.func)
+            if isinstance(target, types.FunctionType):
+                left.append(target)
+            module = str(getattr(target, "__module__", "") or "").partition(".")[0].lstrip("_")
+            first = _looked_up(here, _first(node.func))
+            place = first.__name__.partition(".")[0] if isinstance(first, types.ModuleType) else module
+            shown = ast.unparse(node.func)
+            for name in (module, place):
+                if name in operations.UNREPEATABLE:
+                    message = f"{shown}() would make a run another each time"
+                    found.append(_told(here, node, message, operations.UNREPEATABLE[name]))
+                    break
+            if any(target is each for each in never):
+                found.append(_told(here, node, f"{shown}() is not compiled", operations.INSTEAD.get(target, "")))
+    return found
+
+
+def _first(node: ast.expr) -> ast.expr:
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return node
+
+
+def _looked_up(function: types.FunctionType, node: ast.expr) -> Any:
+    """What a name or a name of a module stands for; None where that is not known."""
+    if isinstance(node, ast.Name):
+        return function.__globals__.get(node.id, getattr(builtins, node.id, None))
+    if isinstance(node, ast.Attribute):
+        owner = _looked_up(function, node.value)
+        return getattr(owner, node.attr, None) if isinstance(owner, types.ModuleType) else None
+    return None
+
+
+def _told(function: types.FunctionType, node: ast.AST, message: str, hint: str) -> Problem:
+    line = getattr(node, "lineno", 0)
+    return Problem(
+        message=message,
+        file=function.__code__.co_filename,
+        line=line,
+        key=function.__name__,
+        got=ast.unparse(node)[:80],
+        hint=hint,
+    )
+
+
+def _of(kind: type[Block], problem: Problem) -> Problem:
+    """The problem with the block's name before the function's."""
+    return replace(problem, key=f"{kind.__name__}.{problem.key}" if problem.key else kind.__name__)

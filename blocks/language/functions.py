@@ -1,0 +1,198 @@
+"""A function with arguments of certain types, written anew for plain Python or for a compiler."""
+
+import ast
+import inspect
+import types
+from dataclasses import dataclass, field
+from typing import Any
+
+from proofmass.blocks.language.calls import Calls
+from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.scope import Read, Scope, unchanged
+from proofmass.blocks.language.source import SourceError, tree_of
+from proofmass.blocks.language.statements import Known, RestartError, Statements, annotated
+from proofmass.blocks.language.values import NOTHING, Type, Unknown, described, type_of
+from proofmass.blocks.language.writing import Typed
+from proofmass.blocks.problem import Problem
+
+_PASSES = 50
+_OURS = "proofmass."
+
+
+@dataclass
+class Lowered:
+    """A function written anew.
+
+    Compiled, one that `fails` returns its value and whether anything in it failed; else it returns its value.
+    """
+
+    function: Any
+    fails: bool
+    result: Type
+    problems: list[Problem]
+    reads: list[Read] = field(default_factory=list)
+
+
+_kept: dict[Any, Lowered] = {}
+
+
+def lowered(
+    function: types.FunctionType,
+    arguments: tuple[Type, ...],
+    result: Type | None,
+    compiled: bool,
+    within: tuple[types.FunctionType, ...] = (),
+) -> Lowered:
+    """The function for arguments of these types; what it returns is made of the type `result` where that is given."""
+    key = (function, arguments, result, compiled)
+    before = _kept.get(key)
+    if before is None or not unchanged(before.reads):  # numbers and functions of the file may have been changed
+        before = _kept[key] = _lowered(function, arguments, result, compiled, within)
+    return before
+
+
+def _lowered(
+    function: types.FunctionType,
+    arguments: tuple[Type, ...],
+    result: Type | None,
+    compiled: bool,
+    within: tuple[types.FunctionType, ...],
+) -> Lowered:
+    if not isinstance(function, types.FunctionType):
+        problem = Problem(message=f"a {type(function).__name__} is no function", hint="write it with `def`")
+        return Lowered(None, False, result or Unknown(), [problem])
+    try:
+        tree = tree_of(function)
+    except SourceError as error:
+        problem = Problem(
+            message=f"{function.__name__}: {error}",
+            file=function.__code__.co_filename,
+            line=function.__code__.co_firstlineno,
+            hint="write the block into a file, with `def`, and load it anew",
+        )
+        return Lowered(None, False, result or Unknown(), [problem])
+    names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
+    known, problems, reads = Known(result), list[Problem](), list[Read]()
+
+    def called(reader: Calls, node: ast.Call, target: types.FunctionType) -> Typed:
+        if target in (*within, function):
+            raise refuse(node, f"{target.__name__} calls itself", "write a loop")
+        given = _given(reader, node, target)
+        if target.__module__.startswith(_OURS):
+            return _ours(reader, node, target, given)
+        made = lowered(target, tuple(kind for _, kind in given), annotated(target), compiled, (*within, function))
+        problems.extend(problem for problem in made.problems if problem not in problems)
+        reads.extend(made.reads)
+        if made.problems:
+            raise refuse(node, "", known=Unknown())
+        value: ast.expr = ast.Call(reader.bound(made.function), [argument for argument, _ in given], [])
+        value = reader.kept(value)
+        if compiled and made.fails:
+            reader.note(ast.Subscript(value, ast.Constant(1), ast.Load()))
+            value = ast.Subscript(value, ast.Constant(0), ast.Load())
+        return value, made.result
+
+    def read() -> tuple[Statements, list[ast.stmt]]:
+        """Read the function until nothing new is learned of it."""
+        for _ in range(_PASSES):
+            problems.clear()
+            reads.clear()
+            scope = Scope(function, tree, dict(zip(names, arguments, strict=True)))
+            scope.promoted, known.written = set(known.promoted), {}
+            reader = Statements(scope, compiled, known, called)
+            try:
+                lines = _body(reader, tree)
+            except RestartError:
+                continue
+            if reader.fails == known.fails and not known.unsaid:
+                return reader, lines
+            if known.unsaid and known.result is None:
+                known.result = int  # it only raises
+            known.fails, known.unsaid = reader.fails, False
+        raise RecursionError(f"{function.__name__} is read for ever")
+
+    reader, lines = read()
+    problems += [_problem(function, refused) for refused in reader.refused if refused.message]
+    reads += reader.scope.reads
+    if reader.refused:
+        return Lowered(None, False, known.result or Unknown(), problems, reads)
+    if compiled and known.fails:
+        lines.insert(0, ast.Assign([ast.Name(reader.scope.fault, ast.Store())], ast.Constant(False)))
+    made = _defined(function, tree, names, lines, reader.scope)
+    return Lowered(made, compiled and known.fails, known.result or NOTHING, problems, reads)
+
+
+def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
+    """The statements, and a return behind them where a function returns nothing."""
+    if tree.args.vararg or tree.args.kwarg:
+        reader.refused.append(refuse(tree, "* among the arguments", "name them one by one"))
+        return []
+    lines, ended = reader.block(tree.body)
+    if not ended:
+        try:
+            lines.append(reader.returned(tree, ast.Constant(None), NOTHING))
+        except RefusedError as refused:
+            if reader.refused:
+                return lines  # what returns was refused
+            message = f"it does not always return {described(reader.known.result or NOTHING)}"
+            reader.refused.append(RefusedError(refused.node, message, "return a value on every path"))
+    return lines
+
+
+def _given(reader: Calls, node: ast.Call, target: types.FunctionType) -> list[Typed]:
+    """The arguments of a call in the order of the function's, those that have one filled in."""
+    if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
+        raise refuse(node, "* in a call", "write the arguments one by one")
+    signature = inspect.signature(target)
+    try:
+        bound = signature.bind(*node.args, **{str(keyword.arg): keyword.value for keyword in node.keywords})
+    except TypeError as error:
+        raise refuse(node, f"{target.__name__}: {error}", f"its arguments: {', '.join(signature.parameters)}") from None
+    given = []
+    for name, parameter in signature.parameters.items():
+        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+            raise refuse(node, f"{target.__name__} has * among its arguments", "name them one by one")
+        value = bound.arguments.get(name)
+        given.append(reader.expression(value) if value is not None else reader.literal(node, parameter.default))
+    return given
+
+
+def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, given: list[Typed]) -> Typed:
+    """A call of a function of this package, which says its types and means the same everywhere."""
+    hints, result = inspect.get_annotations(target, eval_str=True), annotated(target)
+    if result is None:
+        raise refuse(node, f"{target.__name__}() says no type of what it returns", "write a function of your own")
+    made = []
+    for name, (argument, kind) in zip(inspect.signature(target).parameters, given, strict=True):
+        wanted = type_of(hints.get(name))
+        number = wanted in (float, int, bool)
+        made.append(reader.converted(node, argument, kind, wanted, f"the argument {name}") if number else argument)
+    return reader.kept(ast.Call(reader.bound(target), made, [])), result
+
+
+def _defined(
+    function: types.FunctionType, tree: ast.FunctionDef, names: list[str], lines: list[ast.stmt], scope: Scope
+) -> types.FunctionType:
+    """The function of statements; each stands in the line of what it was made from."""
+    arguments = ast.arguments([], [ast.arg(name) for name in names], None, [], [], None, [])
+    made = ast.copy_location(ast.FunctionDef(tree.name, arguments, lines, [], None), tree)
+    if "type_params" in ast.FunctionDef._fields:
+        made.type_params = []  # type: ignore[attr-defined, unused-ignore]
+    module = ast.fix_missing_locations(ast.Module([made], []))
+    namespace: dict[str, Any] = {"__name__": function.__module__, **scope.namespace}
+    exec(compile(module, function.__code__.co_filename, "exec"), namespace)
+    defined: types.FunctionType = namespace[tree.name]
+    return defined
+
+
+def _problem(function: types.FunctionType, refused: RefusedError) -> Problem:
+    node: Any = refused.node
+    shown = ast.unparse(node).splitlines()[0] if not isinstance(node, ast.FunctionDef) else f"def {node.name}"
+    return Problem(
+        message=refused.message,
+        file=function.__code__.co_filename,
+        line=getattr(node, "lineno", function.__code__.co_firstlineno),
+        key=function.__name__,
+        got=shown if len(shown) <= 80 else f"{shown[:77]}...",
+        hint=refused.hint,
+    )

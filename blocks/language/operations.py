@@ -1,0 +1,181 @@
+"""What operators and functions of Python mean for which types, and what can fail of it."""
+
+import ast
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.blocks.language import arithmetic
+from proofmass.blocks.language.values import Type
+
+
+@dataclass(frozen=True)
+class Checked:
+    """An operation that can fail: its value, whether it does, and what Python does instead of giving a value."""
+
+    value: Callable[..., Any]
+    fails: Callable[..., bool]
+    result: Type
+    reference: Callable[..., Any]
+
+
+def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callable[..., int]) -> Checked:
+    """An operation of integers: where Python gives an integer of more than 64 bits, the run ends."""
+
+    def reference(*operands: int) -> int:
+        if fails(*operands):
+            if value in (arithmetic.power, arithmetic.shift_left):  # Python would try, for hours
+                if operands[1] < 0:
+                    raise ValueError(f"a negative shift or power of an integer: {operands[1]}")
+            else:
+                python(*operands)
+            raise OverflowError("an integer does not fit 64 bits")
+        return value(*operands)
+
+    return Checked(value, fails, int, reference)
+
+
+def _number(value: Callable[..., Any], fails: Callable[..., bool], python: Callable[..., float]) -> Checked:
+    return Checked(value, fails, float, python)
+
+
+def _power(a: float, b: float) -> float:
+    value: float | complex = float(a) ** float(b)
+    if isinstance(value, complex):
+        raise ValueError("a negative number to the power of a fraction")
+    return value
+
+
+def _round(a: float) -> int:
+    return round(a)
+
+
+OF_INTEGERS: dict[type[ast.operator], Checked] = {
+    ast.Add: _fits(arithmetic.add, arithmetic.add_fails, lambda a, b: a + b),
+    ast.Sub: _fits(arithmetic.subtract, arithmetic.subtract_fails, lambda a, b: a - b),
+    ast.Mult: _fits(arithmetic.multiply, arithmetic.multiply_fails, lambda a, b: a * b),
+    ast.FloorDiv: _fits(arithmetic.floor_divide, arithmetic.floor_divide_fails, lambda a, b: a // b),
+    ast.Mod: _fits(arithmetic.modulo, arithmetic.modulo_fails, lambda a, b: a % b),
+    ast.LShift: _fits(arithmetic.shift_left, arithmetic.shift_left_fails, lambda a, b: a << b),
+    ast.RShift: _fits(arithmetic.shift_right, arithmetic.shift_right_fails, lambda a, b: a >> b),
+    ast.Pow: _fits(arithmetic.power, arithmetic.power_fails, lambda a, b: a**b),
+    ast.Div: _number(arithmetic.true_divide, arithmetic.zero_fails, lambda a, b: a / b),
+}
+BITWISE = (ast.BitAnd, ast.BitOr, ast.BitXor)
+OF_NUMBERS: dict[type[ast.operator], Checked] = {
+    ast.Div: _number(arithmetic.divide, arithmetic.zero_fails, lambda a, b: a / b),
+    ast.FloorDiv: _number(arithmetic.number_floor_divide, arithmetic.zero_fails, lambda a, b: a // b),
+    ast.Mod: _number(arithmetic.number_modulo, arithmetic.zero_fails, lambda a, b: a % b),
+}
+PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: nothing fails
+NEGATE = _fits(arithmetic.negate, arithmetic.negate_fails, lambda a: -a)
+ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, lambda a: abs(a))
+TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)
+NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, _round)
+STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: step)
+POWER = Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, _power)
+
+
+def _turned(turns: int) -> int:
+    if arithmetic.next_turn_fails(turns):
+        raise RuntimeError(f"a loop of over {arithmetic.MOST_TURNS:,} turns in one tick")
+    return arithmetic.next_turn(turns)
+
+
+def _ended(start: int, stop: int, step: int) -> int:
+    if arithmetic.range_end_fails(start, stop, step):
+        raise RuntimeError(f"a range of over {arithmetic.MOST_TURNS:,} in one tick")
+    return stop
+
+
+RANGE_END = Checked(arithmetic.range_end, arithmetic.range_end_fails, int, _ended)
+TURN = Checked(arithmetic.next_turn, arithmetic.next_turn_fails, int, _turned)
+
+
+def _index(index: int, length: int) -> int:
+    if arithmetic.place_fails(index, length):
+        raise IndexError(f"there is no entry {index} among {length}")
+    return arithmetic.place(index, length)
+
+
+PLACE = Checked(arithmetic.place, arithmetic.place_fails, int, _index)
+
+# The functions of `math` that Python takes from the C library, which compiled code calls too: values of one number,
+# and of two.
+ONE = {
+    getattr(math, name): Checked(getattr(math, name), arithmetic.undefined, float, getattr(math, name))
+    for name in (
+        *("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "erf", "erfc"),
+        *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+    )
+}
+TWO = {
+    math.atan2: Checked(math.atan2, arithmetic.undefined_of_two, float, math.atan2),
+    math.copysign: Checked(math.copysign, arithmetic.undefined_of_two, float, math.copysign),
+    math.fmod: Checked(arithmetic.c_remainder, arithmetic.undefined_of_two, float, math.fmod),
+    math.pow: Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, math.pow),
+}
+ONE[math.cbrt] = Checked(arithmetic.c_cube_root, arithmetic.undefined, float, math.cbrt)
+NEVER_FAIL = (math.atan2, math.copysign, math.atan, math.tanh, math.asinh, math.erf, math.erfc)
+LOOKS = (math.isnan, math.isinf, math.isfinite)
+ROUND = {
+    math.floor: _fits(arithmetic.floor, arithmetic.truncate_fails, math.floor),
+    math.ceil: _fits(arithmetic.ceil, arithmetic.truncate_fails, math.ceil),
+    math.trunc: TRUNCATE,
+}
+OF_WHOLE = {
+    math.isqrt: (1, Checked(arithmetic.integer_root, arithmetic.integer_root_fails, int, math.isqrt)),
+    math.gcd: (2, _fits(arithmetic.greatest_divisor, arithmetic.greatest_divisor_fails, math.gcd)),
+}
+SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
+
+# What to write instead of functions that cannot be compiled to the bits of Python.
+INSTEAD: dict[Any, str] = {
+    print: "record it: add the output to probes; to look inside, breakpoint() and --engine python",
+    input: "give the block a parameter or an input port",
+    open: "read files in `constants`, or declare a Recording",
+    sum: "add the entries up in a loop: sum() keeps digits that a loop does not",
+    sorted: "compare the entries in a loop",
+    map: "write a loop",
+    filter: "write a loop",
+    any: "write a loop, or conditions with or",
+    all: "write a loop, or conditions with and",
+    isinstance: "a port or field has one type only",
+    list: "declare a Buffer for what is kept, or a tuple for what is fixed",
+    dict: "write a tuple and an integer index",
+    str: "functions of a block work with numbers",
+    eval: "write the expression",
+    exec: "write the statements",
+    math.gamma: "Python has its own: compute it in `constants`",
+    math.lgamma: "Python has its own: compute it in `constants`",
+    math.fsum: "add the entries up in a loop",
+    math.dist: "write math.sqrt of the sum of squares",
+    math.hypot: "write math.sqrt of the sum of squares",
+    math.prod: "multiply the entries in a loop",
+    math.factorial: "compute it in `constants`",
+    math.comb: "compute it in `constants`",
+    math.perm: "compute it in `constants`",
+    math.lcm: "write a * b // math.gcd(a, b)",
+    math.ldexp: "multiply by a power of two",
+    math.isclose: "write abs(a - b) <= tolerance",
+}
+UNREPEATABLE = {
+    "random": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",
+    "secrets": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",
+    "uuid": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",
+    "time": "name the argument `time`: the seconds since the start of the run, or `tick`",
+    "datetime": "name the argument `time`: the seconds since the start of the run",
+}
+OUTSIDE = (
+    "os",
+    "sys",
+    "subprocess",
+    "socket",
+    "threading",
+    "multiprocessing",
+    "pathlib",
+    "shutil",
+    "ctypes",
+    "asyncio",
+)

@@ -1,0 +1,50 @@
+"""What in a function is refused: where, why, what to write instead."""
+
+import ast
+from typing import ClassVar
+
+from proofmass.blocks.language.values import Type, Unknown
+
+
+class RefusedError(Exception):
+    """Something that cannot be compiled; without a message where it was told before."""
+
+    CONSTRUCTS: ClassVar[dict[str, tuple[str, str]]] = {
+        "ListComp": ("a comprehension", "write a loop, into a buffer or a sum"),
+        "GeneratorExp": ("a comprehension", "write a loop, into a buffer or a sum"),
+        "SetComp": ("a comprehension", "write a loop"),
+        "DictComp": ("a comprehension", "write a loop"),
+        "List": ("a list", "declare a Buffer for what is kept, or write a tuple for what is fixed"),
+        "Set": ("a set", "write a tuple"),
+        "Dict": ("a dict", "write a tuple and an integer index"),
+        "Lambda": ("a lambda", "define a function at the top of the file"),
+        "NamedExpr": ("an assignment within an expression", "give it a line of its own"),
+        "JoinedStr": ("a text", "functions of a block work with numbers"),
+        "Starred": ("* in a call", "write the arguments one by one"),
+        "Await": ("await", "a block's function computes and returns"),
+        "Yield": ("yield", "a block's function computes and returns"),
+        "YieldFrom": ("yield", "a block's function computes and returns"),
+        "Try": ("try", "look at the numbers before the operation: if divisor != 0.0"),
+        "TryStar": ("try", "look at the numbers before the operation"),
+        "With": ("with", "a block's function computes and returns; read files in `constants`"),
+        "AsyncWith": ("with", "a block's function computes and returns"),
+        "AsyncFor": ("async", "a block's function computes and returns"),
+        "FunctionDef": ("a function within a function", "define it at the top of the file"),
+        "AsyncFunctionDef": ("async", "a block's function computes and returns"),
+        "ClassDef": ("a class within a function", "define it at the top of the file"),
+        "Import": ("an import within a function", "import at the top of the file"),
+        "ImportFrom": ("an import within a function", "import at the top of the file"),
+        "Global": ("global", "what a block remembers is its state: return it from update"),
+        "Nonlocal": ("nonlocal", "what a block remembers is its state: return it from update"),
+        "Delete": ("del", "leave the variable be"),
+        "Match": ("match", "write if and elif"),
+    }
+
+    def __init__(self, node: ast.AST, message: str, hint: str) -> None:
+        super().__init__(message)
+        self.node, self.message, self.hint = node, message, hint
+
+
+def refuse(node: ast.AST, message: str, hint: str = "", known: Type | None = None) -> RefusedError:
+    """The refusal of something; a silent one where what it follows from was refused already."""
+    return RefusedError(node, "" if isinstance(known, Unknown) else message, hint)

@@ -1,0 +1,108 @@
+"""The names of a function: its variables with their types, and what it reads from outside."""
+
+import ast
+import builtins
+import types
+from typing import Any
+
+from proofmass.blocks.language.refusals import refuse
+from proofmass.blocks.language.values import Type, Unknown
+from proofmass.blocks.problem import did_you_mean, nearest
+
+_MISSING = object()
+Read = tuple[types.FunctionType | types.ModuleType, str, Any]
+
+
+class Scope:
+    """Variables and outer values of one function; names that are made up begin as none of the function's does."""
+
+    def __init__(self, function: types.FunctionType, tree: ast.FunctionDef, arguments: dict[str, Type]) -> None:
+        self.function = function
+        self.types: dict[str, Type] = dict(arguments)
+        self.assigned = set(arguments)  # for sure, where the reading has come to
+        self.promoted: set[str] = set()  # variables that are numbers although integers are written there
+        self.namespace: dict[str, Any] = {}
+        self.reads: list[Read] = []  # values from outside, to see later whether they are the same still
+        self._locals = set(function.__code__.co_varnames) | set(function.__code__.co_cellvars)
+        used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} | self._locals
+        self.prefix = "_"
+        while any(name.startswith(self.prefix) for name in used):
+            self.prefix += "_"
+        self._count = 0
+
+    @property
+    def fault(self) -> str:
+        """The variable that says whether anything failed."""
+        return f"{self.prefix}fault"
+
+    def fresh(self) -> str:
+        """A new variable."""
+        self._count += 1
+        return f"{self.prefix}{self._count}"
+
+    def bind(self, value: Any) -> str:
+        """The name by which the function knows a value."""
+        for name, known in self.namespace.items():
+            if known is value:
+                return name
+        plain = getattr(value, "__name__", "table")
+        name = f"{self.prefix}{plain if plain.isidentifier() else 'function'}"
+        while name in self.namespace or name == self.fault:
+            name += "_"
+        self.namespace[name] = value
+        return name
+
+    def local(self, node: ast.Name) -> Type | None:
+        """The type of a variable; None for a name from outside. Refuses one that may have no value yet."""
+        if node.id in self.assigned:
+            return self.types[node.id]
+        if node.id not in self._locals:
+            return None
+        if isinstance(self.types.get(node.id), Unknown):
+            return Unknown()
+        raise refuse(node, f"{node.id} may have no value here", f"give it one before: {node.id} = 0.0")
+
+    def outside(self, node: ast.Name) -> Any:
+        """A value from outside of the function."""
+        value = _outer(self.function, node.id)
+        if value is _MISSING:
+            near = nearest(node.id, self.types) or nearest(node.id, self.function.__globals__)
+            raise refuse(node, f"there is no {node.id}", f"did you mean {near}?" if near else "define or import it")
+        self.reads.append((self.function, node.id, value))
+        return value
+
+    def member(self, node: ast.Attribute, owner: Any) -> Any:
+        """A value of a module."""
+        value = getattr(owner, node.attr, _MISSING) if isinstance(owner, types.ModuleType) else _MISSING
+        if value is _MISSING and isinstance(owner, type):
+            raise refuse(node, f"{ast.unparse(node)} is not compiled", "write it with numbers")
+        if value is _MISSING:
+            name = getattr(owner, "__name__", "it")
+            names = [each for each in dir(owner) if not each.startswith("_")]
+            raise refuse(node, f"{name} has no {node.attr}", did_you_mean(node.attr, names, "name"))
+        self.reads.append((owner, node.attr, value))
+        return value
+
+
+def unchanged(reads: list[Read]) -> bool:
+    """Whether values from outside are what they were when they were read."""
+    return all(_same(_now(owner, name), value) for owner, name, value in reads)
+
+
+def _now(owner: Any, name: str) -> Any:
+    return getattr(owner, name, _MISSING) if isinstance(owner, types.ModuleType) else _outer(owner, name)
+
+
+def _same(value: Any, before: Any) -> bool:
+    return value is before or (
+        type(value) is type(before) and isinstance(value, int | float | tuple) and value == before
+    )
+
+
+def _outer(function: types.FunctionType, name: str) -> Any:
+    for free, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        if free == name:
+            return cell.cell_contents
+    if name in function.__globals__:
+        return function.__globals__[name]
+    return getattr(builtins, name, _MISSING)

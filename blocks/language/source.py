@@ -1,0 +1,77 @@
+"""The syntax tree of a function, from the file that it was loaded from and no other text."""
+
+import ast
+import inspect
+import types
+from collections import Counter
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+_loaded: dict[str, str] = {}
+
+
+class SourceError(ValueError):
+    """Why the source of a function cannot be had."""
+
+
+def tree_of(function: types.FunctionType) -> ast.FunctionDef:
+    """The definition of a function; raises `SourceError` where its file is not there, or is no longer the one that was
+    loaded."""
+    code = function.__code__
+    try:
+        text = _loaded.get(code.co_filename) or "".join(inspect.findsource(function)[0])
+        defined = _definitions(text, code.co_filename)
+    except (OSError, TypeError, SyntaxError):
+        raise SourceError("its source cannot be read") from None
+    found = defined.get((code.co_firstlineno, code.co_name))
+    if found is None or not _same(found[1], code):
+        raise SourceError("its file has changed since it was loaded")
+    return found[0]
+
+
+def remember(file: str, text: str) -> None:
+    """Keep the text that a file was loaded from, whatever becomes of the file."""
+    _loaded[file] = text
+
+
+@lru_cache(maxsize=64)
+def _definitions(text: str, file: str) -> dict[tuple[int, str], tuple[ast.FunctionDef, types.CodeType]]:
+    """Every function of a file by its first line and name."""
+    tree = ast.parse(text, file)
+    codes = {(code.co_firstlineno, code.co_name): code for code in _codes(compile(text, file, "exec"))}
+    found = dict[tuple[int, str], tuple[ast.FunctionDef, types.CodeType]]()
+    lambdas = [node for node in ast.walk(tree) if isinstance(node, ast.Lambda)]
+    alone = Counter(node.lineno for node in lambdas)
+    for each in lambdas:
+        if alone[each.lineno] == 1 and (each.lineno, "<lambda>") in codes:
+            found[each.lineno, "<lambda>"] = _as_definition(each), codes[each.lineno, "<lambda>"]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
+            if (first, node.name) in codes:
+                found[first, node.name] = node, codes[first, node.name]
+    return found
+
+
+def _as_definition(node: ast.Lambda) -> ast.FunctionDef:
+    returned = ast.copy_location(ast.Return(node.body), node.body)
+    return ast.copy_location(ast.FunctionDef("function", node.args, [returned], [], None), node)
+
+
+def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield constant
+            yield from _codes(constant)
+
+
+def _same(first: types.CodeType, second: types.CodeType) -> bool:
+    return bool(_content(first) == _content(second))
+
+
+def _content(code: types.CodeType) -> Any:
+    """What the code does; the text of an assertion is put together by tools that test, and says nothing."""
+    read = (each for each in code.co_consts if not isinstance(each, types.CodeType))
+    constants = [sorted(map(repr, each)) if isinstance(each, frozenset) else repr(each) for each in read]
+    return code.co_code, code.co_names, code.co_varnames, code.co_freevars, constants

@@ -1,0 +1,350 @@
+"""Statements, typed and written anew: what a function assigns, decides, repeats and returns."""
+
+import ast
+import types
+import typing
+from collections.abc import Callable
+from typing import Any
+
+from proofmass.blocks.language import operations
+from proofmass.blocks.language.calls import Calls
+from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.scope import Scope
+from proofmass.blocks.language.values import (
+    NOTHING,
+    NUMBERS,
+    Record,
+    TupleOf,
+    Type,
+    Unknown,
+    Vector,
+    described,
+    type_of,
+)
+from proofmass.blocks.language.writing import Typed
+
+
+class RestartError(Exception):
+    """Something was learned that concerns what was written already."""
+
+
+class Statements(Calls):
+    """Reads the statements of a function; `refused` is what cannot be compiled."""
+
+    def __init__(self, scope: Scope, compiled: bool, known: "Known", called: Callable[..., Typed]) -> None:
+        super().__init__(scope, compiled)
+        self.known, self._called = known, called
+        self.refused: list[RefusedError] = []
+
+    def call(self, node: ast.Call, target: types.FunctionType) -> Typed:
+        return self._called(self, node, target)
+
+    def block(self, body: list[ast.stmt]) -> tuple[list[ast.stmt], bool]:
+        """Statements written anew, and whether what stands behind them is never reached."""
+        before, self.lines, ended = self.lines, [], False
+        for node in body:
+            try:
+                method = getattr(self, f"_{type(node).__name__.lower()}", None)
+                if method is None:
+                    message, hint = RefusedError.CONSTRUCTS.get(
+                        type(node).__name__, (type(node).__name__, "leave it out")
+                    )
+                    raise refuse(node, f"{message} is not compiled", hint)
+                first = len(self.lines)
+                ended = bool(method(node)) or ended
+                for line in self.lines[first:]:
+                    ast.copy_location(line, node)
+            except RefusedError as refused:
+                self.refused.append(refused)
+                self._forget(node)
+        lines, self.lines = self.lines, before
+        return lines or [ast.Pass()], ended
+
+    def _forget(self, node: ast.stmt) -> None:
+        """Variables of a statement that was refused are of no type that is known."""
+        names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)]
+        names += [(part.asname or part.name) for part in ast.walk(node) if isinstance(part, ast.alias)]
+        names += [part.name for part in ast.walk(node) if isinstance(part, ast.FunctionDef | ast.ClassDef)]
+        for name in names:
+            if name not in self.scope.types:
+                self.scope.types[name] = Unknown()
+                self.scope.assigned.add(name)
+
+    # -- assignments -----------------------------------------------------------------------------------------------
+
+    def _assign(self, node: ast.Assign) -> None:
+        value = self.expression(node.value)
+        if len(node.targets) > 1:
+            value = self.kept(value[0]), value[1]
+        for target in node.targets:
+            self._set(target, value)
+
+    def _annassign(self, node: ast.AnnAssign) -> None:
+        if node.value is not None:
+            made, kind = self.expression(node.value)
+            words: dict[str, Type] = {"float": float, "int": int, "bool": bool}
+            wanted = words.get(ast.unparse(node.annotation), kind)
+            self._set(node.target, (self.converted(node, made, kind, wanted, "the variable"), wanted))
+
+    def _augassign(self, node: ast.AugAssign) -> None:
+        if isinstance(node.target, ast.Subscript):
+            made, kind = self._vector(node.target)
+            place = self.kept(self.index(node.target, made, kind))
+            entry: Typed = self.kept(ast.Subscript(made, place, ast.Load())), kind.entry
+            value = self.operated(node, type(node.op), entry, self.number(node.value))
+            self._store(node, made, place, kind, value)
+            return
+        assert isinstance(node.target, ast.Name | ast.Attribute)
+        if isinstance(node.target, ast.Attribute):
+            raise refuse(node, "a field cannot be changed", "return a new State(...) from update")
+        left = self.number(ast.copy_location(ast.Name(node.target.id, ast.Load()), node.target))
+        self._set(node.target, self.operated(node, type(node.op), left, self.number(node.value)))
+
+    def _set(self, target: ast.expr, value: Typed) -> None:
+        made, kind = value
+        if isinstance(target, ast.Name):
+            self.lines.append(ast.Assign([ast.Name(target.id, ast.Store())], self._into(target, made, kind)))
+        elif isinstance(target, ast.Tuple):
+            parts = kind.entries if isinstance(kind, TupleOf) else ()
+            parts = tuple(kind.fields.values()) if isinstance(kind, Record) else parts
+            if len(parts) != len(target.elts):
+                raise refuse(target, f"{len(target.elts)} variables of {described(kind)}", known=kind)
+            names = [self.scope.fresh() for _ in parts]
+            fresh: list[ast.expr] = [ast.Name(name, ast.Store()) for name in names]
+            self.lines.append(ast.Assign([ast.Tuple(fresh, ast.Store())], made))
+            for part, name, of in zip(target.elts, names, parts, strict=True):
+                self._set(part, (ast.Name(name, ast.Load()), of))
+        elif isinstance(target, ast.Subscript):
+            vector, of = self._vector(target)
+            made = self.kept(made)
+            self._store(target, vector, self.index(target, vector, of), of, (made, kind))
+        else:
+            raise refuse(target, "a field cannot be changed", "return a new State(...) from update")
+
+    def _vector(self, target: ast.Subscript) -> tuple[ast.expr, Vector]:
+        made, kind = self.expression(target.value)
+        if not isinstance(kind, Vector):
+            raise refuse(target, f"{described(kind)} cannot be changed", "declare a Buffer", known=kind)
+        if not kind.writable:
+            raise refuse(
+                target, "it is only read here", "buffers are changed in `update`, entries of an output in `out`"
+            )
+        return made, kind
+
+    def _store(self, node: ast.AST, vector: ast.expr, place: ast.expr, kind: Vector, value: Typed) -> None:
+        entry = self.converted(node, *value, kind.entry, "an entry")
+        self.lines.append(ast.Assign([ast.Subscript(vector, place, ast.Store())], entry))
+
+    def _into(self, node: ast.Name, made: ast.expr, kind: Type) -> ast.expr:
+        """A value on its way into a variable, which has one type in the whole function."""
+        name, before = node.id, self.scope.types.get(node.id)
+        if kind == NOTHING:
+            raise refuse(node, "the function returns nothing", "return a value from it")
+        written = kind is int and isinstance(made, ast.Constant)
+        if name in self.scope.promoted and written:
+            made, kind = self.as_number(made, kind), float
+        if before is None or isinstance(before, Unknown) or before == kind:
+            self.scope.types[name] = kind
+            self.known.written.setdefault(name, True)
+            self.known.written[name] &= written
+        elif before is float and written:
+            made = self.as_number(made, kind)
+        elif before is int and kind is float and self.known.written.get(name):
+            self.known.promoted.add(name)
+            raise RestartError
+        else:
+            words = {
+                float: "write it with a point, as in 0.0, or float(...)",
+                int: "write int(...)",
+                bool: "write a comparison",
+            }
+            hint = words.get(float if float in (kind, before) else before, "take another name")  # type: ignore[arg-type]
+            message = f"{name} is {described(before)} elsewhere, and {described(kind)} here"
+            raise refuse(node, message, hint if kind in NUMBERS else "take another name")
+        self.scope.assigned.add(name)
+        return made
+
+    # -- decisions and loops ---------------------------------------------------------------------------------------
+
+    def _if(self, node: ast.If) -> bool:
+        test = self.test(node.test)
+        before = set(self.scope.assigned)
+        then, ended = self.block(node.body)
+        after = self.scope.assigned
+        self.scope.assigned = before
+        other, other_ended = self.block(node.orelse) if node.orelse else ([], False)
+        if ended and other_ended:
+            self.scope.assigned = after | self.scope.assigned
+        elif not ended:
+            self.scope.assigned = after if other_ended else after & self.scope.assigned
+        self.lines.append(ast.If(test, then, other))
+        return ended and other_ended
+
+    def _for(self, node: ast.For) -> None:
+        if node.orelse:
+            raise refuse(node, "else of a loop", "set a variable before `break`")
+        made, kind = self._gone_through(node.iter)
+        before = set(self.scope.assigned)
+        name = self.scope.fresh()
+        self.lines.append(ast.For(ast.Name(name, ast.Store()), made, [], []))
+        loop = self.lines[-1]
+        head, _ = self.apart(lambda: self._set(node.target, (ast.Name(name, ast.Load()), kind)))
+        body, _ = self.block(node.body)
+        assert isinstance(loop, ast.For)
+        loop.body = [*head, *body]
+        self.scope.assigned = before
+
+    def _gone_through(self, node: ast.expr) -> Typed:
+        """What a loop goes through, and the type of its variable."""
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+            target = self.expression(node.func)[1]
+            value = getattr(target, "value", None)
+            if value is range and 1 <= len(node.args) <= 3:
+                read = [self.number(part) for part in node.args]
+                if any(kind is float for _, kind in read):
+                    raise refuse(node, "a range of numbers", "range is of integers: write int(...)")
+                given = [self.as_integer(*part) for part in read]
+                given = [ast.Constant(0), *given] if len(given) == 1 else given
+                given = [*given, ast.Constant(1)][:3]
+                if not (isinstance(given[2], ast.Constant) and given[2].value):
+                    given[2] = self.kept(self.checked(operations.STRIDE, given[2]))
+                if not all(isinstance(part, ast.Constant) and abs(int(str(part.value))) < 1000 for part in given):
+                    given = [self.kept(part) for part in given]
+                    given[1] = self.checked(operations.RANGE_END, *given)
+                return self.applied(range, *given), int
+            if value is enumerate and len(node.args) == 1:
+                made, entry = self.sequence(node.args[0])
+                return self.applied(enumerate, made), TupleOf((int, entry))
+            if value is zip and node.args:
+                parts = [self.sequence(part) for part in node.args]
+                return self.applied(zip, *(made for made, _ in parts)), TupleOf(tuple(kind for _, kind in parts))
+        return self.sequence(node)
+
+    def _while(self, node: ast.While) -> None:
+        if node.orelse:
+            raise refuse(node, "else of a loop", "set a variable before `break`")
+        before, turns = set(self.scope.assigned), self.scope.fresh()
+        lines, test = self.apart(lambda: self.test(node.test))
+        turn, more = self.apart(lambda: self.checked(operations.TURN, ast.Name(turns, ast.Load())))
+        body, _ = self.block(node.body)
+        turn.append(ast.Assign([ast.Name(turns, ast.Store())], more))
+        self.lines.append(ast.Assign([ast.Name(turns, ast.Store())], ast.Constant(0)))
+        if self.compiled:  # the first fault ends it: it may turn for ever on what failed
+            leave = ast.BoolOp(ast.Or(), [ast.UnaryOp(ast.Not(), test), ast.Name(self.scope.fault, ast.Load())])
+            body, test = [*turn, *lines, ast.If(leave, [ast.Break()], []), *body], ast.Constant(True)
+        else:
+            body = [*turn, *body]
+        self.lines.append(ast.While(test, body, []))
+        self.scope.assigned = before
+
+    def _pass(self, node: ast.Pass) -> None:
+        self.lines.append(node)
+
+    def _break(self, node: ast.Break) -> bool:
+        self.lines.append(node)
+        return True
+
+    def _continue(self, node: ast.Continue) -> bool:
+        self.lines.append(node)
+        return True
+
+    def _expr(self, node: ast.Expr) -> None:
+        if isinstance(node.value, ast.Constant):
+            return
+        if (
+            isinstance(node.value, ast.Call)
+            and isinstance(node.value.func, ast.Name)
+            and node.value.func.id == "breakpoint"
+        ):
+            if not self.compiled:
+                self.lines.append(ast.Expr(ast.Call(self.bound(breakpoint), [], [])))
+            return
+        made, _ = self.expression(node.value)
+        self.lines.append(ast.Expr(made))
+
+    # -- the end ---------------------------------------------------------------------------------------------------
+
+    def _return(self, node: ast.Return) -> bool:
+        made, kind = self.expression(node.value) if _is_value(node.value) else (ast.Constant(None), NOTHING)  # type: ignore[arg-type]
+        self.lines.append(self.returned(node, made, kind))
+        return True
+
+    def returned(self, node: ast.AST, made: ast.expr, kind: Type) -> ast.stmt:
+        """A return, of what the function is declared to give."""
+        wanted = self.known.result
+        if wanted is None:
+            self.known.result = wanted = kind
+        if wanted == NOTHING != kind or kind == NOTHING != wanted:
+            message = f"{described(kind)} is returned, and {described(wanted)} elsewhere or in the declaration"
+            raise refuse(node, message, "return a value on every path, or on none", known=kind)
+        made = self.converted(node, made, kind, wanted, "what is returned")
+        if self.compiled and kind == NOTHING:
+            made = ast.Constant(0)
+        if self.compiled and self.known.fails:
+            made = ast.Tuple([made, ast.Name(self.scope.fault, ast.Load())], ast.Load())
+        return ast.Return(made)
+
+    def _raise(self, node: ast.Raise) -> bool:
+        if not self.compiled:
+            self.lines.append(self._as_python(node))
+            return True
+        self.note(ast.Constant(True))
+        wanted = self.known.result
+        if wanted is None:
+            self.known.unsaid = True  # what the function returns is said further down
+            wanted = int
+        self.lines.append(self.returned(node, self.nothing(node, wanted), wanted))
+        return True
+
+    def _assert(self, node: ast.Assert) -> None:
+        test = ast.UnaryOp(ast.Not(), self.test(node.test))
+        error = ast.Call(ast.Name("AssertionError", ast.Load()), [node.msg] if node.msg else [], [])
+        raised = ast.Raise(error, None)
+        lines, _ = self.apart(lambda: self._raise(ast.copy_location(raised, node)))
+        self.lines.append(ast.If(test, lines, []))
+
+    def _as_python(self, node: ast.Raise) -> ast.stmt:
+        """The statement itself, with the names that it reads."""
+        for part in ast.walk(node):
+            if isinstance(part, ast.Name) and part.id not in self.scope.types:
+                self.scope.namespace.setdefault(part.id, self.scope.outside(part))
+        return node
+
+    def nothing(self, node: ast.AST, kind: Any) -> ast.expr:
+        """A value of a type, that nobody sees."""
+        if kind is float:
+            return ast.Constant(float("nan"))
+        if kind in (int, bool):
+            return ast.Constant(kind(0))
+        if isinstance(kind, Record):
+            return ast.Call(self.bound(kind.kind), [self.nothing(node, of) for of in kind.fields.values()], [])
+        if isinstance(kind, TupleOf):
+            return ast.Tuple([self.nothing(node, of) for of in kind.entries], ast.Load())
+        if kind == NOTHING:
+            return ast.Constant(None)
+        raise refuse(node, f"raise in a function of {described(kind)}", "return a tuple")
+
+
+def _is_value(node: ast.expr | None) -> bool:
+    return node is not None and not (isinstance(node, ast.Constant) and node.value is None)
+
+
+class Known:
+    """What is known of a function from reading it before: its result, whether it fails, which variables are numbers."""
+
+    def __init__(self, result: Type | None) -> None:
+        self.result = result
+        self.fails = self.unsaid = False
+        self.promoted: set[str] = set()
+        self.written: dict[str, bool] = {}  # variables: whether only integers that are written out were put into them
+
+
+def annotated(function: types.FunctionType) -> Type | None:
+    """The type that a function says it returns; None where it does not."""
+    if "return" not in function.__annotations__:
+        return None
+    try:
+        kind = type_of(typing.get_type_hints(function)["return"])
+    except (NameError, TypeError, AttributeError):
+        return None
+    return None if isinstance(kind, Unknown) else kind

@@ -1,0 +1,114 @@
+"""Types of what a block's functions work with: numbers, tuples, records, vectors of the runner."""
+
+import typing
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from proofmass.blocks.fixed_point import FixedValue
+
+
+@dataclass(frozen=True)
+class TupleOf:
+    """A tuple of known length, each entry of a type of its own."""
+
+    entries: tuple["Type", ...]
+
+
+@dataclass(frozen=True)
+class ListOf:
+    """A tuple whose length is that of a parameter."""
+
+    entry: "Type"
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A buffer, or a wire with a shape; `out` and the buffers of an update are written to."""
+
+    entry: "Type"
+    writable: bool
+
+
+@dataclass(frozen=True)
+class Record:
+    """A NamedTuple."""
+
+    kind: Any
+
+    @property
+    def fields(self) -> dict[str, "Type"]:
+        """The types of its fields."""
+        return {name: type_of(kind) for name, kind in self.kind.__annotations__.items()}
+
+
+@dataclass(frozen=True)
+class Meta:
+    """A function, class or module: what can be called or looked into, and is no value."""
+
+    value: Any
+
+    def __hash__(self) -> int:
+        return id(self.value)
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """Of an expression that was refused already: nothing more is said of it."""
+
+
+Type: TypeAlias = (
+    type[int] | type[float] | type[bool] | type[None] | TupleOf | ListOf | Vector | Record | Meta | Unknown
+)
+NUMBERS: tuple[Any, ...] = (int, float, bool)
+NOTHING: Any = type(None)
+
+
+def type_of(annotation: Any) -> Type:
+    """The type that an annotation says."""
+    if annotation is FixedValue:
+        return int
+    if annotation is None or annotation is NOTHING:
+        return NOTHING  # type: ignore[no-any-return]
+    if annotation in NUMBERS:
+        return annotation  # type: ignore[no-any-return]
+    if typing.get_origin(annotation) is tuple:
+        entries = typing.get_args(annotation)
+        if len(entries) == 2 and entries[1] is Ellipsis:
+            return ListOf(type_of(entries[0]))
+        return TupleOf(tuple(map(type_of, entries)))
+    if annotation is tuple:
+        return ListOf(float)
+    if is_record(annotation):
+        return Record(annotation)
+    return Unknown()
+
+
+def is_record(kind: Any) -> bool:
+    """Whether it is a NamedTuple."""
+    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
+def entry_of(kind: Type) -> Type | None:
+    """The one type of all entries; None where there is none."""
+    if isinstance(kind, ListOf | Vector):
+        return kind.entry
+    if isinstance(kind, TupleOf) and kind.entries and all(entry == kind.entries[0] for entry in kind.entries):
+        return kind.entries[0]
+    return None
+
+
+def described(kind: Type) -> str:
+    """A type in words."""
+    match kind:
+        case TupleOf(entries):
+            return f"a tuple of {len(entries)}"
+        case ListOf() | Vector():
+            return "a list of values"
+        case Record(named):
+            return f"a {named.__name__}"
+        case Meta(value):
+            return f"the {type(value).__name__} {getattr(value, '__name__', '')}".strip()
+        case Unknown():
+            return "unknown"
+    words: dict[Any, str] = {int: "an integer", float: "a number", bool: "true or false"}
+    return words.get(kind, "nothing")
