@@ -209,7 +209,14 @@ class Block:
 
     @classmethod
     def drivable(cls, parameter: str) -> bool:
-        """Whether a wire may drive the parameter: a number that no start or requirement uses."""
+        """Whether a wire may drive the parameter: a number that the loop can take anew in every tick, and that means
+        the same then."""
+        return cls.taken_in_the_loop(parameter) and not cls.parameters[parameter].not_driven
+
+    @classmethod
+    def taken_in_the_loop(cls, parameter: str) -> bool:
+        """Whether constants can be computed in the loop from the parameter: a number that no start or requirement
+        uses."""
         if cls.digital() or cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))

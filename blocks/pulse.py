@@ -11,7 +11,14 @@ class Pulse(Block):
 
     amplitude: float = param("{unit}", "Height of the pulses above the offset.", default=1.0)
     offset: float = param("{unit}", "Value between pulses, and before the first.", default=0.0)
-    repetition: float = param("s", "Time from one pulse to the next.", default=1.0, above=0.0)
+    repetition: float = param(
+        "s",
+        "Time from one pulse to the next.",
+        default=1.0,
+        above=0.0,
+        not_driven="the pulses before would move too: take a NumericallyControlledOscillator of the frequency of the "
+        "pulses, and a Comparator behind its sine",
+    )
     duty: float = param("1", "Part of a repetition that is high.", default=0.5, at_least=0.0, at_most=1.0)
     delay: float = param("s", "When the first pulse begins.", default=0.0, at_least=0.0)
     unit: str = param("", "Unit of the output.", default="1")

@@ -9,14 +9,16 @@ from typing import NamedTuple
 from proofmass.blocks.declare import Block, param
 from proofmass.blocks.rounding import clip, nearest_integer
 
+_CYCLES = "the cycles before would move too: take a DiscreteIntegrator of the pace, with limits"
+
 
 class TemperatureCycle(Block):
     """A climatic chamber that cycles between two temperatures, with ramps of constant pace and soaks at both ends."""
 
     low: float = param("K", "Lower temperature, where it starts.", default=233.15, above=0.0)
     high: float = param("K", "Upper temperature.", default=358.15, above=0.0)
-    pace: float = param("K/s", "How fast the temperature changes.", default=1.0 / 60.0, above=0.0)
-    soak_time: float = param("s", "How long it stays at either end.", default=3600.0, at_least=0.0)
+    pace: float = param("K/s", "How fast the temperature changes.", default=1.0 / 60.0, above=0.0, not_driven=_CYCLES)
+    soak_time: float = param("s", "How long it stays at either end.", default=3600.0, at_least=0.0, not_driven=_CYCLES)
 
 
 class Constants(NamedTuple):

@@ -43,6 +43,8 @@ def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | P
         return block, block.inputs[port]
     if port in block.parameters and block.drivable(port):
         return block, block.parameters[port]
+    if port in block.parameters and block.taken_in_the_loop(port):
+        return Missing(f"{signal} cannot be driven", block.parameters[port].not_driven)
     if port in block.parameters:
         why = "of a fixed-point block" if block.digital() else "that fixes a size, a start or a choice"
         return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")

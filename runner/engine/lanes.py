@@ -32,7 +32,7 @@ def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
 
     def settled(block: Block, parameter: str) -> bool:
         kinds = [kind for _, kind in fields(block.constants_class())]
-        return not block.drivable(parameter) or any(kind not in (float, int, bool) for kind in kinds)
+        return not block.taken_in_the_loop(parameter) or any(kind not in (float, int, bool) for kind in kinds)
 
     return frozenset(name for name, parameter in varied if settled(plan.blocks[name], parameter))
 
