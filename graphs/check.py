@@ -12,6 +12,7 @@ from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import Unit, UnitError, unit
+from proofmass.graphs.clocking import clocking_notes
 from proofmass.graphs.exports import as_written, bad_exports, exposed, once, open_inputs, unused_parts
 from proofmass.graphs.flatten import flatten, inside
 from proofmass.graphs.graph import Graph, split
@@ -339,6 +340,7 @@ def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
                 note=True,
                 path=("blocks", name),
             )
+    yield from clocking_notes(graph)
     if root.subgraphs:
         yield from unused_parts(root, graph)
     if not graph.probes and not graph.measures and not graph.exports:

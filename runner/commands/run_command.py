@@ -13,6 +13,7 @@ import click
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import UnitError
+from proofmass.graphs.clocking import notes_of_a_run
 from proofmass.graphs.graph import Graph, read_probe, split
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.toml_reader import read_graph
@@ -65,6 +66,8 @@ def run_graph(
             progress=bar,
             resume=resume,
         )
+    for note in notes_of_a_run(loaded):
+        click.echo(str(note), err=True)
     if as_json:
         click.echo(json.dumps(as_data(result), indent=2))
     else:
