@@ -293,12 +293,19 @@ class Block:
 
     @classmethod
     def output(
-        cls, unit: str, *, shape: tuple[Size, ...] = (), dtype: Number | None = None, every: Size = 1
+        cls,
+        unit: str,
+        *,
+        shape: tuple[Size, ...] = (),
+        dtype: Number | None = None,
+        every: Size = 1,
+        no_value: str = "",
     ) -> Callable[[Function], Function]:
         """Register the output port that the function computes; its name, dtype and doc are the port's.
 
         With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the port tick once
-        in so many ticks of its block.
+        in so many ticks of its block. A function that returns NaN where physics ends has the run end there;
+        `no_value` then says what has happened, and what to do.
         """
 
         def register(function: Function) -> Function:
@@ -311,7 +318,7 @@ class Block:
                     f"{cls.__name__}.{name} must return float, int, bool or FixedValue, or write its entries into out"
                 )
             doc = inspect.getdoc(function) or ""
-            cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every)
+            cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every, no_value)
             cls.output_functions[name] = behaviour
             return function
 

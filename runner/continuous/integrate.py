@@ -40,9 +40,10 @@ def integrate(
 ) -> float:
     """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a tolerance allows.
 
-    A tolerance of zero means steps as long as the first. Errors are relative to the `largest` value that a state ever
-    had, which is kept there. Events are found to within `precision` seconds. Returns
-    `DONE`, or `STEPS_TOO_SHORT`, or the number, from 1, of an event that happens again and again.
+    A tolerance of zero means steps as long as the first, shorter ones only where no number comes out of it. Errors
+    are relative to the `largest` value that a state ever had, which is kept there. Events are found to within
+    `precision` seconds. Returns `DONE`, or `STEPS_TOO_SHORT`, or the number, from 1, of an event that happens again
+    and again.
     """
     done, size = 0.0, first
     allowed = _settled(clearances, then, context, start, x, clear, MOST_EVENTS)
@@ -57,6 +58,13 @@ def integrate(
                 if size < period * SHORTEST:
                     return STEPS_TOO_SHORT
                 continue
+        elif not _is_finite(moved):  # a stage beyond the end of physics, which an event may lie before
+            size = 0.5 * length
+            if size < period * SHORTEST:
+                return STEPS_TOO_SHORT
+            continue
+        else:
+            size = first
         event = _due(clearances, context, start + done + length, moved, clear)
         if event >= 0:
             length, event = _located(
@@ -82,6 +90,14 @@ def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
         worst = max(worst, ratio)
         broken += ratio - ratio
     return worst + broken
+
+
+def _is_finite(x: Flat) -> bool:
+    """Whether all states are finite."""
+    broken = 0.0
+    for i in range(len(x)):
+        broken += x[i] - x[i]
+    return broken == 0.0
 
 
 def _growth(worst: float, order: int) -> float:

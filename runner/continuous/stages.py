@@ -40,6 +40,7 @@ class Stages:
         self.blocks, self.schedule, self.group, self.periods = blocks, schedule, group, periods
         self.at = ""  # the function under way
         self.unsolved = ""  # wire of a loop that had no solution
+        self.watching, self.lost = False, ""  # the first output that was NaN while it watched
         self._states: list[tuple[str, Any, list[type]]] = [
             (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
@@ -130,7 +131,10 @@ class Stages:
 
     def _called(self, call: _Call, known: list[Any]) -> Any:
         self.at = call.at
-        return call.function(*[known[place] for place in call.arguments])
+        value = call.function(*[known[place] for place in call.arguments])
+        if self.watching and not self.lost and value != value and call.result >= 0:
+            self.lost = call.at
+        return value
 
     def _output(self, name: str, port: str) -> _Call:
         call = self._call(name, port, self.blocks[name].output_functions[port])

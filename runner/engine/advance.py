@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from proofmass.graphs.schedule import Node
@@ -36,6 +37,7 @@ class Advance:
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
         self._assembled_from: list[Any] | None = None
+        self._stepped: tuple[Context, list[float]] | None = None  # what the last tick was stepped from and how far
 
     def __call__(
         self,
@@ -57,8 +59,33 @@ class Advance:
             return self.stages.states(x)
         guesses = [wires[node] for node in group.guesses]
         context = Context(constants, inputs, [change / self.period for change in changes], guesses, time)
+        self._stepped = context, x
         self._check(self._by_steps(context, x), x)
         return self.stages.states(x)
+
+    def lost(
+        self,
+        constants: Mapping[str, Any],
+        states: Mapping[str, Any],
+        wires: Mapping[Node, Any],
+        following: Mapping[Node, float],
+        time: float,
+    ) -> str:
+        """The output within the group that was the first to have no value in a tick that failed; empty without one.
+
+        Steps may get too short just before that instant: then it is the first that has none a tick further on.
+        """
+        self.stages.watching, self.stages.lost = True, ""
+        with suppress(ArithmeticError, ValueError):
+            self(constants, states, wires, following, time)
+        with suppress(ArithmeticError, ValueError):
+            if self._stepped is not None and not self.stages.lost:
+                context, x = self._stepped
+                rates = [0.0] * len(x)
+                self.stages.rates(context, time, x, rates)
+                self.stages.rates(context, time, [v + self.period * r for v, r in zip(x, rates, strict=True)], rates)
+        self.stages.watching = False
+        return self.stages.lost
 
     def _by_matrices(self, constants: Mapping[str, Any], values: Sequence[float]) -> list[float]:
         transition, entry = self._current(constants)

@@ -45,7 +45,7 @@ def name_fault(planned: Plan, seed: int, run: int, memory: Memory, end: int) -> 
 
 def failed(planned: Plan, fault: TickError) -> Problem:
     """A fault in the words of the graph: block and port, tick and time, what to look at."""
-    name, _ = split(fault.at)
+    name, port = split(fault.at)
     at = f"in tick {fault.tick}, t = {float(fault.tick / planned.schedule.base_rate):.9g} s"
     drivers = planned.schedule.drivers
     block = planned.blocks.get(name)
@@ -54,7 +54,10 @@ def failed(planned: Plan, fault: TickError) -> Problem:
     hint = "the loop may be unstable, or a parameter of the wrong size"
     if isinstance(fault.value, OverflowError):
         hint = "take a wider format, or let it saturate or wrap"
-    if isinstance(fault.value, Exception):
+    no_value = block.outputs[port].no_value if block and port in block.outputs else ""
+    if no_value and fault.value != fault.value:
+        message, got, hint = f"has no value {at}", "nan", no_value
+    elif isinstance(fault.value, Exception):
         message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
     else:
         message, got = f"is not finite {at}", str(fault.value)

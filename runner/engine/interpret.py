@@ -109,17 +109,20 @@ class Interpreter:
                     states[name] = state
         following = self._ahead(tick)
         for advance in self._advances:
+            given = (self._constants, states, self._memory.wires, following, tick * self.plan.period)
             try:
-                moved = advance(self._constants, states, self._memory.wires, following, tick * self.plan.period)
+                moved = advance(*given)
             except (IntegrationError, NoSolutionError) as error:
-                raise TickError(error.at, tick, error) from error
+                lost = advance.lost(*given)
+                raise TickError(lost or error.at, tick, math.nan if lost else error) from error
             except Exception:
                 self._at = advance.stages.at
                 raise
+            broken = next((name for name in moved if not self._finite(moved[name])), "")
+            if broken:
+                lost = advance.lost(*given)
+                raise TickError(lost or f"{broken}.state", tick, math.nan if lost else moved[broken])
             states.update(moved)
-            for name in moved:
-                if not self._finite(states[name]):
-                    raise TickError(f"{name}.state", tick, states[name])
         for name in self._overflowed & self._memory.overflows.keys():
             self._memory.overflows[name] += 1
         self._overflowed.clear()
