@@ -49,3 +49,8 @@ def output(c: Constants, time: float) -> float:
     swept = time if time < c.sweep_time else c.sweep_time
     turns = (c.start_frequency + c.half_slope * swept) * swept + c.stop_frequency * (time - swept)
     return c.offset + c.amplitude * sine_of_turns(turns + c.phase_in_turns)
+
+
+@Chirp.corner
+def swept_through(c: Constants, time: float) -> float:
+    return time - c.sweep_time

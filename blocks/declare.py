@@ -70,10 +70,11 @@ class Block:
     output_functions: ClassVar[dict[str, Behaviour]] = {}
     linear: ClassVar[bool] = False  # of a continuous block: its derivative is linear in state and inputs
     events: ClassVar[dict[str, tuple[Behaviour, Behaviour]]] = {}  # what falls to zero, and what happens then
+    corners: ClassVar[dict[str, Behaviour]] = {}  # what changes its sign where the outputs have a corner or a jump
     requirements: ClassVar[Callable[[Any], Iterator[tuple[str, str]]] | None] = None
 
     def __init_subclass__(cls) -> None:
-        cls.outputs, cls.functions, cls.output_functions, cls.events = {}, {}, {}, {}
+        cls.outputs, cls.functions, cls.output_functions, cls.events, cls.corners = {}, {}, {}, {}, {}
         dataclasses.dataclass(frozen=True, init=False, repr=False)(cls)
         hints = typing.get_type_hints(cls)
         cls.parameters = {f.name: _parameter(cls, f, hints[f.name]) for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
@@ -284,6 +285,16 @@ class Block:
             return function
 
         return register
+
+    @classmethod
+    def corner(cls, function: Function) -> Function:
+        """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are.
+
+        Within a group of continuous blocks steps end at the instant at which the sign changes: no method of
+        integration is as accurate as it says across a corner or a jump.
+        """
+        cls.corners[function.__name__] = _behaviour(cls, function, {*cls.inputs, "time"})
+        return function
 
     @classmethod
     def requires(cls, function: Function) -> Function:

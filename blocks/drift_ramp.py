@@ -34,3 +34,8 @@ def value(p: DriftRamp, time: float) -> float:
 def deviation(p: DriftRamp, time: float) -> float:
     """The relative deviation."""
     return deviation_at(p, time)
+
+
+@DriftRamp.corner
+def begun(p: DriftRamp, time: float) -> float:
+    return time - p.start_time

@@ -38,9 +38,24 @@ def constants(p: Pulse, period: float) -> Constants:
     return Constants(p.offset, p.offset + p.amplitude, early, p.repetition, p.duty)
 
 
+def part_of(c: Constants, time: float) -> float:
+    """Part of a repetition that has passed, from 0 to 1; negative before the first pulse."""
+    repetitions = (time - c.first) / c.repetition
+    part = repetitions - nearest_integer(repetitions)
+    return repetitions if repetitions < 0.0 else part if part >= 0.0 else part + 1.0
+
+
 @Pulse.output("{unit}")
 def output(c: Constants, time: float) -> float:
     """The rectangular wave."""
-    repetitions = (time - c.first) / c.repetition
-    part = repetitions - nearest_integer(repetitions)
-    return c.level if repetitions >= 0.0 and (part if part >= 0.0 else part + 1.0) < c.duty else c.offset
+    return c.level if 0.0 <= part_of(c, time) < c.duty else c.offset
+
+
+@Pulse.corner
+def begun(c: Constants, time: float) -> float:
+    return part_of(c, time)
+
+
+@Pulse.corner
+def high(c: Constants, time: float) -> float:
+    return c.duty - part_of(c, time)

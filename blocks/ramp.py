@@ -22,3 +22,8 @@ def output(p: Ramp, time: float) -> float:
     """The ramp."""
     elapsed = time - p.start_time
     return p.offset + p.slope * (elapsed if elapsed > 0.0 else 0.0)
+
+
+@Ramp.corner
+def begun(p: Ramp, time: float) -> float:
+    return time - p.start_time

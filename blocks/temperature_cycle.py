@@ -40,10 +40,30 @@ def constants(p: TemperatureCycle, period: float) -> Constants:
     return Constants(p.low, span, p.pace, span / p.pace + p.soak_time)
 
 
+def elapsed_at(c: Constants, time: float) -> float:
+    """Time since the start of the cycle."""
+    cycles = time / (2.0 * c.half)
+    part = cycles - nearest_integer(cycles)
+    return (part if part >= 0.0 else part + 1.0) * (2.0 * c.half)
+
+
 @TemperatureCycle.output("K")
 def temperature(c: Constants, time: float) -> float:
     """The temperature."""
-    cycles = time / (2.0 * c.half)
-    part = cycles - nearest_integer(cycles)
-    elapsed = (part if part >= 0.0 else part + 1.0) * (2.0 * c.half)
+    elapsed = elapsed_at(c, time)
     return c.low + (clip(c.pace * elapsed, 0.0, c.span) - clip(c.pace * (elapsed - c.half), 0.0, c.span))
+
+
+@TemperatureCycle.corner
+def warm(c: Constants, time: float) -> float:
+    return c.pace * elapsed_at(c, time) - c.span
+
+
+@TemperatureCycle.corner
+def cooling(c: Constants, time: float) -> float:
+    return elapsed_at(c, time) - c.half
+
+
+@TemperatureCycle.corner
+def cold(c: Constants, time: float) -> float:
+    return c.pace * (elapsed_at(c, time) - c.half) - c.span

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from proofmass.blocks.declare import Behaviour
 from proofmass.graphs.schedule import Node
 from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows
 from proofmass.runner.continuous.groups import state_fields
@@ -32,7 +33,7 @@ class GroupCode:
             self.scratch["used"] = sum(len(fields(self.blocks[m].constants_class())) for m in self._driven())
         elif not solver.exact:
             self.scratch = dict.fromkeys(_STEPPED, len(self.group.states))
-            self.scratch["clear"] = len(self.group.events)
+            self.scratch["clear"] = self.scratch["side"] = self.group.watched
             if not solver.tolerance:
                 self.scratch["largest"] = len(self.group.states)
             if solver.method == "radau":
@@ -151,8 +152,9 @@ class GroupCode:
             self.pieces.names["integrate"] = integrate
             functions = ", ".join(f"{self.name}_{function}" for function in ("step", "clearances", "then", "context"))
             accuracy = f"{self.name}_length, {self.name}_tolerance, {self.solver.order}, {self.name}_precision"
-            arrays = ", ".join(f"{self.name}_{key}" for key in (*_STEPPED, "largest", "clear"))
-            yield f"{self.name}_status = integrate({functions}, time, period, {accuracy}, {arrays})"
+            arrays = ", ".join(f"{self.name}_{key}" for key in (*_STEPPED, "largest", "clear", "side"))
+            events = len(self.group.events)
+            yield f"{self.name}_status = integrate({functions}, time, period, {accuracy}, {arrays}, {events})"
             yield f"not_finite += 0.0 * (1e308 * (10.0 * {self.name}_status))  # NaN where it failed"
         yield from self._states([f"{x}[{i}]" for i in range(len(self.group.states))])
 
@@ -216,6 +218,8 @@ class GroupCode:
         yield from self._instant()
         for number, (name, event) in enumerate(self.group.events):
             yield f"    clear[{number}] = {self._event(name, event, 0)}"
+        for number, (name, corner) in enumerate(self.group.corners, start=len(self.group.events)):
+            yield f"    clear[{number}] = {self._watched(name, corner, self.blocks[name].corners[corner])}"
         yield "    return"
         yield ""
         yield ""
@@ -233,14 +237,16 @@ class GroupCode:
         yield ""
 
     def _event(self, name: str, event: str, part: int) -> str:
-        behaviour = self.blocks[name].events[event][part]
+        return self._watched(name, event, self.blocks[name].events[event][part])
+
+    def _watched(self, name: str, event: str, behaviour: Behaviour) -> str:
         function = self.pieces.named(self.blocks[name], behaviour.function.__name__, behaviour.function)
         arguments = [f"{word(name)}__c", *(self.pieces.argument(name, event, a) for a in behaviour.arguments)]
         return f"{function}({', '.join(arguments)})"
 
     def _instant(self) -> Iterator[str]:
         context = "context[0]" if self.solver.method == "radau" else "context"
-        if self.group.events:
+        if self.group.watched:
             yield from self._known(context, [f"x[{i}]" for i in range(len(self.group.states))])
 
     def _known(self, context: str, x: list[str]) -> Iterator[str]:
@@ -294,7 +300,7 @@ class GroupCode:
         return [member for member in self.group.members if self.pieces.plan.constants[member] is None]
 
     def _is_fixed(self) -> bool:
-        return not self.solver.tolerance and not self.group.events
+        return not self.solver.tolerance and not self.group.watched
 
     def _number(self, key: Any, kind: type, value: Any) -> str:
         return self.pieces.constant((self.name, key), kind, value)

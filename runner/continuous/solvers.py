@@ -10,6 +10,7 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.integration import MOST_SUBSTEPS
 from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous.corners import looks_at_numbers
 from proofmass.runner.continuous.exact_hold import Matrix, hold
 from proofmass.runner.continuous.groups import Group, find_groups
 from proofmass.runner.continuous.methods import EXPLICIT
@@ -90,11 +91,16 @@ class _Choice:
         explicit = EXPLICIT["runge_kutta_4" if method in ("auto", "radau") else method]
         wanted = self._substeps(explicit.order)
         if method == "auto":
-            method = "runge_kutta_4" if wanted <= STIFF else "radau"
+            method = "radau" if wanted > STIFF else "dormand_prince" if self._has_hidden_corners() else "runge_kutta_4"
         if method == "runge_kutta_4" and wanted > MOST_SUBSTEPS:
             hint = 'choose method = "radau", a lower accuracy or a higher rate'
             raise self._refused(f"needs {wanted:.3g} sub-steps in each tick", hint)
         return method, min(wanted, STIFF) if method == "radau" else wanted
+
+    def _has_hidden_corners(self) -> bool:
+        """Whether a block looks at a number that moves, and does not say where its corners are: steps must be short
+        there, which only an estimate of the error tells."""
+        return any(looks_at_numbers(self.plan.blocks[name]) for name in self.group.members)
 
     def _substeps(self, order: int) -> int:
         """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""

@@ -57,6 +57,7 @@ class Stages:
         derivatives = ((name, blocks[name].functions.get("derivative")) for name in group.blocks)
         self._rates = [None if found is None else self._call(name, "derivative", found) for name, found in derivatives]
         self._clearances = [self._call(name, event, blocks[name].events[event][0]) for name, event in group.events]
+        self._clearances += [self._call(name, corner, blocks[name].corners[corner]) for name, corner in group.corners]
         self._thens = [self._call(name, event, blocks[name].events[event][1]) for name, event in group.events]
 
     def rates(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
@@ -70,7 +71,7 @@ class Stages:
                 place += 1
 
     def clearances(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
-        """What is above zero as long as nothing happens, for each event."""
+        """What is above zero as long as nothing happens, for each event; behind them on which side each corner is."""
         known = self._known(context, time, x)
         for number, call in enumerate(self._clearances):
             out[number] = self._called(call, known)

@@ -33,7 +33,7 @@ class Advance:
         self.stages = Stages(plan.blocks, plan.schedule, solver.group, plan.block_period)
         size = len(solver.group.states)
         self._moved, self._error = [0.0] * size, [0.0] * size
-        self._clear = [0.0] * len(solver.group.events)
+        self._clear, self._side = [0.0] * solver.group.watched, [0.0] * solver.group.watched
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
         self._assembled_from: list[Any] | None = None
@@ -110,7 +110,7 @@ class Advance:
         """Moves the states; returns what `integrate` does."""
         solver = self.solver
         length = self.period / solver.substeps
-        if not solver.tolerance and not solver.group.events:
+        if not solver.tolerance and not solver.group.watched:
             for substep in range(solver.substeps):
                 self._step(context, context.start + substep * length, length, x, x, self._error)
                 if not all(map(math.isfinite, x)):  # nor will it be after the steps that are left
@@ -132,6 +132,8 @@ class Advance:
             self._error,
             self.largest,
             self._clear,
+            self._side,
+            len(solver.group.events),
         )
 
     def _check(self, status: float, x: Sequence[float]) -> None:
