@@ -1,4 +1,4 @@
-"""Blocks whose functions look at numbers that move, as in `if input > 0.0`: they may have corners they do not declare."""
+"""Blocks whose functions look at numbers that move, `if input > 0.0`, and may have corners that they do not name."""
 
 from functools import cache
 from typing import Any

@@ -31,6 +31,7 @@ class GroupCode:
         if solver.exact:
             self.scratch = dict.fromkeys(_ASSEMBLED, self.columns * self.columns)
             self.scratch["used"] = sum(len(fields(self.blocks[m].constants_class())) for m in self._driven())
+            self.scratch["used"] += len(solver.factors)
         elif not solver.exact:
             self.scratch = dict.fromkeys(_STEPPED, len(self.group.states))
             self.scratch["clear"] = self.scratch["side"] = self.group.watched
@@ -69,7 +70,7 @@ class GroupCode:
             if not self._is_fixed():
                 yield f"{self.name}_tolerance = {self._number('tolerance', float, self.solver.tolerance)}"
                 yield f"{self.name}_precision = {self._number('precision', float, self.solver.precision)}"
-        elif not self.solver.driven:
+        elif not self.solver.renewed:
             yield self._assembled()
             for i in range(len(self.group.states)):
                 for j in range(self.columns):
@@ -85,10 +86,11 @@ class GroupCode:
     # -- linear groups -------------------------------------------------------------------------------------------
 
     def _by_matrices(self) -> Iterator[str]:
-        if self.solver.driven:
+        if self.solver.renewed:
             yield from self._renewed()
         terms = [f"{word(block)}__x.{name}" for block, name in self.group.states]
-        terms += [variable(node) for node in self.group.inputs]
+        first = self.solver.factors[:1]
+        terms += ["1.0" if node in first else variable(node) for node in self.group.inputs]
         terms += [f"({variable(node)}__next - {variable(node)})" for node in self.group.ramps]
         for i, (block, name) in enumerate(self.group.states):
             factors = (f"{self._factor(i, j)} * {term}" for j, term in enumerate(terms))
@@ -96,18 +98,20 @@ class GroupCode:
         yield from self._states([f"_{word(block)}__{name}" for block, name in self.group.states])
 
     def _factor(self, i: int, j: int) -> str:
-        return f"{self.name}_matrix[{i * self.columns + j}]" if self.solver.driven else f"{self.name}_{i}_{j}"
+        return f"{self.name}_matrix[{i * self.columns + j}]" if self.solver.renewed else f"{self.name}_{i}_{j}"
 
     def _renewed(self) -> Iterator[str]:
-        """The matrices, when a constant that they follow from is another than in the tick before."""
+        """The matrices, when a constant or factor that they follow from is another than in the tick before."""
         used = [f"{word(m)}__c.{f}" for m in self._driven() for f, _ in fields(self.blocks[m].constants_class())]
+        used += [variable(node) for node in self.solver.factors]
         yield f"if {' or '.join(f'{value} != {self.name}_used[{i}]' for i, value in enumerate(used))}:"
         yield from (f"    {self.name}_used[{i}] = {value}" for i, value in enumerate(used))
         yield f"    {self._assembled()}"
 
     def _assembled(self) -> str:
         arrays = ", ".join(f"{self.name}_{key}" for key in _ASSEMBLED)
-        return f"{self.name}_assemble(({', '.join(self._constants())},), period, {arrays})"
+        held = [variable(node) for node in self.solver.factors]
+        return f"{self.name}_assemble(({', '.join([*self._constants(), *held])},), period, {arrays})"
 
     def _assemble(self) -> Iterator[str]:
         """Transition and entry from the rates for unit states and inputs."""
@@ -116,18 +120,35 @@ class GroupCode:
         yield f"def {self.name}_assemble(constants, period, matrix, grown, square, scale):"
         yield f"    for entry in range({size * size}):"
         yield "        matrix[entry] = 0.0"
+        known = [*self._constants(), *(variable(node) for node in self.solver.factors)]
+        held = {n + self.group.inputs.index(node): variable(node) for node in self.solver.factors}
+        if held:
+            yield f"    ({', '.join(known)},) = constants"
+            offset = ", ".join(f"offset_{i}" for i in range(n))
+            yield f"    ({offset},) = {self._rates_for(-1, held)}"
         for j in range(n + m):
-            unit = [repr(float(i == j)) for i in range(n + m)]
             places = ", ".join(f"matrix[{i * size + j}]" for i in range(n))
-            still = ["0.0"] * (len(self.group.ramps) + len(self.group.guesses) + 1)
-            context = f"(*constants, {', '.join([*unit[n:], *still])})"
-            yield f"    ({places},) = {self.name}_rates({context}, {', '.join(['0.0', *unit[:n]])})"
+            if j not in held:
+                yield f"    ({places},) = {self._rates_for(j, held)}"
+                if held:
+                    yield from (f"    matrix[{i * size + j}] -= offset_{i}" for i in range(n))
+            elif j == next(iter(held)):
+                yield from (f"    matrix[{i * size + j}] = offset_{i}" for i in range(n))
         yield f"    scale_rows(matrix, {n}, {n + m}, {size}, period)"
         for number, node in enumerate(self.group.ramps):
             yield f"    matrix[{(n + self.group.inputs.index(node)) * size + n + m + number}] = 1.0"
         yield f"    matrix_exponential(matrix, {size}, grown, square, scale)"
         yield ""
         yield ""
+
+    def _rates_for(self, unit: int, held: dict[int, str]) -> str:
+        """The rates for a unit state or input, the factors as they are."""
+        n, m = len(self.group.states), len(self.group.inputs)
+        point = [held.get(i, repr(float(i == unit))) for i in range(n + m)]
+        still = ["0.0"] * (len(self.group.ramps) + len(self.group.guesses) + 1)
+        constants = self._constants() if held else ["*constants"]
+        context = f"({', '.join([*constants, *point[n:], *still])},)"
+        return f"{self.name}_rates({context}, {', '.join(['0.0', *point[:n]])})"
 
     # -- groups that are stepped -----------------------------------------------------------------------------------
 

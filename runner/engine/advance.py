@@ -54,7 +54,10 @@ class Advance:
         changes = [following[node] - wires[node] for node in group.ramps]
         self.stages.unsolved = ""
         if self.solver.exact:
-            x = self._by_matrices(constants, [*x, *inputs, *changes])
+            held = {node: wires[node] for node in self.solver.factors}
+            first = self.solver.factors[:1]
+            inputs = [1.0 if node in first else value for node, value in zip(group.inputs, inputs, strict=True)]
+            x = self._by_matrices(constants, held, [*x, *inputs, *changes])
             self._check(DONE, x)
             return self.stages.states(x)
         guesses = [wires[node] for node in group.guesses]
@@ -87,8 +90,10 @@ class Advance:
         self.stages.watching = False
         return self.stages.lost
 
-    def _by_matrices(self, constants: Mapping[str, Any], values: Sequence[float]) -> list[float]:
-        transition, entry = self._current(constants)
+    def _by_matrices(
+        self, constants: Mapping[str, Any], held: Mapping[Node, float], values: Sequence[float]
+    ) -> list[float]:
+        transition, entry = self._current(constants, held)
         moved = []
         for row, more in zip(transition, entry, strict=True):
             total = row[0] * values[0]
@@ -97,12 +102,12 @@ class Advance:
             moved.append(total)
         return moved
 
-    def _current(self, constants: Mapping[str, Any]) -> tuple[Matrix, Matrix]:
-        """The matrices, made anew when a driven parameter has moved."""
-        if self.solver.driven or self._assembled_from is None:
-            used = [constants[name] for name in self.solver.group.members]
+    def _current(self, constants: Mapping[str, Any], held: Mapping[Node, float]) -> tuple[Matrix, Matrix]:
+        """The matrices, made anew when a driven parameter or a factor has moved."""
+        if self.solver.renewed or self._assembled_from is None:
+            used = [constants[name] for name in self.solver.group.members] + list(held.values())
             if used != self._assembled_from:
-                self._matrices = assemble(self.stages, constants, self.period)
+                self._matrices = assemble(self.stages, constants, self.period, held)
                 self._assembled_from = used
         return self._matrices
 
