@@ -1,5 +1,6 @@
 """Blocks that run at another rate than their neighbours suggest, or that answer a tick late: notes."""
 
+import dis
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
@@ -84,7 +85,10 @@ class _Wiring:
 
 
 def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
-    """A block with a memory that reads nothing but slower wires."""
+    """A block with a memory that reads nothing but slower wires.
+
+    An integrator whose output faster blocks read may be meant so: what it does depends on the time, not on its ticks.
+    """
     own = wiring.rate(name)
     sources = [node for node in wiring.drivers[name].values() if not wiring.stands_still(node[0])]
     rates = [wiring.rate_of(node) for node in sources]
@@ -92,12 +96,23 @@ def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
     if own is None or not rates or len(known) < len(rates) or max(known) >= own:
         return
     fastest = max(known)
+    readers = [wiring.rate(reader) for reader, _ in wiring.readers[name]]
+    if _knows_its_period(wiring.flat.blocks[name]) and any(rate is None or rate > fastest for rate in readers):
+        return
     read = " and ".join(".".join(node) for node, rate in zip(sources, rates, strict=True) if rate == fastest)
     yield _note(
         name,
         f"reads the same value {_times(own / fastest)} times: it has no rate of its own",
         f"{write_rate(own)}, and {read} at {write_rate(fastest)}",
         f'add rate = "{write_rate(fastest)}" to the block, or rate = "{write_rate(own)}" where it is meant so',
+    )
+
+
+def _knows_its_period(block: Block) -> bool:
+    """Whether what a block does between two ticks depends on the time between them."""
+    made = block.functions.get("constants")
+    return made is not None and any(
+        step.argval == "period" and step.opname.startswith("LOAD") for step in dis.get_instructions(made.function)
     )
 
 

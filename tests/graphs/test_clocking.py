@@ -66,6 +66,15 @@ def test_what_reads_a_fast_wire_too_or_has_no_memory_is_right() -> None:
     )
 
 
+def test_an_integrator_that_faster_blocks_read_is_right() -> None:
+    """The phase of a carrier, whose frequency a slow loop sets."""
+    blocks: dict[str, Block] = {"slow": Ramp(), "phase": DiscreteIntegrator(), "fast": UnitDelay(unit="s")}
+    wires = ["slow.output -> phase.input", "phase.output -> fast.input"]
+    assert notes(blocks, *wires, rates={"slow": "8 kHz"}, probes=["fast.output"]) == []
+    rates = {"slow": "8 kHz", "fast": "8 kHz"}
+    assert [note.key for note in notes(blocks, *wires, rates=rates, probes=["fast.output"])] == ["blocks.phase"]
+
+
 COMB: dict[str, Block] = {"sum": DiscreteIntegrator(), "source": Step(), "delay": UnitDelay(unit="s")}
 COMB_WIRES = (
     "source.output -> sum.input",
