@@ -1,6 +1,7 @@
 """Groups that are linear but for products with held signals: exact steps, whose matrices follow the factors."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import mpmath
@@ -19,7 +20,9 @@ from proofmass.blocks.sine import Sine
 from proofmass.blocks.sum import Sum
 from proofmass.graphs.graph import Graph
 from proofmass.runner.continuous.linearity import factors_of
-from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.interpret import Interpreter
+from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
+from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.result import Result
 from proofmass.runner.engine.simulate import EngineName, simulate
 
@@ -146,3 +149,18 @@ def test_what_a_factor_may_be() -> None:
     assert factors_of(lambda p: [abs(p[0]) * p[1]], 2, (1,)) is None
     assert factors_of(lambda p: [p[0] + 1.0], 2, (1,)) is None
     assert factors_of(lambda p: [p[0] / p[1]], 2, (1,)) is None
+
+
+def test_lanes_have_the_bits_of_each_run_alone() -> None:
+    masses = [MASS * (1.0 + 0.01 * number) for number in range(4)]
+    planned = plan(replace(gyroscope(), probes=()))
+    given = {("drive", "mass"): np.array(masses)}
+    plans = [varied(planned, {"drive": MassSpringDamper(mass=mass, **DRIVE)}) for mass in masses]
+    lanes = Lanes(CompiledLanes(planned, set(given), 4), 7, range(4), given, plans)
+    lanes.advance(90)
+    for number, alone in enumerate(plans):
+        run = Interpreter(alone, 7, number)
+        run.advance(90, ())
+        state = run.memory().states["sense"]
+        found = [lanes.value(("sense", "x", field))[number].item() for field in state._fields]
+        assert list(map(repr, found)) == list(map(repr, state))
