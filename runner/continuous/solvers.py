@@ -20,7 +20,8 @@ from proofmass.runner.engine.planned import Plan
 
 FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Node, Any]]]  # constants and wires
 
-STIFF = 100  # sub-steps of an explicit method in a tick, beyond which an implicit one is taken
+STIFF = 100  # sub-steps of an explicit method in a tick, beyond which another one is taken
+STABLE = 2.5  # time constants that a step of an explicit method may have before it is unstable
 PRECISION = 1e-12  # of the time of an event, in ticks
 
 
@@ -107,25 +108,36 @@ class _Choice:
                 raise self._refused(f"cannot be stepped exactly: {reason}", 'leave out method = "exact"')
         if self.says.substeps is not None:
             return "runge_kutta_4" if method == "auto" else method, self.says.substeps
-        explicit = EXPLICIT["runge_kutta_4" if method in ("auto", "radau") else method]
-        wanted = self._substeps(explicit.order)
+        fastest = self._fastest()
         if method == "auto":
-            method = "radau" if wanted > STIFF else "dormand_prince" if self._has_hidden_corners() else "runge_kutta_4"
+            method = self._chosen(fastest)
+        wanted = self._substeps(fastest, EXPLICIT["runge_kutta_4" if method == "radau" else method].order)
         if method == "runge_kutta_4" and wanted > MOST_SUBSTEPS:
             hint = 'choose method = "radau", a lower accuracy or a higher rate'
             raise self._refused(f"needs {wanted:.3g} sub-steps in each tick", hint)
         return method, min(wanted, STIFF) if method == "radau" else wanted
+
+    def _chosen(self, fastest: float) -> str:
+        """An explicit method, of higher order for many steps; an implicit one where stability would ask for many."""
+        if self.period * fastest > STABLE * STIFF:
+            return "radau"
+        many = self._substeps(fastest, EXPLICIT["runge_kutta_4"].order) > STIFF
+        return "dormand_prince" if many or self._has_hidden_corners() else "runge_kutta_4"
 
     def _has_hidden_corners(self) -> bool:
         """Whether a block looks at a number that moves, and does not say where its corners are: steps must be short
         there, which only an estimate of the error tells."""
         return any(looks_at_numbers(self.plan.blocks[name]) for name in self.group.members)
 
-    def _substeps(self, order: int) -> int:
-        """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""
+    def _fastest(self) -> float:
+        """The rate of the fastest time constant in tick 0."""
         fastest = spectral_radius(self._jacobian())
         if not math.isfinite(fastest):
             raise self._refused("its derivatives at the start are not finite", "look for a parameter that is far off")
+        return fastest
+
+    def _substeps(self, fastest: float, order: int) -> int:
+        """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""
         length: float = (self.says.accuracy * math.factorial(order + 1)) ** (1.0 / order)
         return max(1, math.ceil(self.period * fastest / length))
 

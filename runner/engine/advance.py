@@ -16,13 +16,15 @@ from proofmass.runner.continuous.solvers import assemble
 from proofmass.runner.continuous.stages import Context, Stages
 from proofmass.runner.engine.planned import Plan
 
+ABOVE_ROUNDING = 1e-12  # tolerance, from which on rounding alone does not keep steps from being accepted
+
 
 class IntegrationError(ArithmeticError):
     """A group that could not be moved to the next tick: `at` is what failed."""
 
-    def __init__(self, at: str, message: str) -> None:
+    def __init__(self, at: str, message: str, hint: str = "") -> None:
         super().__init__(message)
-        self.at = at
+        self.at, self.hint = at, hint
 
 
 class Advance:
@@ -147,8 +149,12 @@ class Advance:
             raise NoSolutionError(self.stages.unsolved)
         solver = self.solver
         if status == STEPS_TOO_SHORT:
-            message = "no step is short enough for the accuracy: the solution may not exist beyond this instant"
-            raise IntegrationError(f"{solver.group.blocks[0]}.derivative", message)
+            at = f"{solver.group.blocks[0]}.derivative"
+            message = "no step is short enough for the accuracy"
+            if solver.tolerance < ABOVE_ROUNDING:
+                hint = f"accuracy = {solver.tolerance:g} is below what rounding leaves of these numbers: ask for 1e-12"
+                raise IntegrationError(at, message, hint)
+            raise IntegrationError(at, f"{message}: the solution may not exist beyond this instant")
         if status != DONE:
             raise IntegrationError(
                 ".".join(solver.group.events[int(status) - 1]),

@@ -6,6 +6,7 @@ import numpy as np
 
 from proofmass.blocks.problem import Problem
 from proofmass.graphs.graph import split
+from proofmass.runner.engine.advance import IntegrationError
 from proofmass.runner.engine.engines import make_engine
 from proofmass.runner.engine.interpret import Interpreter, TickError
 from proofmass.runner.engine.memory import Memory
@@ -52,6 +53,8 @@ def failed(planned: Plan, fault: TickError) -> Problem:
     ports = [*block.inputs, *block.parameters] if block else []
     inputs = [f"{port} = {'.'.join(drivers[name, port])}" for port in ports if (name, port) in drivers]
     hint = "the loop may be unstable, or a parameter of the wrong size"
+    if isinstance(fault.value, IntegrationError) and fault.value.hint:
+        hint = fault.value.hint
     if isinstance(fault.value, OverflowError):
         hint = "take a wider format, or let it saturate or wrap"
     no_value = block.outputs[port].no_value if block and port in block.outputs else ""
