@@ -136,13 +136,15 @@ class _Wiring:
 
     def _wires(self) -> Iterator[Problem]:
         driven_by: dict[str, str] = {}
+        absent: set[str] = set()  # blocks that are not there: each is told once, however many wires name it
         for wire in sorted(self.graph.wires, key=lambda wire: self.graph.place.line(("wires", str(wire)))):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
             out, into = find_output(self.graph, source, self.root), find_target(self.graph, target, self.root)
             for end in (out, into):
-                if isinstance(end, Missing):
+                if isinstance(end, Missing) and end.message not in absent:
                     yield Problem(message=end.message, key=key, hint=end.hint, path=path)
+                    absent |= {end.message} if end.absent else set()
             if isinstance(into, Missing):
                 self.meant.add(into.meant)
             if target in driven_by:

@@ -16,6 +16,7 @@ class Missing(NamedTuple):
     message: str
     hint: str
     meant: str = ""
+    absent: bool = False  # a whole block is not there
 
 
 def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | Missing:
@@ -90,7 +91,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
     names = [*graph.blocks, *graph.subgraphs]
     hint = like(name, names, f"the blocks inside {path[:-1]}" if path else "the blocks")
     declare = f" Otherwise declare it: [blocks.{name}] and below it its kind"
-    return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""))
+    return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""), absent=True)
 
 
 def _list(what: str, names: Collection[str]) -> str:
