@@ -8,7 +8,7 @@ from proofmass.blocks.problem import Problem
 from proofmass.graphs.graph import split
 from proofmass.runner.engine.advance import IntegrationError
 from proofmass.runner.engine.engines import make_engine
-from proofmass.runner.engine.interpret import Interpreter, TickError
+from proofmass.runner.engine.interpret import Interpreter, OutOfBoundsError, TickError
 from proofmass.runner.engine.memory import Memory
 from proofmass.runner.engine.planned import Plan
 
@@ -57,9 +57,15 @@ def failed(planned: Plan, fault: TickError) -> Problem:
         hint = fault.value.hint
     if isinstance(fault.value, OverflowError):
         hint = "take a wider format, or let it saturate or wrap"
+    expected = ""
     no_value = block.outputs[port].no_value if block and port in block.outputs else ""
     if no_value and fault.value != fault.value:
         message, got, hint = f"has no value {at}", "nan", no_value
+    elif isinstance(fault.value, OutOfBoundsError) and block:
+        declared = block.parameters[port]
+        unit = block.unit_of(declared)
+        message, got, expected = f"leaves its bounds {at}", f"{fault.value} {unit}", declared.expected(unit)
+        hint = f"limit what drives it, {'.'.join(drivers[name, port])}, for example by a Saturation"
     elif isinstance(fault.value, Exception):
         message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
     else:
@@ -68,6 +74,7 @@ def failed(planned: Plan, fault: TickError) -> Problem:
         message=message,
         key=fault.at,
         got=got,
+        expected=expected,
         hint=hint + (f"; probe what drives it: {', '.join(inputs)}" if inputs else ""),
         path=("blocks", name),
     )

@@ -24,6 +24,14 @@ class TickError(ArithmeticError):
         self.at, self.tick, self.value = at, tick, value
 
 
+class OutOfBoundsError(ArithmeticError):
+    """A driven parameter that has left the bounds that its block declares."""
+
+    def __init__(self, value: float) -> None:
+        super().__init__(f"{value:.9g}")
+        self.value = value
+
+
 class Interpreter:
     """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
 
@@ -182,8 +190,16 @@ class Interpreter:
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
         made = block.parameters_class()
         period = self.plan.block_period(name)
+        bounded = [
+            (p, declared, drivers[name, p])
+            for p, declared in block.parameters.items()
+            if (name, p) in drivers and declared.bounds()
+        ]
 
         def compute(tick: int) -> Any:
+            for parameter, declared, driver in bounded:
+                if not declared.inside(self._memory.wires[driver]):
+                    raise TickError(f"{name}.{parameter}", tick, OutOfBoundsError(self._memory.wires[driver]))
             values = (
                 self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
                 for p in made._fields  # type: ignore[attr-defined]

@@ -1,5 +1,6 @@
 """Pieces of the generated loop: names, numbers that it is given, calls of the functions of blocks."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,6 +10,7 @@ from proofmass.runner.engine.planned import Plan
 from proofmass.runner.fixed.step_formats import held_as
 
 FLOATS, INTEGERS = "numbers", "integers"
+_NAN = "(1e308 * 10.0 - 1e308 * 10.0)"
 
 
 @dataclass
@@ -94,6 +96,17 @@ class Pieces:
             return f"{word(name)}__c = {parameters}"
         function = self.named(block, "constants", block.functions["constants"].function)
         return f"{word(name)}__c = {function}({parameters}, {word(name)}__period)"
+
+    def within_bounds(self, name: str) -> Iterator[str]:
+        """Lines that end the run where a driven parameter leaves the bounds that its block declares."""
+        drivers = self.plan.schedule.drivers
+        for p, declared in self.plan.blocks[name].parameters.items():
+            limits = ((">", declared.above), (">=", declared.at_least), ("<", declared.below), ("<=", declared.at_most))
+            if (name, p) in drivers:
+                value = variable(drivers[name, p])
+                for sign, limit in limits:
+                    if limit is not None:
+                        yield f"not_finite += 0.0 if {value} {sign} {float(limit)!r} else {_NAN}"
 
     def deviate(self, name: str) -> str:
         """The line that draws the deviate of a block."""

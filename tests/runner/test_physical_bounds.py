@@ -1,5 +1,6 @@
 """Where physics ends a run ends too, with the block, the port and the tick; stops before that keep it going."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,10 @@ from proofmass.blocks.constant import Constant
 from proofmass.blocks.gap_closing_actuator import GapClosingActuator
 from proofmass.blocks.mass_between_stops import MassBetweenStops
 from proofmass.blocks.mass_spring_damper import MassSpringDamper
+from proofmass.blocks.ramp import Ramp
 from proofmass.graphs.graph import Graph
+from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
+from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.result import Result
 from proofmass.runner.engine.simulate import EngineName, RunError, simulate
 
@@ -68,3 +72,40 @@ def test_steps_cut_short_before_an_electrode_have_the_same_bits_in_both_engines(
     python, compiled = (impact("100 kHz", 20, engine, substeps=20) for engine in ENGINES)
     for signal in python:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
+
+
+def softening() -> Graph:
+    """A spring whose driven stiffness falls through zero."""
+    return Graph(
+        name="a spring that softens",
+        rate="1 kHz",
+        blocks={
+            "soft": Ramp(offset=49.5, slope=-1000.0, unit="N/m"),
+            "push": Constant(value=1e-6, unit="N"),
+            "mass": MassSpringDamper(),
+        },
+        wires=["push.output -> mass.force", "soft.output -> mass.stiffness"],
+        probes=["mass.displacement"],
+    )
+
+
+@pytest.mark.defect("S8", before="a stiffness below zero, exit 0", after="the run ends: parameter, tick, bounds, cure")
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_driven_parameter_that_leaves_its_bounds_ends_the_run(engine: EngineName) -> None:
+    assert len(simulate(softening(), samples=50, engine=engine)["mass.displacement"].values) == 50
+    with pytest.raises(RunError) as told:
+        simulate(softening(), samples=200, engine=engine)
+    problem = told.value.problem
+    assert (problem.key, problem.message) == ("mass.stiffness", "leaves its bounds in tick 50, t = 0.05 s")
+    assert (problem.got, problem.expected) == ("-0.5 N/m", "a number > 0, in N/m")
+    assert "limit what drives it, soft.output" in problem.hint
+
+
+def test_in_lanes_only_the_runs_that_leave_the_bounds_are_unsound() -> None:
+    planned = plan(replace(softening(), probes=()))
+    slopes = [-1000.0, -100.0, -1000.0, -10.0]
+    given = {("soft", "slope"): np.array(slopes)}
+    plans = [varied(planned, {"soft": Ramp(offset=49.5, slope=slope, unit="N/m")}) for slope in slopes]
+    lanes = Lanes(CompiledLanes(planned, set(given), 4), 7, range(4), given, plans)
+    lanes.advance(200)
+    assert list(lanes.sound()) == [False, True, False, True]
