@@ -1,6 +1,7 @@
 """Corners within continuous groups: the accuracy that is asked for is got, against piecewise exact solutions."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,9 @@ from proofmass.blocks.sum import Sum
 from proofmass.graphs.graph import Graph
 from proofmass.runner.continuous import integrate as stepping
 from proofmass.runner.continuous.corners import looks_at_numbers
-from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.interpret import Interpreter
+from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
+from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.simulate import EngineName, simulate
 
 MASS, DAMPING, STIFFNESS = 1e-9, 2.5133e-8, 15.7914
@@ -112,6 +115,22 @@ def test_both_engines_find_the_same_corners() -> None:
     python, compiled = (simulate(sustained(), samples=100, engine=engine) for engine in ENGINES)
     for signal in python:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
+
+
+def test_lanes_find_them_too() -> None:
+    planned = plan(replace(sustained(substeps=10), probes=()))
+    gains = [GAIN * (1.0 + 0.1 * number) for number in range(4)]
+    amplifiers = [Gain(gain=gain, input_unit="m/s", output_unit="N") for gain in gains]
+    plans = [varied(planned, {"amplifier": amplifier}) for amplifier in amplifiers]
+    given = {("amplifier", "gain"): np.array(gains)}
+    lanes = Lanes(CompiledLanes(planned, set(given), 4), 7, range(4), given, plans)
+    lanes.advance(100)
+    for number, alone in enumerate(plans):
+        run = Interpreter(alone, 7, number)
+        run.advance(100, ())
+        state = run.memory().states["beam"]
+        found = [lanes.value(("beam", "x", field))[number].item() for field in state._fields]
+        assert list(map(repr, found)) == list(map(repr, state))
 
 
 TAU = 1e-3
