@@ -12,7 +12,13 @@ from proofmass.blocks.declare import Block, Input, param
 class ChargeAmplifier(Block):
     """Transimpedance amplifier of a capacitive readout, an ideal amplifier with capacitor and resistor in feedback."""
 
-    feedback_capacitance: float = param("F", "C.", default=1e-12, above=0.0)
+    feedback_capacitance: float = param(
+        "F",
+        "C.",
+        default=1e-12,
+        above=0.0,
+        not_driven="the charge on a capacitor that moves would not stay: drive the gain of a Gain behind it",
+    )
     feedback_resistance: float = param("ohm", "R.", default=10e6, above=0.0)
 
     charge = Input("C", "Charge q on the sensing capacitors.")

@@ -9,14 +9,18 @@ from typing import NamedTuple
 from proofmass.blocks.declare import Block, param
 from proofmass.blocks.elementary import sine_of_turns
 
+_PHASE = "the phase would not be the integral of the frequency: take a NumericallyControlledOscillator behind a Ramp"
+
 
 class Chirp(Block):
     """A sine wave that sweeps through a band of frequencies once, to see a frequency response."""
 
     amplitude: float = param("{unit}", "Peak value about the offset.", default=1.0)
-    start_frequency: float = param("Hz", "Frequency at the start.", default=10.0, at_least=0.0)
-    stop_frequency: float = param("Hz", "Frequency from the end of the sweep on.", default=1000.0, at_least=0.0)
-    sweep_time: float = param("s", "How long the sweep takes.", default=1.0, above=0.0)
+    start_frequency: float = param("Hz", "Frequency at the start.", default=10.0, at_least=0.0, not_driven=_PHASE)
+    stop_frequency: float = param(
+        "Hz", "Frequency from the end of the sweep on.", default=1000.0, at_least=0.0, not_driven=_PHASE
+    )
+    sweep_time: float = param("s", "How long the sweep takes.", default=1.0, above=0.0, not_driven=_PHASE)
     phase: float = param("rad", "Phase at the start.", default=0.0)
     offset: float = param("{unit}", "Mean value.", default=0.0)
     unit: str = param("", "Unit of the output.", default="1")
@@ -45,3 +49,8 @@ def output(c: Constants, time: float) -> float:
     swept = time if time < c.sweep_time else c.sweep_time
     turns = (c.start_frequency + c.half_slope * swept) * swept + c.stop_frequency * (time - swept)
     return c.offset + c.amplitude * sine_of_turns(turns + c.phase_in_turns)
+
+
+@Chirp.corner
+def swept_through(c: Constants, time: float) -> float:
+    return time - c.sweep_time

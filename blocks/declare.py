@@ -69,10 +69,11 @@ class Block:
     output_functions: ClassVar[dict[str, Behaviour]] = {}
     linear: ClassVar[bool] = False  # of a continuous block: its derivative is linear in state and inputs
     events: ClassVar[dict[str, tuple[Behaviour, Behaviour]]] = {}  # what falls to zero, and what happens then
+    corners: ClassVar[dict[str, Behaviour]] = {}  # what changes its sign where the outputs have a corner or a jump
     requirements: ClassVar[Callable[[Any], Iterator[tuple[str, str]]] | None] = None
 
     def __init_subclass__(cls) -> None:
-        cls.outputs, cls.functions, cls.output_functions, cls.events = {}, {}, {}, {}
+        cls.outputs, cls.functions, cls.output_functions, cls.events, cls.corners = {}, {}, {}, {}, {}
         dataclasses.dataclass(frozen=True, init=False, repr=False)(cls)
         hints = typing.get_type_hints(cls)
         cls.parameters = {f.name: _parameter(cls, f, hints[f.name]) for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
@@ -214,7 +215,14 @@ class Block:
 
     @classmethod
     def drivable(cls, parameter: str) -> bool:
-        """Whether a wire may drive the parameter: a number that no start or requirement uses."""
+        """Whether a wire may drive the parameter: a number that the loop can take anew in every tick, and that means
+        the same then."""
+        return cls.taken_in_the_loop(parameter) and not cls.parameters[parameter].not_driven
+
+    @classmethod
+    def taken_in_the_loop(cls, parameter: str) -> bool:
+        """Whether constants can be computed in the loop from the parameter: a number that no start or requirement
+        uses."""
         if cls.digital() or cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
@@ -284,6 +292,16 @@ class Block:
         return register
 
     @classmethod
+    def corner(cls, function: Function) -> Function:
+        """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are.
+
+        Within a group of continuous blocks steps end at the instant at which the sign changes: no method of
+        integration is as accurate as it says across a corner or a jump.
+        """
+        cls.corners[function.__name__] = _behaviour(cls, function, {*cls.inputs, "time"})
+        return function
+
+    @classmethod
     def requires(cls, function: Function) -> Function:
         """Register `requires(p)`, which yields (parameter, what is expected) where parameters do not go together."""
         cls.requirements = staticmethod(function)
@@ -291,12 +309,19 @@ class Block:
 
     @classmethod
     def output(
-        cls, unit: str, *, shape: tuple[Size, ...] = (), dtype: Number | None = None, every: Size = 1
+        cls,
+        unit: str,
+        *,
+        shape: tuple[Size, ...] = (),
+        dtype: Number | None = None,
+        every: Size = 1,
+        no_value: str = "",
     ) -> Callable[[Function], Function]:
         """Register the output port that the function computes; its name, dtype and doc are the port's.
 
         With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the port tick once
-        in so many ticks of its block.
+        in so many ticks of its block. A function that returns NaN where physics ends has the run end there;
+        `no_value` then says what has happened, and what to do.
         """
 
         def register(function: Function) -> Function:
@@ -314,7 +339,7 @@ class Block:
                 )
             _refuse_no_unit(cls, name, unit)
             doc = inspect.getdoc(function) or ""
-            cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every)
+            cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every, no_value)
             cls.output_functions[name] = behaviour
             return function
 

@@ -36,3 +36,13 @@ def first(p: GapCapacitorPair, displacement: float) -> float:
 def second(p: GapCapacitorPair, displacement: float) -> float:
     """Capacitance to the second plate, C2."""
     return p.capacitance / (1.0 + part_of_gap(p, displacement))
+
+
+@GapCapacitorPair.corner
+def before_first(p: GapCapacitorPair, displacement: float) -> float:
+    return CONTACT - p.lever * displacement / p.gap
+
+
+@GapCapacitorPair.corner
+def before_second(p: GapCapacitorPair, displacement: float) -> float:
+    return CONTACT + p.lever * displacement / p.gap

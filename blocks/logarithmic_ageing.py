@@ -6,13 +6,17 @@ from typing import NamedTuple
 from proofmass.blocks.declare import Block, param
 from proofmass.blocks.elementary import logarithm_of_one_plus
 
+_PAST = "what has aged before would move too: take an ArrheniusAgeing, which adds up the pace of each moment"
+
 
 class LogarithmicAgeing(Block):
     """A parameter that changes by so much per decade of age: references, resistors, resonators, magnets."""
 
-    rate_per_decade: float = param("1", "Relative deviation per factor of ten in age.", default=10.0e-6)
-    onset: float = param("s", "Age at which the logarithm sets in.", default=86400.0, at_least=1.0e-3)
-    start_age: float = param("s", "Age at the start.", default=0.0, at_least=0.0, at_most=1.0e12)
+    rate_per_decade: float = param(
+        "1", "Relative deviation per factor of ten in age.", default=10.0e-6, not_driven=_PAST
+    )
+    onset: float = param("s", "Age at which the logarithm sets in.", default=86400.0, at_least=1.0e-3, not_driven=_PAST)
+    start_age: float = param("s", "Age at the start.", default=0.0, at_least=0.0, at_most=1.0e12, not_driven=_PAST)
     nominal: float = param("{unit}", "Value when new.", default=1.0)
     unit: str = param("", "Unit of the value.", default="1")
 

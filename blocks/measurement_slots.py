@@ -4,13 +4,17 @@ from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, Input, param
 
+_COUNTED = "a slot is counted out in ticks: take a MeasurementSlots for each length, and switch between them"
+
 
 class MeasurementSlots(Block):
     """Conducts a row of averaged measurements while it is active, again and again; T is its period."""
 
     slots: int = param("1", "Measurements in a row.", default=2, at_least=1)
-    settling: float = param("s", "Time to settle in a slot.", default=0.15, at_least=0.0)
-    averaging: float = param("s", "Time to measure in a slot; at least a tick.", default=0.05, above=0.0)
+    settling: float = param("s", "Time to settle in a slot.", default=0.15, at_least=0.0, not_driven=_COUNTED)
+    averaging: float = param(
+        "s", "Time to measure in a slot; at least a tick.", default=0.05, above=0.0, not_driven=_COUNTED
+    )
 
     active = Input("1", "Whether the row goes on; it begins anew when this becomes true.", dtype=bool, default=1.0)
 

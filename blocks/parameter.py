@@ -27,6 +27,7 @@ class Parameter:
     below: float | None = None
     at_most: float | None = None
     choices: tuple[str, ...] = ()
+    not_driven: str = ""  # why no wire may drive it, and what to take instead
 
     def bounds(self) -> str:
         """The bounds in words, as in `> 0 and <= 1`; empty when there are none."""
@@ -153,13 +154,17 @@ def param(
     below: float | None = None,
     at_most: float | None = None,
     choices: tuple[str, ...] = (),
+    not_driven: str = "",
 ) -> Any:
     """Declare a parameter of a block: its unit, doc, default and bounds.
 
     A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then works in any unit.
+    `not_driven` keeps wires from driving it: it says why, and what to take instead. It belongs to each parameter whose
+    momentary value the block applies to the time before, as in sin(2 pi frequency time).
     """
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
-    return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, "bounds": bounds, "choices": choices})
+    more = {"bounds": bounds, "choices": choices, "not_driven": not_driven}
+    return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, **more})
 
 
 def declared(owner: str, field: "dataclasses.Field[Any]", annotation: Any) -> Parameter:
@@ -171,7 +176,8 @@ def declared(owner: str, field: "dataclasses.Field[Any]", annotation: Any) -> Pa
         kind = tuple
     if kind not in (float, int, bool, str, Fixed, tuple) or "bounds" not in m:
         raise TypeError(f"{owner}.{field.name} must be float, int, bool, str, Fixed or tuple[float, ...] = param(...)")
-    made = Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], choices=choices)
+    more = {"choices": choices, "not_driven": m["not_driven"]}
+    made = Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], **more)
     try:
         default = field.default if kind is Fixed else made.read(field.default, made.unit)
     except ParameterError as error:

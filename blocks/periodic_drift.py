@@ -11,7 +11,14 @@ class PeriodicDrift(Block):
     """A parameter that follows a cycle: day and night, an air conditioner, the hum of a supply."""
 
     amplitude: float = param("1", "Largest relative deviation.", default=100.0e-6)
-    cycle_time: float = param("s", "How long one cycle takes.", default=86400.0, above=0.0)
+    cycle_time: float = param(
+        "s",
+        "How long one cycle takes.",
+        default=86400.0,
+        above=0.0,
+        not_driven="the cycles before would move too: take a NumericallyControlledOscillator, and wire its sine to the "
+        "offset of a DriftOffset",
+    )
     phase: float = param("rad", "Phase at the start.", default=0.0)
     nominal: float = param("{unit}", "Value without deviation.", default=1.0)
     unit: str = param("", "Unit of the value.", default="1")

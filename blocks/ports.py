@@ -37,6 +37,7 @@ class Port:
     shape: tuple[Size, ...] = ()
     default: float | None = None  # inputs: the value when nothing is connected
     every: Size = 1  # outputs: ticks of the block per tick of the port
+    no_value: str = ""  # outputs: what has happened where the value is NaN, and what to do
 
 
 class Input:

@@ -10,12 +10,13 @@ from proofmass.blocks.declare import Block, Input, param
 
 
 class Relay(Block):
-    """Two-point controller or comparator: a thermostat, a bang-bang force feedback, a Schmitt trigger."""
+    """Two-point controller of signals that move between ticks: a thermostat, a Schmitt trigger; at ticks Comparator."""
 
     lower: float = param("{input_unit}", "Input at which it switches off.", default=-0.5)
     upper: float = param("{input_unit}", "Input at which it switches on.", default=0.5)
     off: float = param("{output_unit}", "Output while it is off.", default=-1.0)
     on: float = param("{output_unit}", "Output while it is on.", default=1.0)
+    initially_on: bool = param("", "Whether it is on at the start.", default=False)
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
@@ -32,6 +33,11 @@ class State(NamedTuple):
 def requires(p: Relay) -> Iterator[tuple[str, str]]:
     if p.lower >= p.upper:
         yield "lower", f"less than upper = {p.upper:g}, or it would switch without end"
+
+
+@Relay.start
+def start(p: Relay) -> State:
+    return State(p.initially_on, 0, 0.0)
 
 
 @Relay.output("{output_unit}")

@@ -10,11 +10,13 @@ from typing import NamedTuple
 
 from proofmass.blocks.declare import Block, Input, param
 
+_KEPT = "the samples before are kept for one part alone: take a RunningPercentile for each"
+
 
 class RunningPercentile(Block):
     """Estimate of a percentile of all samples before the tick, without keeping them; exact up to five samples."""
 
-    percent: float = param("%", "Part of the samples that lies below.", default=50.0, above=0.0, below=100.0)
+    percent: float = param("%", "Part of the samples below.", default=50.0, above=0.0, below=100.0, not_driven=_KEPT)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 

@@ -26,3 +26,13 @@ def requires(p: Saturation) -> Iterator[tuple[str, str]]:
 def output(p: Saturation, input: float) -> float:
     """The input within the limits."""
     return clip(input, p.lowest, p.highest)
+
+
+@Saturation.corner
+def above_lowest(p: Saturation, input: float) -> float:
+    return input - p.lowest
+
+
+@Saturation.corner
+def above_highest(p: Saturation, input: float) -> float:
+    return input - p.highest

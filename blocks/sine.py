@@ -11,7 +11,13 @@ class Sine(Block):
     """A sine wave."""
 
     amplitude: float = param("{unit}", "Peak value about the offset.", default=1.0)
-    frequency: float = param("Hz", "Frequency.", default=90.0, at_least=0.0)
+    frequency: float = param(
+        "Hz",
+        "Frequency.",
+        default=90.0,
+        at_least=0.0,
+        not_driven="sin(2 pi f t) is no oscillation of a moving frequency f: take a NumericallyControlledOscillator",
+    )
     phase: float = param("rad", "Phase at the start.", default=0.0)
     offset: float = param("{unit}", "Mean value.", default=0.0)
     unit: str = param("", "Unit of the output.", default="1")

@@ -35,3 +35,13 @@ def constants(p: Step, period: float) -> Constants:
 def output(c: Constants, time: float) -> float:
     """The step."""
     return c.level if c.first <= time < c.last else c.offset
+
+
+@Step.corner
+def begun(c: Constants, time: float) -> float:
+    return time - c.first
+
+
+@Step.corner
+def ended(c: Constants, time: float) -> float:
+    return time - c.last

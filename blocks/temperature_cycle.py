@@ -9,14 +9,16 @@ from typing import NamedTuple
 from proofmass.blocks.declare import Block, param
 from proofmass.blocks.rounding import clip, nearest_integer
 
+_CYCLES = "the cycles before would move too: take a DiscreteIntegrator of the pace, with limits"
+
 
 class TemperatureCycle(Block):
     """A climatic chamber that cycles between two temperatures, with ramps of constant pace and soaks at both ends."""
 
     low: float = param("K", "Lower temperature, where it starts.", default=233.15, above=0.0)
     high: float = param("K", "Upper temperature.", default=358.15, above=0.0)
-    pace: float = param("K/s", "How fast the temperature changes.", default=1.0 / 60.0, above=0.0)
-    soak_time: float = param("s", "How long it stays at either end.", default=3600.0, at_least=0.0)
+    pace: float = param("K/s", "How fast the temperature changes.", default=1.0 / 60.0, above=0.0, not_driven=_CYCLES)
+    soak_time: float = param("s", "How long it stays at either end.", default=3600.0, at_least=0.0, not_driven=_CYCLES)
 
 
 class Constants(NamedTuple):
@@ -38,10 +40,30 @@ def constants(p: TemperatureCycle, period: float) -> Constants:
     return Constants(p.low, span, p.pace, span / p.pace + p.soak_time)
 
 
+def elapsed_at(c: Constants, time: float) -> float:
+    """Time since the start of the cycle."""
+    cycles = time / (2.0 * c.half)
+    part = cycles - nearest_integer(cycles)
+    return (part if part >= 0.0 else part + 1.0) * (2.0 * c.half)
+
+
 @TemperatureCycle.output("K")
 def temperature(c: Constants, time: float) -> float:
     """The temperature."""
-    cycles = time / (2.0 * c.half)
-    part = cycles - nearest_integer(cycles)
-    elapsed = (part if part >= 0.0 else part + 1.0) * (2.0 * c.half)
+    elapsed = elapsed_at(c, time)
     return c.low + (clip(c.pace * elapsed, 0.0, c.span) - clip(c.pace * (elapsed - c.half), 0.0, c.span))
+
+
+@TemperatureCycle.corner
+def warm(c: Constants, time: float) -> float:
+    return c.pace * elapsed_at(c, time) - c.span
+
+
+@TemperatureCycle.corner
+def cooling(c: Constants, time: float) -> float:
+    return elapsed_at(c, time) - c.half
+
+
+@TemperatureCycle.corner
+def cold(c: Constants, time: float) -> float:
+    return c.pace * (elapsed_at(c, time) - c.half) - c.span

@@ -12,6 +12,7 @@ from proofmass.blocks.fixed_point import Fixed, FixedValue
 from proofmass.blocks.parameter import Parameter
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import Unit, UnitError, unit
+from proofmass.graphs.clocking import clocking_notes
 from proofmass.graphs.exports import as_written, bad_exports, exposed, once, open_inputs, unused_parts
 from proofmass.graphs.flatten import flatten, inside
 from proofmass.graphs.graph import Graph, split
@@ -137,13 +138,15 @@ class _Wiring:
 
     def _wires(self) -> Iterator[Problem]:
         driven_by: dict[str, str] = {}
+        absent: set[str] = set()  # blocks that are not there: each is told once, however many wires name it
         for wire in sorted(self.graph.wires, key=lambda wire: self.graph.place.line(("wires", str(wire)))):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
             out, into = find_output(self.graph, source, self.root), find_target(self.graph, target, self.root)
             for end in (out, into):
-                if isinstance(end, Missing):
+                if isinstance(end, Missing) and end.message not in absent:
                     yield Problem(message=end.message, key=key, hint=end.hint, path=path)
+                    absent |= {end.message} if end.absent else set()
             if isinstance(into, Missing):
                 self.meant.add(into.meant)
             if target in driven_by:
@@ -341,6 +344,7 @@ def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
                 note=True,
                 path=("blocks", name),
             )
+    yield from clocking_notes(graph)
     if root.subgraphs:
         yield from unused_parts(root, graph)
     if not graph.probes and not graph.measures and not graph.exports:

@@ -16,6 +16,7 @@ class Missing(NamedTuple):
     message: str
     hint: str
     meant: str = ""
+    absent: bool = False  # a whole block is not there
 
 
 def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | Missing:
@@ -43,6 +44,8 @@ def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | P
         return block, block.inputs[port]
     if port in block.parameters and block.drivable(port):
         return block, block.parameters[port]
+    if port in block.parameters and block.taken_in_the_loop(port):
+        return Missing(f"{signal} cannot be driven", block.parameters[port].not_driven)
     if port in block.parameters:
         why = "of a fixed-point block" if block.digital() else "that fixes a size, a start or a choice"
         return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
@@ -88,7 +91,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
     names = [*graph.blocks, *graph.subgraphs]
     hint = like(name, names, f"the blocks inside {path[:-1]}" if path else "the blocks")
     declare = f" Otherwise declare it: [blocks.{name}] and below it its kind"
-    return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""))
+    return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""), absent=True)
 
 
 def _list(what: str, names: Collection[str]) -> str:

@@ -17,7 +17,7 @@ from proofmass.blocks.shift_register import ShiftRegister
 from proofmass.graphs.graph import Graph, Place
 
 RATE = 10_000
-SIZES = {"N": 3e-5, "m": 1e-6, "m/s": 1e-3}  # of signals in a sensor, where they are far from 1
+SIZES = {"N": 3e-5, "m": 2e-7, "m/s": 1e-3}  # of signals in a sensor, where they are far from 1
 
 
 class Draws(Block):

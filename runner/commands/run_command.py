@@ -3,9 +3,10 @@
 import contextlib
 import dataclasses
 import json
+import math
 import tomllib
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,8 @@ import click
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.blocks.units import UnitError
+from proofmass.graphs.clocking import notes_of_a_run
+from proofmass.graphs.flatten import flatten
 from proofmass.graphs.graph import Graph, read_probe, split
 from proofmass.graphs.rates import write_rate
 from proofmass.graphs.toml_reader import read_graph
@@ -65,6 +68,8 @@ def run_graph(
             progress=bar,
             resume=resume,
         )
+    for note in notes_of_a_run(loaded):
+        click.echo(str(note), err=True)
     if as_json:
         click.echo(json.dumps(as_data(result), indent=2))
     else:
@@ -143,6 +148,9 @@ def show(result: "Result") -> None:
         f"prepared in {time_text(result.preparation)}, ran in {time_text(result.seconds)}:"
         f" {time_text(result.seconds / max(result.ticks, 1))} a tick"
     )
+    integration = result.provenance.get("integration")
+    if integration:
+        click.echo(f"continuous blocks {_shortened(integration)}")
     head = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
     rows: list[tuple[str, ...]] = [head]
     for row in result.summary():
@@ -158,12 +166,30 @@ def show(result: "Result") -> None:
             right = [cell.rjust(width) for cell, width in zip(cells[2:], widths[2:], strict=True)]
             click.echo("  ".join([*left, *right]).rstrip())
         click.echo()
-    for name, ticks in result.overflows.items():
-        if ticks:
-            click.echo(f"{name}: a value did not fit its format in {ticks:,} of {result.ticks:,} ticks")
+    for line in _overflows(result):
+        click.echo(line)
     for name, measure in result.measures.items():
         unit = f" {measure.unit}" if measure.unit != "1" else ""
-        click.echo(f"{name} = {measure.value:.9g}{unit}: {measure.statistic} of {measure.signal}")
+        of = f"{measure.statistic} of {measure.signal}"
+        if math.isnan(measure.value):
+            click.echo(f"{name} has no value: the run is too short for the {of}; run longer, or measure from earlier")
+        else:
+            click.echo(f"{name} = {measure.value:.9g}{unit}: {of}")
+
+
+def _overflows(result: "Result") -> Iterator[str]:
+    """A line for each block whose values did not fit; what is meant to wrap is told as that."""
+    blocks = flatten(result.graph).blocks
+    for name, ticks in result.overflows.items():
+        of = f"{ticks:,} of its {result.overflow_ticks.get(name, result.ticks):,} ticks"
+        if ticks and getattr(blocks.get(name), "overflow", "") == "wrap":
+            yield f'{name}: wrapped in {of}, as its overflow = "wrap" says'
+        elif ticks:
+            yield f"{name}: a value did not fit its format in {of}"
+
+
+def _shortened(text: str, limit: int = 300) -> str:
+    return text if len(text) <= limit else f"{text[: limit - 4]} ..."
 
 
 def as_data(result: "Result") -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from proofmass.blocks.declare import Behaviour
 from proofmass.graphs.schedule import Node
 from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows
 from proofmass.runner.continuous.groups import state_fields
@@ -34,9 +35,10 @@ class GroupCode:
         if solver.exact:
             self.scratch = dict.fromkeys(_ASSEMBLED, self.columns * self.columns)
             self.scratch["used"] = sum(len(fields(self.blocks[m].constants_class())) for m in self._driven())
+            self.scratch["used"] += len(solver.factors)
         elif not solver.exact:
             self.scratch = dict.fromkeys(_STEPPED, len(self.group.states))
-            self.scratch["clear"] = len(self.group.events)
+            self.scratch["clear"] = self.scratch["side"] = self.group.watched
             if not solver.tolerance:
                 self.scratch["largest"] = len(self.group.states)
             if solver.method == "radau":
@@ -72,7 +74,7 @@ class GroupCode:
             if not self._is_fixed():
                 yield f"{self.name}_tolerance = {self._number('tolerance', float, self.solver.tolerance)}"
                 yield f"{self.name}_precision = {self._number('precision', float, self.solver.precision)}"
-        elif not self.solver.driven:
+        elif not self.solver.renewed:
             yield self._assembled()
             for i in range(len(self.group.states)):
                 for j in range(self.columns):
@@ -88,10 +90,11 @@ class GroupCode:
     # -- linear groups -------------------------------------------------------------------------------------------
 
     def _by_matrices(self) -> Iterator[str]:
-        if self.solver.driven:
+        if self.solver.renewed:
             yield from self._renewed()
         terms = [f"{made_up(word(block), 'x')}.{name}" for block, name in self.group.states]
-        terms += [variable(node) for node in self.group.inputs]
+        first = self.solver.factors[:1]
+        terms += ["1.0" if node in first else variable(node) for node in self.group.inputs]
         terms += [f"({made_up(variable(node), 'next')} - {variable(node)})" for node in self.group.ramps]
         moved = [made_up(variable(state), "moved") for state in self.group.states]
         for i, name in enumerate(moved):
@@ -100,20 +103,22 @@ class GroupCode:
         yield from self._states(moved)
 
     def _factor(self, i: int, j: int) -> str:
-        return f"{self.name}_matrix[{i * self.columns + j}]" if self.solver.driven else f"{self.name}_{i}_{j}"
+        return f"{self.name}_matrix[{i * self.columns + j}]" if self.solver.renewed else f"{self.name}_{i}_{j}"
 
     def _renewed(self) -> Iterator[str]:
-        """The matrices, when a constant that they follow from is another than in the tick before."""
+        """The matrices, when a constant or factor that they follow from is another than in the tick before."""
         used = [
             f"{made_up(word(m), 'c')}.{f}" for m in self._driven() for f, _ in fields(self.blocks[m].constants_class())
         ]
+        used += [variable(node) for node in self.solver.factors]
         yield f"if {' or '.join(f'{value} != {self.name}_used[{i}]' for i, value in enumerate(used))}:"
         yield from (f"    {self.name}_used[{i}] = {value}" for i, value in enumerate(used))
         yield f"    {self._assembled()}"
 
     def _assembled(self) -> str:
         arrays = ", ".join(f"{self.name}_{key}" for key in _ASSEMBLED)
-        return f"{self.name}_assemble(({', '.join(self._constants())},), period, {arrays})"
+        held = [variable(node) for node in self.solver.factors]
+        return f"{self.name}_assemble(({', '.join([*self._constants(), *held])},), period, {arrays})"
 
     def _assemble(self) -> Iterator[str]:
         """Transition and entry from the rates for unit states and inputs."""
@@ -122,18 +127,35 @@ class GroupCode:
         yield f"def {self.name}_assemble(constants, period, matrix, grown, square, scale):"
         yield f"    for entry in range({size * size}):"
         yield "        matrix[entry] = 0.0"
+        known = [*self._constants(), *(variable(node) for node in self.solver.factors)]
+        held = {n + self.group.inputs.index(node): variable(node) for node in self.solver.factors}
+        if held:
+            yield f"    ({', '.join(known)},) = constants"
+            offset = ", ".join(f"offset_{i}" for i in range(n))
+            yield f"    ({offset},) = {self._rates_for(-1, held)}"
         for j in range(n + m):
-            unit = [repr(float(i == j)) for i in range(n + m)]
             places = ", ".join(f"matrix[{i * size + j}]" for i in range(n))
-            still = ["0.0"] * (len(self.group.ramps) + len(self.group.guesses) + 1)
-            context = f"(*constants, {', '.join([*unit[n:], *still])})"
-            yield f"    ({places},) = {self.name}_rates({context}, {', '.join(['0.0', *unit[:n]])})"
+            if j not in held:
+                yield f"    ({places},) = {self._rates_for(j, held)}"
+                if held:
+                    yield from (f"    matrix[{i * size + j}] -= offset_{i}" for i in range(n))
+            elif j == next(iter(held)):
+                yield from (f"    matrix[{i * size + j}] = offset_{i}" for i in range(n))
         yield f"    scale_rows(matrix, {n}, {n + m}, {size}, period)"
         for number, node in enumerate(self.group.ramps):
             yield f"    matrix[{(n + self.group.inputs.index(node)) * size + n + m + number}] = 1.0"
         yield f"    matrix_exponential(matrix, {size}, grown, square, scale)"
         yield ""
         yield ""
+
+    def _rates_for(self, unit: int, held: dict[int, str]) -> str:
+        """The rates for a unit state or input, the factors as they are."""
+        n, m = len(self.group.states), len(self.group.inputs)
+        point = [held.get(i, repr(float(i == unit))) for i in range(n + m)]
+        still = ["0.0"] * (len(self.group.ramps) + len(self.group.guesses) + 1)
+        constants = self._constants() if held else ["*constants"]
+        context = f"({', '.join([*constants, *point[n:], *still])},)"
+        return f"{self.name}_rates({context}, {', '.join(['0.0', *point[:n]])})"
 
     # -- groups that are stepped -----------------------------------------------------------------------------------
 
@@ -159,8 +181,9 @@ class GroupCode:
             self.pieces.names["integrate"] = integrate
             functions = ", ".join(f"{self.name}_{function}" for function in ("step", "clearances", "then", "context"))
             accuracy = f"{self.name}_length, {self.name}_tolerance, {self.solver.order}, {self.name}_precision"
-            arrays = ", ".join(f"{self.name}_{key}" for key in (*_STEPPED, "largest", "clear"))
-            yield f"{self.name}_status = integrate({functions}, time, period, {accuracy}, {arrays})"
+            arrays = ", ".join(f"{self.name}_{key}" for key in (*_STEPPED, "largest", "clear", "side"))
+            events = len(self.group.events)
+            yield f"{self.name}_status = integrate({functions}, time, period, {accuracy}, {arrays}, {events})"
             yield f"not_finite += 0.0 * (1e308 * (10.0 * {self.name}_status))  # NaN where it failed"
         yield from self._states([f"{x}[{i}]" for i in range(len(self.group.states))])
 
@@ -226,8 +249,11 @@ class GroupCode:
         lines = list(self._instant())
         for number, (name, event) in enumerate(self.group.events):
             lines += self._kept(name, event, f"clearance_{number}", self._event(name, event, 0))
+        for number, (name, corner) in enumerate(self.group.corners, start=len(self.group.events)):
+            call = self._watched(name, corner, self.blocks[name].corners[corner])
+            lines += self._kept(name, corner, f"clearance_{number}", call)
         yield from self._begun(lines)
-        for number in range(len(self.group.events)):
+        for number in range(self.group.watched):
             yield f"    clear[{number}] = {self._sound(f'clearance_{number}', lines)}"
         yield "    return"
         yield ""
@@ -250,8 +276,10 @@ class GroupCode:
         yield ""
 
     def _event(self, name: str, event: str, part: int) -> Call:
-        behaviour = self.blocks[name].events[event][part]
-        arguments = [made_up(word(name), "c"), *(self.pieces.argument(name, event, a) for a in behaviour.arguments)]
+        return self._watched(name, event, self.blocks[name].events[event][part])
+
+    def _watched(self, name: str, watched: str, behaviour: Behaviour) -> Call:
+        arguments = [made_up(word(name), "c"), *(self.pieces.argument(name, watched, a) for a in behaviour.arguments)]
         return self.pieces.called(name, behaviour.function.__name__, behaviour, arguments)
 
     def _kept(self, name: str, function: str, target: str, call: Call) -> Iterator[str]:
@@ -270,7 +298,7 @@ class GroupCode:
 
     def _instant(self) -> Iterator[str]:
         context = "context[0]" if self.solver.method == "radau" else "context"
-        if self.group.events:
+        if self.group.watched:
             yield from self._known(context, [f"x[{i}]" for i in range(len(self.group.states))])
 
     def _known(self, context: str, x: list[str]) -> Iterator[str]:
@@ -324,7 +352,7 @@ class GroupCode:
         return [member for member in self.group.members if self.pieces.plan.constants[member] is None]
 
     def _is_fixed(self) -> bool:
-        return not self.solver.tolerance and not self.group.events
+        return not self.solver.tolerance and not self.group.watched
 
     def _number(self, number: str, kind: type, value: float) -> str:
         return self.pieces.constant(SolverNumber(self.name, number), kind, value)

@@ -18,7 +18,8 @@ class Group:
     `states` are the fields of the blocks' states, modes included; `nodes` what is evaluated at every instant, in
     order: outputs, and with "" as port the constants of a block that a signal within the group drives. `loops` are
     solved at every instant. `inputs` are the outputs of other blocks that act on the group, held over the tick; those
-    in `ramps` move on a straight line to their next value. `events` are those of its blocks.
+    in `ramps` move on a straight line to their next value. `events` are those of its blocks, `corners` those of all
+    its members.
     """
 
     blocks: tuple[str, ...]
@@ -29,6 +30,12 @@ class Group:
     inputs: tuple[Node, ...]
     ramps: tuple[Node, ...]
     events: tuple[tuple[str, str], ...]
+    corners: tuple[tuple[str, str], ...]
+
+    @property
+    def watched(self) -> int:
+        """How many events and corners steps end at."""
+        return len(self.events) + len(self.corners)
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -126,6 +133,8 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
     inside = [node for node in schedule.order if node in needed and node in wiring.moving]
     needs = {node: _needs(graph.blocks[node[0]], schedule, *node) for node in inside}
     nodes, loops = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
+    moving = dict.fromkeys(name for name, port in nodes if port)
+    corners = [(name, corner) for name in moving for corner in graph.blocks[name].corners]
     ahead = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
     return Group(
         blocks=blocks,
@@ -136,7 +145,14 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
         inputs=tuple(inputs),
         ramps=tuple(node for node in inputs if node in ahead),
         events=tuple((name, event) for name in blocks for event in graph.blocks[name].events),
+        corners=tuple(corner for corner in corners if _is_known(graph.blocks[corner[0]], schedule, *corner, needed)),
     )
+
+
+def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Node]) -> bool:
+    """Whether all that a corner reads is among what its group knows."""
+    drivers = (schedule.drivers.get((name, argument)) for argument in block.corners[corner].arguments)
+    return all(driver is None or driver in known for driver in drivers)
 
 
 def state_fields(block: Block) -> list[tuple[str, type]]:

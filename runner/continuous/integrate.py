@@ -2,8 +2,9 @@
 
 Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits. What they are given:
 `step(context, time, length, x, moved, error)` writes the states one step later and an estimate of their error;
-`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens; `then(context, time, x,
-which)` changes the states when it happens.
+`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens, and behind the `events`
+the numbers whose signs tell on which side of each corner the group is; `then(context, time, x, which)` changes the
+states when an event happens. Nothing happens at a corner but that a step ends there, and the next begins beyond it.
 """
 
 from typing import Any
@@ -13,6 +14,7 @@ from proofmass.blocks.elementary import exponential, logarithm_of_fraction
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 MOST_EVENTS = 10_000  # in one tick
+MOST_CORNERS = 1_000
 SHORTEST = 1e-12  # step, in ticks
 STEPS_TOO_SHORT = -1.0  # what `integrate` returns where no step is short enough
 DONE = 0.0
@@ -37,15 +39,18 @@ def integrate(
     error: Flat,
     largest: Flat,
     clear: Flat,
+    side: Flat,
+    events: int,
 ) -> float:
     """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a tolerance allows.
 
-    A tolerance of zero means steps as long as the first. Errors are relative to the `largest` value that a state ever
-    had, which is kept there. Events are found to within `precision` seconds. Returns
-    `DONE`, or `STEPS_TOO_SHORT`, or the number, from 1, of an event that happens again and again.
+    A tolerance of zero means steps as long as the first, shorter ones only where no number comes out of it. Errors
+    are relative to the `largest` value that a state ever had, which is kept there. Events are found to within
+    `precision` seconds. Returns `DONE`, or `STEPS_TOO_SHORT`, or the number, from 1, of an event that happens again
+    and again.
     """
-    done, size = 0.0, first
-    allowed = _settled(clearances, then, context, start, x, clear, MOST_EVENTS)
+    done, size, corners = 0.0, first, 0
+    allowed = _settled(clearances, then, context, start, x, clear, side, events, MOST_EVENTS)
     while done < period and allowed > 0:
         left = period - done
         length = left if size >= left * NEARLY else size
@@ -57,21 +62,33 @@ def integrate(
                 if size < period * SHORTEST:
                     return STEPS_TOO_SHORT
                 continue
-        event = _due(clearances, context, start + done + length, moved, clear)
+        elif not _is_finite(moved):  # a stage beyond the end of physics, which an event may lie before
+            size = 0.5 * length
+            if size < period * SHORTEST:
+                return STEPS_TOO_SHORT
+            continue
+        else:
+            size = first
+        event = _due(clearances, context, start + done + length, moved, clear, side, events)
         if event >= 0:
             length, event = _located(
-                step, clearances, context, start + done, length, event, precision, x, moved, error, clear
+                step, clearances, context, start + done, length, event, precision, x, moved, error, clear, side, events
             )
+        if 0 <= event < events:
             _moved(step, context, start + done, length, x, moved, error)
         for i in range(len(x)):
             x[i] = moved[i]
             largest[i] = max(largest[i], abs(x[i]))
         done = period if length == left else done + length
-        if event >= 0:
+        if 0 <= event < events:
             then(context, start + done, x, event)
             allowed -= 1
-        allowed = _settled(clearances, then, context, start + done, x, clear, allowed)
-    return DONE if allowed > 0 else 1.0 + _due(clearances, context, start + done, x, clear)
+        allowed = _settled(clearances, then, context, start + done, x, clear, side, events, allowed)
+        corners += 1 if event >= events else 0
+        if corners > MOST_CORNERS:  # a motion along a jump, which steps would never leave
+            for i in range(len(side)):
+                side[i] = 0.0
+    return DONE if allowed > 0 else 1.0 + _due(clearances, context, start + done, x, clear, side, events)
 
 
 def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
@@ -84,6 +101,14 @@ def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
     return worst + broken
 
 
+def _is_finite(x: Flat) -> bool:
+    """Whether all states are finite."""
+    broken = 0.0
+    for i in range(len(x)):
+        broken += x[i] - x[i]
+    return broken == 0.0
+
+
 def _growth(worst: float, order: int) -> float:
     """Length of the next step in this one's, from the error of this one in tolerances."""
     if not worst < 1e10:
@@ -94,23 +119,30 @@ def _growth(worst: float, order: int) -> float:
     return min(MOST, max(LEAST, SAFETY * exponential(-logarithm / order)))
 
 
-def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat) -> int:
-    """The first event whose clearance is used up, or -1."""
+def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int) -> int:
+    """The first event whose clearance is used up, or corner that is on the other side; or -1."""
     if len(clear) > 0:
         clearances(context, time, x, clear)
         for i in range(len(clear)):
-            if clear[i] <= 0.0:
+            if (clear[i] <= 0.0) if i < events else (clear[i] * side[i] < 0.0):
                 return i
     return -1
 
 
-def _settled(clearances: Any, then: Any, context: Any, time: float, x: Flat, clear: Flat, allowed: int) -> int:
-    """Let everything happen that is due; how many events are still allowed in this tick."""
-    due = _due(clearances, context, time, x, clear)
+def _settled(
+    clearances: Any, then: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, allowed: int
+) -> int:
+    """Let everything happen that is due, and note on which side each corner is; how many events are still allowed in
+    this tick."""
+    for i in range(len(side)):
+        side[i] = 0.0
+    due = _due(clearances, context, time, x, clear, side, events)
     while due >= 0 and allowed > 0:
         then(context, time, x, due)
         allowed -= 1
-        due = _due(clearances, context, time, x, clear)
+        due = _due(clearances, context, time, x, clear, side, events)
+    for i in range(events, len(clear)):
+        side[i] = 1.0 if clear[i] > 0.0 else -1.0 if clear[i] < 0.0 else 0.0
     return allowed
 
 
@@ -135,8 +167,11 @@ def _located(
     moved: Flat,
     error: Flat,
     clear: Flat,
+    side: Flat,
+    events: int,
 ) -> tuple[float, int]:
-    """The length of a step that ends at the first event in it, and which one that is; `event` is due at its end.
+    """The length of a step that ends at the first event or just beyond the first corner in it, and which one that is;
+    `event` is due at its end. To a corner it goes at once, in two steps: no stage of the first is beyond it.
 
     Bisection finds the event to within `precision`; where its clearance is a straight line there, what is left is
     taken off too, since whatever an event comes late stays in the motion that follows.
@@ -147,12 +182,17 @@ def _located(
         if not (after - before > precision and before < middle < after):
             break
         step(context, time, middle, x, moved, error)
-        found = _due(clearances, context, time + middle, moved, clear)
+        found = _due(clearances, context, time + middle, moved, clear, side, events)
         if found >= 0:
             after, event, used = middle, found, clear[found]
         else:
             before = middle
     _moved(step, context, time, before, x, moved, error)
+    if event >= events:
+        for i in range(len(x)):
+            x[i] = moved[i]
+        _moved(step, context, time + before, after - before, x, moved, error)
+        return after, event
     clearances(context, time + before, moved, clear)
     share = clear[event] / (clear[event] - used) if clear[event] > 0.0 else 1.0
     return before + share * (after - before), event

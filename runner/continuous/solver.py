@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from proofmass.graphs.schedule import Node
 from proofmass.runner.continuous import radau
 from proofmass.runner.continuous.groups import Group
 from proofmass.runner.continuous.methods import EXPLICIT
@@ -12,8 +13,8 @@ class Solver:
     """A group with the method that integrates it.
 
     "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick), which change
-    where a parameter is driven. Steps of the other methods are `1/substeps` of a tick long, at first where the
-    tolerance is not zero.
+    where a parameter is driven or a factor has moved: in u stands one for the first factor. Steps of the other methods
+    are `1/substeps` of a tick long, at first where the tolerance is not zero.
     """
 
     name: str  # in generated code
@@ -23,11 +24,17 @@ class Solver:
     tolerance: float
     precision: float  # seconds
     driven: bool
+    factors: tuple[Node, ...] = ()  # of "exact": inputs that multiply states and other inputs
 
     @property
     def exact(self) -> bool:
         """Whether the group is stepped by matrices."""
         return self.method == "exact"
+
+    @property
+    def renewed(self) -> bool:
+        """Whether the matrices change from tick to tick."""
+        return self.driven or bool(self.factors)
 
     @property
     def order(self) -> int:

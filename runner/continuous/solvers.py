@@ -1,6 +1,5 @@
 """How each group of continuous blocks is integrated: exactly where it is linear, elsewhere by steps."""
 
-import itertools
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
@@ -10,8 +9,10 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.integration import MOST_SUBSTEPS
 from proofmass.graphs.schedule import Node
+from proofmass.runner.continuous.corners import looks_at_numbers
 from proofmass.runner.continuous.exact_hold import Matrix, hold
 from proofmass.runner.continuous.groups import Group, find_groups
+from proofmass.runner.continuous.linearity import factors_of
 from proofmass.runner.continuous.methods import EXPLICIT
 from proofmass.runner.continuous.solver import Solver
 from proofmass.runner.continuous.stages import Context, Stages
@@ -19,9 +20,9 @@ from proofmass.runner.engine.planned import Plan
 
 FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Node, Any]]]  # constants and wires
 
-STIFF = 100  # sub-steps of an explicit method in a tick, beyond which an implicit one is taken
+STIFF = 100  # sub-steps of an explicit method in a tick, beyond which another one is taken
+STABLE = 2.5  # time constants that a step of an explicit method may have before it is unstable
 PRECISION = 1e-12  # of the time of an event, in ticks
-_SCALES = (1.0, -1.0, 2.0, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
 
 
 def find_solvers(plan: Plan, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
@@ -32,14 +33,32 @@ def find_solvers(plan: Plan, constants: Mapping[str, Any], first_tick: FirstTick
     )
 
 
-def assemble(stages: Stages, constants: Mapping[str, Any], period: float) -> tuple[Matrix, Matrix]:
-    """Transition and entry of a linear group: its rates for unit states and inputs are the columns of A and B."""
-    group = stages.group
+def assemble(
+    stages: Stages, constants: Mapping[str, Any], period: float, factors: Mapping[Node, float] | None = None
+) -> tuple[Matrix, Matrix]:
+    """Transition and entry of a linear group: its rates for unit states and inputs are the columns of A and B.
+
+    `factors` are inputs that multiply others, with their values: the column of the first is what they do to states and
+    inputs at zero, for an input of one; those of the others are zero.
+    """
+    group, held = stages.group, factors or {}
     n, m = len(group.states), len(group.inputs)
-    columns = [rates_at(stages, constants, [float(i == j) for i in range(n + m)]) for j in range(n + m)]
+    rest = [0.0] * n + [held.get(node, 0.0) for node in group.inputs]
+    places = [n + group.inputs.index(node) for node in held]
+    offset = rates_at(stages, constants, rest) if held else [0.0] * n
+    columns = [
+        ([0.0] * n if j in places[1:] else offset)
+        if j in places
+        else _less(rates_at(stages, constants, [1.0 if i == j else v for i, v in enumerate(rest)]), offset, bool(held))
+        for j in range(n + m)
+    ]
     rows = [list(row) for row in zip(*columns, strict=True)]
     ramps = tuple(group.inputs.index(node) for node in group.ramps)
     return hold([row[:n] for row in rows], [row[n:] for row in rows], period, ramps)
+
+
+def _less(rates: list[float], offset: list[float], held: bool) -> list[float]:
+    return [rate - c for rate, c in zip(rates, offset, strict=True)] if held else rates
 
 
 def rates_at(
@@ -69,13 +88,15 @@ class _Choice:
         self.period, self.says = plan.period, plan.graph.integration
         self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
         self.driven = any(plan.constants[member] is None for member in group.members)
+        self.factors: tuple[Node, ...] = ()
 
     def solver(self, name: str) -> Solver:
         method, substeps = self._method()
         adaptive = method in ("dormand_prince", "radau")
         precision = self.says.event_tolerance or PRECISION * self.period
         tolerance = self.says.accuracy if adaptive else 0.0
-        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven)
+        factors = self.factors if method == "exact" else ()
+        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven, factors)
 
     def _method(self) -> tuple[str, int]:
         method = self.says.method
@@ -87,20 +108,36 @@ class _Choice:
                 raise self._refused(f"cannot be stepped exactly: {reason}", 'leave out method = "exact"')
         if self.says.substeps is not None:
             return "runge_kutta_4" if method == "auto" else method, self.says.substeps
-        explicit = EXPLICIT["runge_kutta_4" if method in ("auto", "radau") else method]
-        wanted = self._substeps(explicit.order)
+        fastest = self._fastest()
         if method == "auto":
-            method = "runge_kutta_4" if wanted <= STIFF else "radau"
+            method = self._chosen(fastest)
+        wanted = self._substeps(fastest, EXPLICIT["runge_kutta_4" if method == "radau" else method].order)
         if method == "runge_kutta_4" and wanted > MOST_SUBSTEPS:
             hint = 'choose method = "radau", a lower accuracy or a higher rate'
             raise self._refused(f"needs {wanted:.3g} sub-steps in each tick", hint)
         return method, min(wanted, STIFF) if method == "radau" else wanted
 
-    def _substeps(self, order: int) -> int:
-        """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""
+    def _chosen(self, fastest: float) -> str:
+        """An explicit method, of higher order for many steps; an implicit one where stability would ask for many."""
+        if self.period * fastest > STABLE * STIFF:
+            return "radau"
+        many = self._substeps(fastest, EXPLICIT["runge_kutta_4"].order) > STIFF
+        return "dormand_prince" if many or self._has_hidden_corners() else "runge_kutta_4"
+
+    def _has_hidden_corners(self) -> bool:
+        """Whether a block looks at a number that moves, and does not say where its corners are: steps must be short
+        there, which only an estimate of the error tells."""
+        return any(looks_at_numbers(self.plan.blocks[name]) for name in self.group.members)
+
+    def _fastest(self) -> float:
+        """The rate of the fastest time constant in tick 0."""
         fastest = spectral_radius(self._jacobian())
         if not math.isfinite(fastest):
             raise self._refused("its derivatives at the start are not finite", "look for a parameter that is far off")
+        return fastest
+
+    def _substeps(self, fastest: float, order: int) -> int:
+        """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""
         length: float = (self.says.accuracy * math.factorial(order + 1)) ** (1.0 / order)
         return max(1, math.ceil(self.period * fastest / length))
 
@@ -134,11 +171,7 @@ class _Choice:
         return [list(row) for row in zip(*columns, strict=True)]
 
     def _not_linear(self) -> str:
-        """Why the group is not linear in states and inputs; empty when it is.
-
-        Where f(0) = 0 and f(s z) = s f(z), in the same bits for scales s sixty orders of magnitude up and down, and
-        f(z) is the sum of what each entry of z does alone, no limit, dead zone or product can hide.
-        """
+        """Why the group is not linear in states and inputs, held factors apart; empty when it is."""
         blocks = self.plan.blocks
         nonlinear = [
             name for name in self.group.blocks if "derivative" in blocks[name].functions and not blocks[name].linear
@@ -151,27 +184,14 @@ class _Choice:
             "time" in blocks[name].functions["derivative"].arguments for name in self.group.blocks
         ):
             return "a function of it depends on the time"
-        try:
-            linear = all(self._is_linear_about(signs) for signs in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0, 1.0)))
-        except ArithmeticError:
-            linear = False
-        return (
-            "" if linear else f"the derivatives of {', '.join(self.group.members)} are not linear in states and inputs"
-        )
-
-    def _is_linear_about(self, signs: tuple[float, ...]) -> bool:
         size = len(self.group.states) + len(self.group.inputs)
-        point = [sign * (1.0 + 0.375 * n) for n, sign in zip(range(size), itertools.cycle(signs), strict=False)]
-        once = self._at(point)
-        if any(self._at([0.0] * size)):
-            return False
-        if any(self._at([scale * v for v in point]) != [scale * rate for rate in once] for scale in _SCALES):
-            return False
-        alone = [self._at([v * float(i == j) for i in range(size)]) for j, v in enumerate(point)]
-        for rate, parts in zip(once, zip(*alone, strict=True), strict=True):
-            if not abs(rate - math.fsum(parts)) <= 1e-9 * math.fsum(map(abs, parts)):
-                return False
-        return True
+        first = len(self.group.states)
+        held = [first + n for n, node in enumerate(self.group.inputs) if node not in self.group.ramps]
+        factors = factors_of(self._at, size, held)
+        if factors is None:
+            return f"the derivatives of {', '.join(self.group.members)} are not linear in states and inputs"
+        self.factors = tuple(self.group.inputs[place - first] for place in factors)
+        return ""
 
     def _at(self, point: Sequence[float]) -> list[float]:
         return rates_at(self.stages, self.constants, point)

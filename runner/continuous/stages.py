@@ -41,6 +41,7 @@ class Stages:
         self.blocks, self.schedule, self.group, self.periods = blocks, schedule, group, periods
         self.at = ""  # the function under way
         self.unsolved = ""  # wire of a loop that had no solution
+        self.watching, self.lost = False, ""  # the first output that was NaN while it watched
         self._states: list[tuple[str, Any, list[type]]] = [
             (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
@@ -57,6 +58,7 @@ class Stages:
         derivatives = ((name, blocks[name].functions.get("derivative")) for name in group.blocks)
         self._rates = [None if found is None else self._call(name, "derivative", found) for name, found in derivatives]
         self._clearances = [self._call(name, event, blocks[name].events[event][0]) for name, event in group.events]
+        self._clearances += [self._call(name, corner, blocks[name].corners[corner]) for name, corner in group.corners]
         self._thens = [self._call(name, event, blocks[name].events[event][1]) for name, event in group.events]
 
     def rates(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
@@ -70,7 +72,7 @@ class Stages:
                 place += 1
 
     def clearances(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
-        """What is above zero as long as nothing happens, for each event."""
+        """What is above zero as long as nothing happens, for each event; behind them on which side each corner is."""
         known = self._known(context, time, x)
         for number, call in enumerate(self._clearances):
             out[number] = self._called(call, known)
@@ -131,7 +133,10 @@ class Stages:
 
     def _called(self, call: _Call, known: list[Any]) -> Any:
         self.at = call.at
-        return call.function(*[known[place] for place in call.arguments])
+        value = call.function(*[known[place] for place in call.arguments])
+        if self.watching and not self.lost and value != value and call.result >= 0:
+            self.lost = call.at
+        return value
 
     def _output(self, name: str, port: str) -> _Call:
         call = self._call(name, port, self.blocks[name].output_functions[port])

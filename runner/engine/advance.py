@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from proofmass.graphs.schedule import Node
@@ -15,13 +16,15 @@ from proofmass.runner.continuous.solvers import assemble
 from proofmass.runner.continuous.stages import Context, Stages
 from proofmass.runner.engine.planned import Plan
 
+ABOVE_ROUNDING = 1e-12  # tolerance, from which on rounding alone does not keep steps from being accepted
+
 
 class IntegrationError(ArithmeticError):
     """A group that could not be moved to the next tick: `at` is what failed."""
 
-    def __init__(self, at: str, message: str) -> None:
+    def __init__(self, at: str, message: str, hint: str = "") -> None:
         super().__init__(message)
-        self.at = at
+        self.at, self.hint = at, hint
 
 
 class Advance:
@@ -32,10 +35,11 @@ class Advance:
         self.stages = Stages(plan.blocks, plan.schedule, solver.group, plan.block_period)
         size = len(solver.group.states)
         self._moved, self._error = [0.0] * size, [0.0] * size
-        self._clear = [0.0] * len(solver.group.events)
+        self._clear, self._side = [0.0] * solver.group.watched, [0.0] * solver.group.watched
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
         self._assembled_from: list[Any] | None = None
+        self._stepped: tuple[Context, list[float]] | None = None  # what the last tick was stepped from and how far
 
     def __call__(
         self,
@@ -52,16 +56,46 @@ class Advance:
         changes = [following[node] - wires[node] for node in group.ramps]
         self.stages.unsolved = ""
         if self.solver.exact:
-            x = self._by_matrices(constants, [*x, *inputs, *changes])
+            held = {node: wires[node] for node in self.solver.factors}
+            first = self.solver.factors[:1]
+            inputs = [1.0 if node in first else value for node, value in zip(group.inputs, inputs, strict=True)]
+            x = self._by_matrices(constants, held, [*x, *inputs, *changes])
             self._check(DONE, x)
             return self.stages.states(x)
         guesses = [wires[node] for node in group.guesses]
         context = Context(constants, inputs, [change / self.period for change in changes], guesses, time)
+        self._stepped = context, x
         self._check(self._by_steps(context, x), x)
         return self.stages.states(x)
 
-    def _by_matrices(self, constants: Mapping[str, Any], values: Sequence[float]) -> list[float]:
-        transition, entry = self._current(constants)
+    def lost(
+        self,
+        constants: Mapping[str, Any],
+        states: Mapping[str, Any],
+        wires: Mapping[Node, Any],
+        following: Mapping[Node, float],
+        time: float,
+    ) -> str:
+        """The output within the group that was the first to have no value in a tick that failed; empty without one.
+
+        Steps may get too short just before that instant: then it is the first that has none a tick further on.
+        """
+        self.stages.watching, self.stages.lost = True, ""
+        with suppress(ArithmeticError, ValueError):
+            self(constants, states, wires, following, time)
+        with suppress(ArithmeticError, ValueError):
+            if self._stepped is not None and not self.stages.lost:
+                context, x = self._stepped
+                rates = [0.0] * len(x)
+                self.stages.rates(context, time, x, rates)
+                self.stages.rates(context, time, [v + self.period * r for v, r in zip(x, rates, strict=True)], rates)
+        self.stages.watching = False
+        return self.stages.lost
+
+    def _by_matrices(
+        self, constants: Mapping[str, Any], held: Mapping[Node, float], values: Sequence[float]
+    ) -> list[float]:
+        transition, entry = self._current(constants, held)
         moved = []
         for row, more in zip(transition, entry, strict=True):
             total = row[0] * values[0]
@@ -70,12 +104,12 @@ class Advance:
             moved.append(total)
         return moved
 
-    def _current(self, constants: Mapping[str, Any]) -> tuple[Matrix, Matrix]:
-        """The matrices, made anew when a driven parameter has moved."""
-        if self.solver.driven or self._assembled_from is None:
-            used = [constants[name] for name in self.solver.group.members]
+    def _current(self, constants: Mapping[str, Any], held: Mapping[Node, float]) -> tuple[Matrix, Matrix]:
+        """The matrices, made anew when a driven parameter or a factor has moved."""
+        if self.solver.renewed or self._assembled_from is None:
+            used = [constants[name] for name in self.solver.group.members] + list(held.values())
             if used != self._assembled_from:
-                self._matrices = assemble(self.stages, constants, self.period)
+                self._matrices = assemble(self.stages, constants, self.period, held)
                 self._assembled_from = used
         return self._matrices
 
@@ -83,7 +117,7 @@ class Advance:
         """Moves the states; returns what `integrate` does."""
         solver = self.solver
         length = self.period / solver.substeps
-        if not solver.tolerance and not solver.group.events:
+        if not solver.tolerance and not solver.group.watched:
             for substep in range(solver.substeps):
                 self._step(context, context.start + substep * length, length, x, x, self._error)
                 if not all(map(math.isfinite, x)):  # nor will it be after the steps that are left
@@ -105,6 +139,8 @@ class Advance:
             self._error,
             self.largest,
             self._clear,
+            self._side,
+            len(solver.group.events),
         )
 
     def _check(self, status: float, x: Sequence[float]) -> None:
@@ -113,8 +149,12 @@ class Advance:
             raise NoSolutionError(self.stages.unsolved)
         solver = self.solver
         if status == STEPS_TOO_SHORT:
-            message = "no step is short enough for the accuracy: the solution may not exist beyond this instant"
-            raise IntegrationError(f"{solver.group.blocks[0]}.derivative", message)
+            at = f"{solver.group.blocks[0]}.derivative"
+            message = "no step is short enough for the accuracy"
+            if solver.tolerance < ABOVE_ROUNDING:
+                hint = f"accuracy = {solver.tolerance:g} is below what rounding leaves of these numbers: ask for 1e-12"
+                raise IntegrationError(at, message, hint)
+            raise IntegrationError(at, f"{message}: the solution may not exist beyond this instant")
         if status != DONE:
             raise IntegrationError(
                 ".".join(solver.group.events[int(status) - 1]),

@@ -11,8 +11,9 @@ from proofmass.blocks.declare import Block
 from proofmass.blocks.language.forms import is_own
 from proofmass.blocks.problem import Problem
 from proofmass.graphs.graph import split
+from proofmass.runner.engine.advance import IntegrationError
 from proofmass.runner.engine.engines import make_engine
-from proofmass.runner.engine.interpret import Interpreter, TickError
+from proofmass.runner.engine.interpret import Interpreter, OutOfBoundsError, TickError
 from proofmass.runner.engine.memory import Memory
 from proofmass.runner.engine.planned import Plan
 
@@ -50,19 +51,30 @@ def name_fault(planned: Plan, seed: int, run: int, memory: Memory, end: int) -> 
 
 def failed(planned: Plan, fault: TickError) -> Problem:
     """A fault in the words of the graph: block and port, tick and time, what to look at."""
-    name, _ = split(fault.at)
+    name, port = split(fault.at)
     at = f"in tick {fault.tick}, t = {float(fault.tick / planned.schedule.base_rate):.9g} s"
     drivers = planned.schedule.drivers
     block = planned.blocks.get(name)
     ports = [*block.inputs, *block.parameters] if block else []
     inputs = [f"{port} = {'.'.join(drivers[name, port])}" for port in ports if (name, port) in drivers]
     hint = "the loop may be unstable, or a parameter of the wrong size"
+    if isinstance(fault.value, IntegrationError) and fault.value.hint:
+        hint = fault.value.hint
     if isinstance(fault.value, OverflowError):
         hint = "take a wider format, or let it saturate or wrap"
     own = _own_line(block, fault.value)
     if own:
         hint = f"{own} raises it"
-    if isinstance(fault.value, Exception):
+    expected = ""
+    no_value = block.outputs[port].no_value if block and port in block.outputs else ""
+    if no_value and fault.value != fault.value:
+        message, got, hint = f"has no value {at}", "nan", no_value
+    elif isinstance(fault.value, OutOfBoundsError) and block:
+        declared = block.parameters[port]
+        unit = block.unit_of(declared)
+        message, got, expected = f"leaves its bounds {at}", f"{fault.value} {unit}", declared.expected(unit)
+        hint = f"limit what drives it, {'.'.join(drivers[name, port])}, for example by a Saturation"
+    elif isinstance(fault.value, Exception):
         message, got = f"failed {at}", f"{type(fault.value).__name__}: {fault.value}"
     else:
         message, got = f"is not finite {at}", str(fault.value)
@@ -70,6 +82,7 @@ def failed(planned: Plan, fault: TickError) -> Problem:
         message=message,
         key=fault.at,
         got=got,
+        expected=expected,
         hint=hint + (f"; probe what drives it: {', '.join(inputs)}" if inputs else ""),
         path=("blocks", name),
     )

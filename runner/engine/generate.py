@@ -243,6 +243,7 @@ class LoopGenerator(Pieces):
                 drawn.add(name)
                 yield stride, self.deviate(name)
             if not port:
+                yield from ((stride, line) for line in self.within_bounds(name))
                 yield from ((stride, line) for line in self.driven(name))
                 continue
             output = block.outputs[port]

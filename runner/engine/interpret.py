@@ -25,6 +25,14 @@ class TickError(ArithmeticError):
         self.at, self.tick, self.value = at, tick, value
 
 
+class OutOfBoundsError(ArithmeticError):
+    """A driven parameter that has left the bounds that its block declares."""
+
+    def __init__(self, value: float) -> None:
+        super().__init__(f"{value:.9g}")
+        self.value = value
+
+
 class Interpreter:
     """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
 
@@ -110,17 +118,20 @@ class Interpreter:
                     states[name] = state
         following = self._ahead(tick)
         for advance in self._advances:
+            given = (self._constants, states, self._memory.wires, following, tick * self.plan.period)
             try:
-                moved = advance(self._constants, states, self._memory.wires, following, tick * self.plan.period)
+                moved = advance(*given)
             except (IntegrationError, NoSolutionError) as error:
-                raise TickError(error.at, tick, error) from error
+                lost = advance.lost(*given)
+                raise TickError(lost or error.at, tick, math.nan if lost else error) from error
             except Exception:
                 self._at = advance.stages.at
                 raise
+            broken = next((name for name in moved if not self._finite(moved[name])), "")
+            if broken:
+                lost = advance.lost(*given)
+                raise TickError(lost or f"{broken}.state", tick, math.nan if lost else moved[broken])
             states.update(moved)
-            for name in moved:
-                if not self._finite(states[name]):
-                    raise TickError(f"{name}.state", tick, states[name])
         for name in self._overflowed & self._memory.overflows.keys():
             self._memory.overflows[name] += 1
         self._overflowed.clear()
@@ -180,8 +191,16 @@ class Interpreter:
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
         made = block.parameters_class()
         period = self.plan.block_period(name)
+        bounded = [
+            (p, declared, drivers[name, p])
+            for p, declared in block.parameters.items()
+            if (name, p) in drivers and declared.bounds()
+        ]
 
         def compute(tick: int) -> Any:
+            for parameter, declared, driver in bounded:
+                if not declared.inside(self._memory.wires[driver]):
+                    raise TickError(f"{name}.{parameter}", tick, OutOfBoundsError(self._memory.wires[driver]))
             values = (
                 self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
                 for p in made._fields  # type: ignore[attr-defined]

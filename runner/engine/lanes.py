@@ -35,7 +35,7 @@ def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
     def settled(block: Block, parameter: str) -> bool:
         kinds = [kind for _, kind in fields(block.constants_class())]
         form = constants_form(type(block), compiled=True)
-        once = not block.drivable(parameter) or (form is not None and bool(form.problems))
+        once = not block.taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
         return once or any(kind not in (float, int, bool) for kind in kinds)
 
     return frozenset(name for name, parameter in varied if settled(plan.blocks[name], parameter))

@@ -26,6 +26,7 @@ from proofmass.runner.fixed.step_formats import held_as
 
 K = TypeVar("K", bound=Given | Moving)
 FLOATS, INTEGERS = "numbers", "integers"
+_NAN = "(1e308 * 10.0 - 1e308 * 10.0)"
 
 
 @dataclass
@@ -159,6 +160,17 @@ class Pieces:
     def parameter(self, name: str, parameter: str) -> str:
         """The variable of a parameter that is not driven, of a block whose constants the loop makes."""
         return made_up(variable((name, parameter)), "set")
+
+    def within_bounds(self, name: str) -> Iterator[str]:
+        """Lines that end the run where a driven parameter leaves the bounds that its block declares."""
+        drivers = self.plan.schedule.drivers
+        for p, declared in self.plan.blocks[name].parameters.items():
+            limits = ((">", declared.above), (">=", declared.at_least), ("<", declared.below), ("<=", declared.at_most))
+            if (name, p) in drivers:
+                value = variable(drivers[name, p])
+                for sign, limit in limits:
+                    if limit is not None:
+                        yield f"not_finite += 0.0 if {value} {sign} {float(limit)!r} else {_NAN}"
 
     def deviate(self, name: str) -> str:
         """The line that draws the deviate of a block."""

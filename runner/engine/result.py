@@ -1,5 +1,6 @@
 """The labelled outcome of a run: traces with units and times, and what they were made with."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -27,7 +28,7 @@ PIECE = 1 << 20  # numbers of a long trace that are looked at together
 
 
 class Statistics(NamedTuple):
-    """Over the rows of a trace, one number per entry of a row."""
+    """Over the rows of a trace, one number per entry of a row; the standard deviation with n - 1, zero of one row."""
 
     mean: Array
     std: Array
@@ -43,20 +44,31 @@ def pieces(rows: int, entries: int = 1) -> Iterator[tuple[int, int]]:
 
 
 def statistics(values: Array) -> Statistics:
-    """Mean, standard deviation and extremes over the rows, read once, piece by piece."""
+    """Mean, standard deviation and extremes over the rows, read once, piece by piece; twice where squares overflow."""
+    found = _scaled_statistics(values, 1.0)
+    largest = max(float(np.abs(found.lowest).max()), float(np.abs(found.highest).max()))
+    if np.isfinite(found.std).all() or not math.isfinite(largest):
+        return found
+    scale = math.ldexp(1.0, math.frexp(largest)[1] - 1)
+    with np.errstate(over="ignore"):
+        return Statistics(*(scale * each for each in _scaled_statistics(values, 1.0 / scale)))
+
+
+def _scaled_statistics(values: Array, scale: float) -> Statistics:
+    """Statistics of the values times a power of two."""
     count, entries = 0, values[0].size
     mean = squares = np.zeros(values.shape[1:])
-    lowest = highest = np.asarray(values[0], dtype=np.float64)
+    lowest = highest = scale * np.asarray(values[0], dtype=np.float64)
     with np.errstate(over="ignore", invalid="ignore"):
         for first, last in pieces(len(values), entries):
-            piece = np.asarray(values[first:last], dtype=np.float64)
+            piece = scale * np.asarray(values[first:last], dtype=np.float64)
             middle = piece.mean(axis=0)
             step, total = middle - mean, count + len(piece)
             squares = squares + ((piece - middle) ** 2).sum(axis=0) + step**2 * (count * len(piece) / total)
             mean = mean + step * (len(piece) / total)
             lowest, highest = np.minimum(lowest, piece.min(axis=0)), np.maximum(highest, piece.max(axis=0))
             count = total
-        return Statistics(mean, np.sqrt(squares / count), lowest, highest)
+        return Statistics(mean, np.sqrt(squares / max(count - 1, 1)), lowest, highest)
 
 
 @dataclass(frozen=True)
@@ -91,12 +103,15 @@ class Trace:
 
     @property
     def times(self) -> Array:
-        """Time of each row in seconds, as the blocks saw it: base ticks times the base period, never accumulated."""
+        """Time of each row in seconds: its tick over the base rate, rounded once, never accumulated."""
         return self.times_of(0, len(self.values))
 
     def times_of(self, first: int, last: int) -> Array:
         """Time of the rows from `first` up to, not including, `last`."""
-        return np.arange(first, last) * self.stride * float(1 / self.base_rate)
+        ticks, rate = self.stride * self.base_rate.denominator, self.base_rate.numerator
+        if max(last * ticks, rate) <= 1 << EXACT_BITS:
+            return np.arange(first, last, dtype=np.int64) * ticks / rate
+        return np.array([float(Fraction(row * ticks, rate)) for row in range(first, last)])
 
     @property
     def entries(self) -> int:
@@ -128,6 +143,7 @@ class Result:
     preparation: float  # wall time before it: plan, compilation
     provenance: Mapping[str, str] = field(default_factory=dict)
     overflows: Mapping[str, int] = field(default_factory=dict)  # of blocks in fixed point: ticks with an overflow
+    overflow_ticks: Mapping[str, int] = field(default_factory=dict)  # of these blocks: ticks that they had
     memory: Memory | None = None  # of an interrupted run, to go on from
     measures: Mapping[str, Measured] = field(default_factory=dict)
 
@@ -185,12 +201,10 @@ class Result:
                 row["entries"] = trace.entries
             found = trace.statistics
             if found:
-                with np.errstate(over="ignore", invalid="ignore"):
-                    mean = found.mean.mean()
-                    std = np.sqrt((found.std**2 + (found.mean - mean) ** 2).mean())
+                mean, std = _of_all_entries(found, len(trace.values))
                 row |= {
-                    "mean": float(mean),
-                    "std": float(std),
+                    "mean": mean,
+                    "std": std,
                     "min": float(found.lowest.min()),
                     "max": float(found.highest.max()),
                     "last": trace.values[-1].tolist(),
@@ -206,6 +220,16 @@ class Result:
         )
         head = "<tr><th>signal</th><th>unit</th><th>rows</th><th>mean</th><th>std</th></tr>"
         return f"<table>{head}{cells}</table>"
+
+
+def _of_all_entries(found: Statistics, rows: int) -> tuple[float, float]:
+    """Mean and standard deviation, with n - 1, of a vector over its rows and entries together."""
+    if found.mean.size == 1:
+        return float(found.mean.mean()), float(found.std.mean())
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean = found.mean.mean()
+        squares = (rows - 1) * found.std**2 + rows * (found.mean - mean) ** 2
+        return float(mean), float(np.sqrt(squares.sum() / max(rows * found.mean.size - 1, 1)))
 
 
 class Recorder:

@@ -19,7 +19,7 @@ from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.result import Recorder, Result
 from proofmass.runner.engine.trace_size import IN_MEMORY, refuse_large, trace_bytes
-from proofmass.runner.output.provenance import provenance
+from proofmass.runner.output.provenance import integration_of, provenance
 from proofmass.runner.studies.measuring import measured
 
 Progress = Callable[[int, int], None]  # ticks done, ticks in all
@@ -86,6 +86,7 @@ def simulate_plan(
     done, memory, unwritten = _loop(planned, runs, memory.tick, wanted, run, recorders, progress)
     ended = time.perf_counter()
     base = planned.schedule.base_rate
+    overflows = memory.overflow_counts()
     result = Result(
         graph=graph,
         traces={probe.signal: recorders[probe.signal].finish(base) for probe in graph.probes},
@@ -96,8 +97,9 @@ def simulate_plan(
         seed=wanted.seed,
         seconds=ended - looped,
         preparation=looped - began,
-        provenance=provenance(graph, runs.name),
-        overflows=memory.overflow_counts(),
+        provenance=provenance(graph, runs.name, integration_of(planned)),
+        overflows=overflows,
+        overflow_ticks={name: -(-done // planned.schedule.divisors[name]) for name in overflows},
         memory=memory if done < wanted.ticks else None,
     )
     if place is not None:

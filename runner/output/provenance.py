@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 
 from proofmass.graphs.graph import Graph
 from proofmass.graphs.toml_writer import write_graph
+from proofmass.runner.continuous.solver import Solver
+from proofmass.runner.engine.planned import Plan
 from proofmass.runner.engine.versions import version
 
 
@@ -20,12 +22,26 @@ def graph_text(graph: Graph) -> str:
     return write_graph(dataclasses.replace(graph, probes=tuple(sorted(graph.probes))))
 
 
-def provenance(graph: Graph, engine: str) -> dict[str, str]:
+def integration_of(planned: Plan) -> str:
+    """How the groups of continuous blocks are integrated, in words; empty without them."""
+    return "; ".join(f"{', '.join(s.group.blocks)}: {_method(s)}" for s in planned.solvers)
+
+
+def _method(solver: Solver) -> str:
+    if solver.exact:
+        return "exact" + (", matrices made anew as parameters or factors move" if solver.renewed else "")
+    if solver.tolerance:
+        return f"{solver.method}, steps chosen for {solver.tolerance:g}"
+    return f"{solver.method}, {solver.substeps} step{'s' if solver.substeps > 1 else ''} a tick"
+
+
+def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
     """Facts to repeat a run: what ran, where, when."""
     libraries = ("numpy", "numba", "llvmlite") if engine == "compiled" else ("numpy",)
     return {
         "graph_hash": graph_hash(graph),
         "engine": engine,
+        **({"integration": integration} if integration else {}),
         "proofmass": version("proofmass"),
         "python": platform.python_version(),
         **{library: version(library) for library in libraries},

@@ -66,7 +66,6 @@ def test_value_drives_a_parameter_and_is_the_nominal_value_changed_by_the_deviat
 
 
 def test_parameters_of_drifts_can_be_driven_themselves() -> None:
-    amounts = {"walk": "coefficient", "markov": "correlation_time", "flicker": "level", "ageing": "onset"}
     graph = Graph(
         name="driven drifts",
         rate=1000,
@@ -80,10 +79,12 @@ def test_parameters_of_drifts_can_be_driven_themselves() -> None:
             "step": DriftRamp(slope=0.2, unit="1/sqrt(s)"),
         },
         wires=[
-            f"{ {'walk': 'step', 'flicker': 'ramp'}.get(name, 'seconds') }.value -> {name}.{parameter}"
-            for name, parameter in amounts.items()
+            "step.value -> walk.coefficient",
+            "seconds.value -> markov.correlation_time",
+            "ramp.value -> flicker.level",
+            "ramp.value -> ageing.nominal",
         ],
-        probes=[f"{name}.deviation" for name in amounts],
+        probes=["walk.value", "markov.value", "flicker.value", "ageing.value"],
         seed=3,
     )
     assert_same_bits(graph, 3000)

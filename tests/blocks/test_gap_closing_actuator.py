@@ -1,5 +1,6 @@
 """The parallel plates against equation 8 of Sarraf et al. in exact arithmetic, and against their linear form."""
 
+import math
 from fractions import Fraction
 
 import pytest
@@ -31,3 +32,13 @@ def test_gain_and_negative_spring_about_rest() -> None:
     for v in (0.0, 1.7):
         spring = (force(p, v, 1e-10) - force(p, v, -1e-10)) / 2e-10
         assert spring == pytest.approx(2 * p.capacitance * (p.bias**2 + v**2) / p.gap**2, rel=1e-6)
+
+
+@pytest.mark.defect("S8", before="a force beyond the electrode", after="NaN from the contact on: the run ends")
+@pytest.mark.parametrize(("way", "pair", "single"), [(0.999, True, True), (1.0, False, False), (5.0, False, False)])
+def test_there_is_no_force_from_the_contact_on(way: float, pair: bool, single: bool) -> None:
+    both, one = GapClosingActuator(gap=2e-6), GapClosingActuator(gap=2e-6, push_pull=False)
+    assert math.isfinite(force(both, 1.0, way * 2e-6)) == pair
+    assert math.isfinite(force(both, 1.0, -way * 2e-6)) == pair
+    assert math.isfinite(force(one, 1.0, way * 2e-6)) == single
+    assert math.isfinite(force(one, 1.0, -way * 2e-6))

@@ -34,3 +34,11 @@ def test_outputs() -> None:
 def test_a_relay_without_hysteresis_is_refused() -> None:
     with pytest.raises(ModelError, match="it would switch without end"):
         Relay(lower=1.0, upper=1.0)
+
+
+@pytest.mark.defect("S9", before="a Relay always starts off", after="the parameter initially_on")
+def test_it_starts_as_it_is_told() -> None:
+    start = Relay.functions["start"].function
+    assert start(Relay()) == OFF
+    assert start(Relay(initially_on=True)) == State(True, 0, 0.0)
+    assert distance(Relay(), start(Relay(initially_on=True)), 0.25) == 0.75

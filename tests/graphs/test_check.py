@@ -348,3 +348,12 @@ def test_more_blocks_than_the_limit_are_refused_before_anything_else() -> None:
     assert [str(problem) for problem in check(graph)] == [
         "blocks: too many\n  got:      10001\n  expected: at most 10000"
     ]
+
+
+def test_a_block_that_is_not_there_is_one_problem_however_many_wires_name_it() -> None:
+    text = SMALL.replace('"push.output', '"pusher.output', 1) + '\n[blocks.more]\nkind = "Gain"\ninput_unit = "N"\n'
+    text = text.replace("probes =", "", 0).replace(
+        '    "mass.displacement', '    "pusher.output -> more.input",\n    "mass.displacement', 1
+    )
+    found = [problem.message for problem in problems_of(text) if not problem.note]
+    assert found.count("there is no block pusher") == 1

@@ -46,7 +46,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
 
 def test_a_sawtooth_wraps_once_a_period(graph: Path, tmp_path: Path, run: Callable[..., str]) -> None:
     wraps = round(1000 * 0.3 / 8)  # 0.3 a tick, in a register from -4 to 4
-    assert f"phase: a value did not fit its format in {wraps} of 1,000 ticks" in run(graph)
+    assert f'phase: wrapped in {wraps} of its 1,000 ticks, as its overflow = "wrap" says' in run(graph)
     assert json.loads(run(graph, "--json"))["overflows"] == {"phase": wraps, "quantiser": 0}
     run(graph, "--out", tmp_path / "out")
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["overflows"]["phase"] == wraps

@@ -159,7 +159,8 @@ def test_a_vector_shows_its_last_row_and_the_spread_of_the_rows_since_the_first_
     assert bars.get_label() == "mean ± std of 2 rows"
     assert list(bars.lines[0].get_ydata()) == [12.0, -5.0, 1.0]
     spread = [segment[:, 1].tolist() for segment in bars.lines[2][0].get_segments()]
-    assert spread == [[10.0, 14.0], [-6.0, -4.0], [1.0, 1.0]]
+    for ends, middle, std in zip(spread, (12.0, -5.0, 1.0), rows[1:].std(axis=0, ddof=1), strict=True):
+        assert ends == pytest.approx([middle - std, middle + std])
     assert panel.get_xlabel() == "entry, counted from 0"
 
 

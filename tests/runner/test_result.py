@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass.graphs.graph import Probe
+from proofmass.blocks.white_noise import WhiteNoise
+from proofmass.graphs.graph import Graph, Probe
 from proofmass.runner.engine import result as result_module
 from proofmass.runner.engine import simulate as simulate_module
 from proofmass.runner.engine.plan import PlannedProbe
-from proofmass.runner.engine.result import Recorder, Result, statistics
+from proofmass.runner.engine.result import Recorder, Result, Trace, statistics
 from proofmass.runner.engine.simulate import simulate
 from tests.runner.made_results import GRAPH, RATE, made_result, made_trace, mixed_result
 
@@ -63,7 +64,7 @@ def test_statistics_do_not_depend_on_the_pieces(piece: int, monkeypatch: pytest.
     values = 1e9 + np.random.default_rng(1).normal(size=(101, 3))  # far from zero: a sum of squares would lose it
     found = statistics(values)
     np.testing.assert_allclose(found.mean, values.mean(axis=0), rtol=1e-15)
-    np.testing.assert_allclose(found.std, values.std(axis=0), rtol=1e-6)
+    np.testing.assert_allclose(found.std, values.std(axis=0, ddof=1), rtol=1e-6)
     assert found.lowest.tolist() == values.min(axis=0).tolist()
     assert found.highest.tolist() == values.max(axis=0).tolist()
 
@@ -76,7 +77,7 @@ def test_a_summary_of_every_kind_of_trace() -> None:
         assert row["rows"] == len(values)
         numbers = [row[key] for key in ("mean", "std", "min", "max")]
         assert numbers == pytest.approx(
-            [values.mean(), values.std(), float(values.min()), float(values.max())], rel=1e-12
+            [values.mean(), values.std(ddof=1), float(values.min()), float(values.max())], rel=1e-12
         )
         assert row["last"] == values[-1].tolist()
     assert rows["cells.sums"]["entries"] == 4
@@ -153,3 +154,34 @@ def test_an_interrupted_run_holds_the_rows_that_were_done(
         assert part[name].values.tolist() == whole[name].values[:rows].tolist()
         if folder:
             assert np.load(tmp_path / f"{name}.npy").shape == (rows,)
+
+
+def test_statistics_of_numbers_whose_squares_overflow() -> None:
+    found = statistics(np.array([1e247, -1e247, 3e247]))
+    assert found.mean == pytest.approx(1e247, rel=1e-15)
+    assert found.std == pytest.approx(2e247, rel=1e-15)
+    assert (found.lowest, found.highest) == (-1e247, 3e247)
+    assert statistics(np.array([1.7e308, 1.7e308])).mean == 1.7e308
+
+
+def test_the_standard_deviation_of_a_trace_is_that_of_the_measure() -> None:
+    graph = Graph(
+        name="noise",
+        rate="1 kHz",
+        blocks={"noise": WhiteNoise(density=1.0)},
+        probes=["noise.output"],
+        measures={"spread": {"signal": "noise.output", "statistic": "std"}},
+    )
+    result = simulate(graph, samples=5, engine="python")
+    (row,) = result.summary()
+    assert row["std"] == pytest.approx(result.measures["spread"].value, rel=1e-14)
+    assert row["std"] == pytest.approx(float(np.std(result["noise.output"].values, ddof=1)), rel=1e-14)
+
+
+@pytest.mark.parametrize(("rate", "stride"), [(Fraction(200_000), 1), (Fraction(1000, 3), 7), (Fraction(10**15, 7), 3)])
+def test_a_time_is_its_tick_over_the_rate_rounded_once(rate: Fraction, stride: int) -> None:
+    trace = Trace("a.b", "V", "", stride, rate, np.zeros(1000))
+    assert trace.times.tolist() == [float(row * stride / rate) for row in range(1000)]
+    assert Trace("a.b", "V", "", 1, Fraction(200_000), np.zeros(2)).times[1] == 5e-6
+    late = trace.times_of(10**15, 10**15 + 3).tolist()
+    assert late == [float(row * stride / rate) for row in range(10**15, 10**15 + 3)]

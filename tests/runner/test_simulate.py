@@ -16,6 +16,8 @@ from proofmass.blocks.constant import Constant
 from proofmass.blocks.correlator import Correlator
 from proofmass.blocks.declare import Block
 from proofmass.blocks.digital_to_analog import DigitalToAnalog
+from proofmass.blocks.gain import Gain
+from proofmass.blocks.mass_spring_damper import MassSpringDamper
 from proofmass.blocks.one_bit_actuator import OneBitActuator
 from proofmass.blocks.problem import ModelError
 from proofmass.blocks.ramp import Ramp
@@ -24,9 +26,10 @@ from proofmass.blocks.sum import Sum
 from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.blocks.white_noise import WhiteNoise
 from proofmass.graphs.graph import Graph
+from proofmass.runner.engine import engines
 from proofmass.runner.engine import simulate as simulation
 from proofmass.runner.engine.generate import generate
-from proofmass.runner.engine.plan import plan
+from proofmass.runner.engine.plan import Plan, plan
 from proofmass.runner.engine.result import Result
 from proofmass.runner.engine.simulate import EngineName, choose, simulate
 
@@ -257,3 +260,32 @@ class TestTracesTooLargeForMemory:
         for name, trace in result.traces.items():
             assert isinstance(trace.values, np.memmap)
             assert np.load(tmp_path / "out" / f"{name}.npy").tobytes() == whole[name]
+
+
+def test_like_runs_add_up_until_compiling_is_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engines, "_spent", {})
+    monkeypatch.setattr("proofmass.runner.engine.native.already_compiled", lambda _: False)
+
+    def variant(gain: float) -> Plan:
+        blocks = {"ramp": Ramp(), "gain": Gain(gain=gain)}
+        return plan(Graph(name="variant", rate=1000, blocks=blocks, wires=["ramp.output -> gain.input"]))
+
+    chosen = [choose(variant(1.0 + number), 200_000, "auto") for number in range(12)]
+    assert chosen == ["python"] * chosen.count("python") + ["compiled"] * chosen.count("compiled")
+    assert chosen[0] == "python"
+    assert chosen[-1] == "compiled"
+
+
+def test_steps_of_continuous_blocks_count_in_the_choice() -> None:
+    def of(method: str) -> Plan:
+        graph = Graph(
+            name="fine",
+            rate=1000,
+            blocks={"push": Constant(unit="N"), "mass": MassSpringDamper()},
+            wires=["push.output -> mass.force"],
+            integration={"method": method} | ({} if method == "exact" else {"substeps": 500}),
+        )
+        return plan(graph)
+
+    assert choose(of("exact"), 1000, "auto") == "python"
+    assert choose(of("runge_kutta_4"), 1000, "auto") == "compiled"

@@ -1,0 +1,161 @@
+"""Which parameters a wire may drive: those whose momentary value says nothing about the time before."""
+
+import math
+
+import pytest
+
+from proofmass.blocks.catalog import all_blocks
+from proofmass.blocks.chirp import Chirp
+from proofmass.blocks.declare import Block
+from proofmass.blocks.periodic_drift import PeriodicDrift
+from proofmass.blocks.problem import ModelError
+from proofmass.blocks.sine import Sine
+from proofmass.graphs.check import checked
+from proofmass.graphs.graph import Graph
+
+# Looked at one by one. Of a block with a memory each one acts on what is added to the memory, or scales what comes
+# out; what it was before stays.
+DRIVEN = {
+    "AnalogSwitch": {"leakage"},
+    "AnalogToDigital": {"reference", "offset_error", "gain_error"},
+    "ArrheniusAgeing": {"pace", "activation_energy", "reference_temperature", "nominal"},
+    "BrownianForce": {"damping", "temperature"},
+    "CapacitanceBridge": {"first_reference", "second_reference", "stray"},
+    "ChargeAmplifier": {"feedback_resistance"},
+    "Chirp": {"amplitude", "phase", "offset"},
+    "CombDrive": {"bias", "capacitance_gradient"},
+    "Comparator": {"threshold", "hysteresis"},
+    "CompensationRegister": {"initial", "limit"},
+    "Constant": {"value"},
+    "ConvergenceMonitor": {"tolerance"},
+    "CoriolisForce": {"mass"},
+    "DampingController": {"gain", "lowest"},
+    "DigitalToAnalog": {"reference"},
+    "DiscreteIntegrator": {"gain"},
+    "DiscreteMassSpringDamper": {"mass", "damping", "stiffness", "acceleration_at_end", "velocity_at_end"},
+    "DisplacementReadout": {"gain", "offset"},
+    "DoubleExponentialModel": {"a1", "b1", "a2", "b2"},
+    "DriftOffset": {"offset", "nominal"},
+    "DriftRamp": {"start_time", "nominal"},
+    "FitSelector": {"residual_limit"},
+    "FlexurePendulum": {"inertia", "damping", "stiffness"},
+    "FlickerNoise": {"level", "nominal"},
+    "Gain": {"gain"},
+    "GapCapacitorPair": {"capacitance", "gap", "lever"},
+    "GapClosingActuator": {"bias", "capacitance", "gap"},
+    "GaussMarkov": {"standard_deviation", "correlation_time", "nominal"},
+    "GaussNewtonController": {"largest_step"},
+    "InstrumentationAmplifier": {"feedback_resistance", "gain_resistance"},
+    "LeastSquaresController": {"largest_step"},
+    "LogarithmicAgeing": {"nominal"},
+    "LowPass": {"corner_frequency", "gain"},
+    "MassBetweenStops": {"mass", "damping", "stiffness", "restitution", "sticking_speed"},
+    "MassSpringDamper": {"mass", "damping", "stiffness"},
+    "NumericallyControlledOscillator": {"frequency", "gain", "amplitude"},
+    "OneBitActuator": {"level"},
+    "PID": {"proportional", "integral", "derivative_gain", "derivative_pole"},
+    "PeriodicDrift": {"amplitude", "phase", "nominal"},
+    "PlateAttach": {"stop_angle"},
+    "PolynomialModel": {"c0", "c1", "c2", "c3", "c4", "c5", "c6"},
+    "Pulse": {"amplitude", "offset", "duty", "delay"},
+    "Ramp": {"offset", "start_time"},
+    "RandomWalk": {"coefficient", "nominal"},
+    "Relay": {"off", "on"},
+    "SelfTestVerdict": {"residual_limit"},
+    "SettlingTime": {"target", "within"},
+    "Sine": {"amplitude", "phase", "offset"},
+    "Step": {"amplitude", "start_time", "duration", "offset"},
+    "StiffnessController": {"initial", "gain"},
+    "SweepNumber": {"first", "increment", "working"},
+    "TemperatureDoubleExponential": {"a1", "b1", "a2", "b2", "nominal"},
+    "TemperaturePolynomial": {"tc1", "tc2", "reference_temperature", "nominal"},
+    "TemperatureSensor": {"reference_voltage", "slope", "reference_temperature"},
+    "ToleranceCheck": {"stiffness_nominal", "stiffness_tolerance", "damping_nominal", "damping_tolerance"},
+    "TwoPositionTest": {"gravity"},
+    "UnipolarDigitalToAnalog": {"reference"},
+    "VoltageToCurrent": {"resistance"},
+    "WhiteNoise": {"density"},
+    "ZeroBiasVoltage": {"a1", "b1", "a2", "b2", "offset", "hysteresis", "width"},
+}
+REFUSED = {
+    "ChargeAmplifier": {"feedback_capacitance": "Gain"},
+    "Chirp": dict.fromkeys(("start_frequency", "stop_frequency", "sweep_time"), "NumericallyControlledOscillator"),
+    "DriftRamp": {"slope": "DiscreteIntegrator"},
+    "LogarithmicAgeing": dict.fromkeys(("rate_per_decade", "onset", "start_age"), "ArrheniusAgeing"),
+    "MeasurementSlots": dict.fromkeys(("settling", "averaging"), "MeasurementSlots"),
+    "PeriodicDrift": {"cycle_time": "NumericallyControlledOscillator"},
+    "Pulse": {"repetition": "NumericallyControlledOscillator"},
+    "Ramp": {"slope": "DiscreteIntegrator"},
+    "RunningPercentile": {"percent": "RunningPercentile"},
+    "Sine": {"frequency": "NumericallyControlledOscillator"},
+    "TemperatureCycle": dict.fromkeys(("pace", "soak_time"), "DiscreteIntegrator"),
+}
+KINDS = all_blocks()
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_wire_may_drive_what_the_table_says(name: str) -> None:
+    kind = KINDS[name]
+    assert {p for p in kind.parameters if kind.drivable(p)} == DRIVEN.get(name, set())
+    refused = {p for p in kind.parameters if kind.taken_in_the_loop(p)} - DRIVEN.get(name, set())
+    assert refused == REFUSED.get(name, {}).keys()
+
+
+def driven(name: str, parameter: str) -> Graph:
+    block = KINDS[name]()
+    unit = block.unit_of(block.parameters[parameter])
+    blocks = {"word": KINDS["Constant"](unit=unit), "driven": block}
+    return Graph(name="driven", rate=1000, blocks=blocks, wires=[f"word.output -> driven.{parameter}"])
+
+
+@pytest.mark.defect("S6", before="check is silent: sin(2 pi f(t) t)", after="refused, with the block to take instead")
+@pytest.mark.parametrize(("name", "parameter"), [(name, p) for name, known in REFUSED.items() for p in known])
+def test_the_others_are_refused_with_the_block_to_take_instead(name: str, parameter: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        checked(driven(name, parameter))
+    problem = next(p for p in caught.value.problems if p.path[0] == "wires")
+    assert problem.message == f"driven.{parameter} cannot be driven"
+    assert REFUSED[name][parameter] in problem.hint
+    assert REFUSED[name][parameter] in KINDS
+
+
+def test_sine_is_told_in_these_words() -> None:
+    with pytest.raises(ModelError, match="take a NumericallyControlledOscillator") as caught:
+        checked(driven("Sine", "frequency"))
+    assert "sin(2 pi f t) is no oscillation of a moving frequency f" in str(caught.value)
+
+
+def slopes(block: Block, parameter: str, times: list[float]) -> list[float]:
+    """How much the outputs at some times depend on a parameter, by differences."""
+    value = getattr(block, parameter)
+    step = 1e-7 * (abs(value) or 1.0)
+    values = {name: getattr(block, name) for name in block.parameters}
+    rows = []
+    for moved in (block, type(block)(**(values | {parameter: value + step}))):
+        made = type(block).functions.get("constants")
+        known = made.function(moved, 1e-3) if made else moved
+        functions = [b.function for b in block.output_functions.values() if b.arguments == ("time",)]
+        rows.append([f(known, t) for f in functions for t in times])
+    return [abs(b - a) / step for a, b in zip(*rows, strict=True)]
+
+
+OF_TIME = [
+    k for k in KINDS.values() if k.output_functions and any("time" in b.arguments for b in k.output_functions.values())
+]
+
+
+@pytest.mark.parametrize("kind", [k for k in OF_TIME if k.state_class() is None], ids=lambda kind: kind.__name__)
+def test_what_a_driven_parameter_does_to_a_source_does_not_grow_with_the_time_that_has_passed(
+    kind: type[Block],
+) -> None:
+    quick = {Chirp: {"sweep_time": 1e9}, PeriodicDrift: {"cycle_time": 1.0}}
+    block = kind(**quick.get(kind, {}))
+    for parameter in DRIVEN.get(kind.__name__, ()):
+        early = max(slopes(block, parameter, [0.1 + 0.0137 * n for n in range(100)]))
+        late = max(slopes(block, parameter, [5000.1 + 0.0137 * n for n in range(100)]))
+        assert late <= 100.0 * early + 1e-9, parameter
+
+
+def test_what_is_refused_of_the_sine_does_grow() -> None:
+    assert max(slopes(Sine(), "frequency", [5000.013])) > 100.0 * max(slopes(Sine(), "frequency", [0.1, 0.2137]))
+    assert math.isfinite(max(slopes(Sine(), "amplitude", [5000.013])))
