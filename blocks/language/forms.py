@@ -46,7 +46,7 @@ def problems_of(kind: type[Block]) -> list[Problem]:
         return []
     found = list(_bad_types(kind))
     looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in _LOOPED)]
-    looped += [behaviour for pair in kind.events.values() for behaviour in pair]
+    looped += [*kind.corners.values(), *(behaviour for pair in kind.events.values() for behaviour in pair)]
     for behaviour in looped:
         form = form_of(kind, behaviour, compiled=True)
         found += form.problems if form else _unrepeatable(_plain(behaviour), _NEVER)
@@ -73,7 +73,7 @@ def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
     arguments = [_argument(kind, name, port, updates) for name in behaviour.arguments]
     result: Type = NOTHING
     state = kind.state_class()
-    clearances = [clearance for clearance, _ in kind.events.values()]
+    clearances = [*kind.corners.values(), *(clearance for clearance, _ in kind.events.values())]
     if port is not None:
         result = NOTHING if port.shape else type_of(port.dtype)
     elif behaviour in clearances:

@@ -22,6 +22,7 @@ from proofmass.graphs.graph import Graph
 from proofmass.runner.continuous import integrate as stepping
 from proofmass.runner.continuous.corners import looks_at_numbers
 from proofmass.runner.engine.interpret import Interpreter
+from proofmass.runner.engine.keys import StateField
 from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.simulate import EngineName, simulate
@@ -129,7 +130,7 @@ def test_lanes_find_them_too() -> None:
         run = Interpreter(alone, 7, number)
         run.advance(100, ())
         state = run.memory().states["beam"]
-        found = [lanes.value(("beam", "x", field))[number].item() for field in state._fields]
+        found = [lanes.value(StateField("beam", field))[number].item() for field in state._fields]
         assert list(map(repr, found)) == list(map(repr, state))
 
 

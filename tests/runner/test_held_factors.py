@@ -21,6 +21,7 @@ from proofmass.blocks.sum import Sum
 from proofmass.graphs.graph import Graph
 from proofmass.runner.continuous.linearity import factors_of
 from proofmass.runner.engine.interpret import Interpreter
+from proofmass.runner.engine.keys import StateField
 from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
 from proofmass.runner.engine.plan import plan, varied
 from proofmass.runner.engine.result import Result
@@ -162,5 +163,5 @@ def test_lanes_have_the_bits_of_each_run_alone() -> None:
         run = Interpreter(alone, 7, number)
         run.advance(90, ())
         state = run.memory().states["sense"]
-        found = [lanes.value(("sense", "x", field))[number].item() for field in state._fields]
+        found = [lanes.value(StateField("sense", field))[number].item() for field in state._fields]
         assert list(map(repr, found)) == list(map(repr, state))
