@@ -265,8 +265,8 @@ def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, st
 def variation(closed: Array, later: Sequence[Array]) -> Array:
     """By how much the entries of a closed transition matrix change, as far as that moves its poles near the boundary.
 
-    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may vanish
-    at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
+    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
+    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
     """
     moved = np.abs(later[0] - closed)
     eigen: Any = scipy.linalg.eig
