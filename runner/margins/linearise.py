@@ -92,7 +92,7 @@ def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = Fa
             raise ModelError([planned.graph.placed(_not_within(planned, group, node))])
         return OpenLoop(analog, continuous=True)
     whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
-    found = replace(whole.between(), later=None)
+    found = replace(whole.between(), later=())
     if not any(part.any() for part in (found.parts()[1], found.parts()[3])):
         signal = ".".join(node)
         problem = Problem(
@@ -103,10 +103,11 @@ def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = Fa
             path=("blocks", node[0]),
         )
         raise ModelError([planned.graph.placed(problem)])
-    if whole.later is None or whole.later.states != whole.states:
+    if not whole.later or any(later.states != whole.states for later in whole.later):
         return OpenLoop(found)
-    later = OpenLoop(whole.later.kept([whole.states.index(state) for state in found.states]))
-    return OpenLoop(found, variation=variation(np.real(OpenLoop(found).closed()), np.real(later.closed())))
+    kept = [whole.states.index(state) for state in found.states]
+    closed, *after = (np.real(OpenLoop(one).closed()) for one in (found, *(later.kept(kept) for later in whole.later)))
+    return OpenLoop(found, variation=variation(closed, after))
 
 
 def loops_of(planned: Plan) -> dict[str, Loop]:

@@ -30,7 +30,7 @@ from proofmass.runner.margins.period_map import Array, PeriodMap, blocks_of_map,
 SAME = 1e-9  # relative change of a map that is rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
-_LOOKS = (1, 2, 4, 8)  # periods after which the map is compared
+_LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
 _BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
 _TRIES = 6  # of numbers of periods
 _STILL = 1e-3  # of its size, below which the swing of a number is dither
@@ -45,7 +45,7 @@ class _Point:
     map: PeriodMap
     periods: int
     notes: tuple[str, ...] = ()
-    later: PeriodMap | None = None
+    later: tuple[PeriodMap, ...] = ()
 
 
 def map_at(
@@ -113,13 +113,13 @@ class _Search:
             maps[look] = self._map(self._after(look))
             if look == 1 and _change(found, maps[look]) <= SAME:
                 return _Point(found, 1)
-        change = self._drift(found, maps, 1, found)
+        change, later = self._drift(found, maps, 1, found), tuple(maps.values())
         if change <= NOTED:
-            return _Point(found, 1, (), maps[1])
+            return _Point(found, 1, (), later)
         if self._first == 0:
-            return _Point(found, 1, (self._start_up(),), maps[1])
+            return _Point(found, 1, (self._start_up(),), later)
         if change <= FROZEN:
-            return _Point(found, 1, _moving(change), maps[1])
+            return _Point(found, 1, _moving(change), later)
         orbit = self._orbit()
         closed = self._closed(found, orbit)
         if closed is None:
@@ -183,7 +183,7 @@ class _Search:
                 once, whole = _time(self._period), _time(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
                 later = self._map(self._after(periods), periods)
-                return _Point(found, periods, (note, *_moving(change)), later)
+                return _Point(found, periods, (note, *_moving(change)), (later,))
         return None
 
     def _orbit(self) -> "_Orbit":
@@ -262,17 +262,25 @@ def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, st
             yield (name, port, -1), held
 
 
-def variation(closed: Array, later: Array) -> Array:
+def variation(closed: Array, later: Sequence[Array]) -> Array:
     """By how much the entries of a closed transition matrix change, as far as that moves its poles near the boundary.
 
-    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|.
+    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
+    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
     """
-    moved = np.abs(later - closed)
+    moved = np.abs(later[0] - closed)
     eigen: Any = scipy.linalg.eig
     poles, left, right = eigen(closed, left=True, right=True)
     bounds = np.einsum("ki,kl,li->i", np.abs(left), moved, np.abs(right))
-    shifts = np.abs(np.einsum("ki,kl,li->i", left.conj(), later - closed, right))
-    near = np.abs(1.0 - np.abs(poles)) <= max(_NEAR, float(np.min(np.abs(1.0 - np.abs(poles)), initial=1.0)))
+    shifts = np.max(
+        [
+            np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - closed, right)) / periods
+            for periods, matrix in zip(_LOOKS, later, strict=False)
+        ],
+        axis=0,
+    )
+    distances = np.abs(1.0 - np.abs(poles))
+    near = distances <= max(_NEAR, float(np.min(distances, initial=1.0)))
     parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
     return np.asarray(moved * min(float(np.max(parts, initial=0.0)), 1.0))
 

@@ -47,7 +47,7 @@ class PeriodMap:
     time: float = 0.0  # the same in seconds
     undefined: tuple[str, ...] = ()  # parameters by which there is no finite derivative
     notes: tuple[str, ...] = ()  # what is to be said of the operating point
-    later: "PeriodMap | None" = None  # the map that follows it, where that is another
+    later: "tuple[PeriodMap, ...]" = ()  # maps that follow it, where they are others
 
     @property
     def order(self) -> int:
