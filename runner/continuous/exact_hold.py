@@ -46,6 +46,15 @@ def scale_rows(flat: Flat, rows: int, columns: int, size: int, factor: float) ->
             flat[i * size + j] *= factor
 
 
+def sum_rows(matrix: Flat, terms: Flat, sums: Flat, rows: int, columns: int) -> None:
+    """Each row of a matrix times some terms, summed from the first to the last."""
+    for i in range(rows):
+        total = matrix[i * columns] * terms[0]
+        for j in range(1, columns):
+            total += matrix[i * columns + j] * terms[j]
+        sums[i] = total
+
+
 def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale: Flat) -> None:
     """exp of a square matrix, in place; the others are scratch."""
     _balance(matrix, size, scale)

@@ -5,7 +5,7 @@ from typing import Any
 
 from proofmass.blocks.declare import Behaviour
 from proofmass.graphs.schedule import Node
-from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows
+from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows, sum_rows
 from proofmass.runner.continuous.groups import state_fields
 from proofmass.runner.continuous.integrate import integrate
 from proofmass.runner.continuous.loop_code import LoopCode
@@ -19,6 +19,7 @@ _ASSEMBLED = ("matrix", "grown", "square", "scale")  # scratch of the matrix exp
 _STEPPED = ("x", "moved", "error")
 
 
+MANY_COLUMNS = 24  # of an exact group, beyond which a loop sums its rows: their text takes minutes to compile
 _FAILED = "failed"  # whether anything failed in a function of an instant
 
 
@@ -76,7 +77,7 @@ class GroupCode:
                 yield f"{self.name}_precision = {self._number('precision', float, self.solver.precision)}"
         elif not self.solver.renewed:
             yield self._assembled()
-            for i in range(len(self.group.states)):
+            for i in range(0 if self._is_large() else len(self.group.states)):
                 for j in range(self.columns):
                     yield f"{self.name}_{i}_{j} = {self.name}_matrix[{i * self.columns + j}]"
 
@@ -96,11 +97,25 @@ class GroupCode:
         first = self.solver.factors[:1]
         terms += ["1.0" if node in first else variable(node) for node in self.group.inputs]
         terms += [f"({made_up(variable(node), 'next')} - {variable(node)})" for node in self.group.ramps]
+        if self._is_large():
+            yield from self._by_rows(terms)
+            return
         moved = [made_up(variable(state), "moved") for state in self.group.states]
         for i, name in enumerate(moved):
             factors = (f"{self._factor(i, j)} * {term}" for j, term in enumerate(terms))
             yield f"{name} = {' + '.join(factors)}"
         yield from self._states(moved)
+
+    def _is_large(self) -> bool:
+        return self.columns > MANY_COLUMNS and not self.solver.renewed and not self.pieces.lanes
+
+    def _by_rows(self, terms: list[str]) -> Iterator[str]:
+        """The same sums in the same order; what the matrices were assembled in is free after that."""
+        self.pieces.names["sum_rows"] = sum_rows
+        yield from (f"{self.name}_grown[{j}] = {term}" for j, term in enumerate(terms))
+        arrays = ", ".join(f"{self.name}_{key}" for key in ("matrix", "grown", "square"))
+        yield f"sum_rows({arrays}, {len(self.group.states)}, {self.columns})"
+        yield from self._states([f"{self.name}_square[{i}]" for i in range(len(self.group.states))])
 
     def _factor(self, i: int, j: int) -> str:
         return f"{self.name}_matrix[{i * self.columns + j}]" if self.solver.renewed else f"{self.name}_{i}_{j}"
@@ -133,7 +148,9 @@ class GroupCode:
             yield f"    ({', '.join(known)},) = constants"
             offset = ", ".join(f"offset_{i}" for i in range(n))
             yield f"    ({offset},) = {self._rates_for(-1, held)}"
-        for j in range(n + m):
+        if self._is_large():
+            yield from self._columns()
+        for j in range(0 if self._is_large() else n + m):
             places = ", ".join(f"matrix[{i * size + j}]" for i in range(n))
             if j not in held:
                 yield f"    ({places},) = {self._rates_for(j, held)}"
@@ -147,6 +164,20 @@ class GroupCode:
         yield f"    matrix_exponential(matrix, {size}, grown, square, scale)"
         yield ""
         yield ""
+
+    def _columns(self) -> Iterator[str]:
+        """Columns in a loop, in the scratch of the matrix exponential."""
+        n, m = len(self.group.states), len(self.group.inputs)
+        point, places = [f"grown[{i}]" for i in range(n + m)], ", ".join(f"square[{i}]" for i in range(n))
+        still = ["0.0"] * (len(self.group.ramps) + len(self.group.guesses) + 1)
+        context = f"({', '.join(['*constants', *point[n:], *still])},)"
+        yield f"    for column in range({n + m}):"
+        yield f"        for entry in range({n + m}):"
+        yield "            grown[entry] = 0.0"
+        yield "        grown[column] = 1.0"
+        yield f"        ({places},) = {self.name}_rates({context}, {', '.join(['0.0', *point[:n]])})"
+        yield f"        for row in range({n}):"
+        yield f"            matrix[row * {self.columns} + column] = square[row]"
 
     def _rates_for(self, unit: int, held: dict[int, str]) -> str:
         """The rates for a unit state or input, the factors as they are."""

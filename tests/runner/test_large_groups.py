@@ -1,0 +1,49 @@
+"""Continuous groups of many states: the same bits from the loop that sums rows as from plain Python, in seconds."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from proofmass.blocks.declare import Block
+from proofmass.blocks.low_pass import LowPass
+from proofmass.blocks.sine import Sine
+from proofmass.graphs.graph import Graph
+from proofmass.runner.continuous.group_code import MANY_COLUMNS
+from proofmass.runner.engine.simulate import simulate
+
+STATES, CORNER, RATE = 60, 100.0, 10_000.0
+
+
+@pytest.fixture(scope="module")
+def chain() -> Graph:
+    """Low-pass filters in a row, all of one group."""
+    blocks: dict[str, Block] = {"source": Sine(frequency=37.0)}
+    wires, last = [], "source.output"
+    for number in range(STATES):
+        blocks[f"filter_{number}"] = LowPass(corner_frequency=CORNER)
+        wires.append(f"{last} -> filter_{number}.input")
+        last = f"filter_{number}.output"
+    return Graph(name="chain", rate=RATE, blocks=blocks, wires=wires, probes=[last, "filter_9.output", "source.output"])
+
+
+@pytest.mark.defect("H4", before="60 states compiled for minutes (100 s of CPU for 50)", after="10 s of CPU")
+def test_both_engines_give_the_same_bits(chain: Graph) -> None:
+    assert STATES > MANY_COLUMNS
+    plain, compiled = (simulate(chain, samples=80, engine=engine) for engine in ("python", "compiled"))
+    for name, trace in plain.traces.items():
+        assert np.array_equal(trace.values, compiled[name].values), name
+
+
+def test_the_group_is_the_matrix_exponential(chain: Graph) -> None:
+    """x[n+1] = exp(A T) x[n] + A^-1 (exp(A T) - 1) B u[n], A with -w on its diagonal and w below it."""
+    w = 2.0 * np.pi * CORNER
+    a = w * (np.eye(STATES, k=-1) - np.eye(STATES))
+    transition = scipy.linalg.expm(a / RATE)
+    entry = np.linalg.solve(a, transition - np.eye(STATES)) @ (w * np.eye(STATES)[:, 0])
+    found = simulate(chain, samples=80, engine="python")
+    x, last = np.zeros(STATES), []
+    for u in found["source.output"].values:
+        last.append(x[9])
+        x = transition @ x + entry * u
+    assert max(last) > 1e-4
+    assert found["filter_9.output"].values == pytest.approx(last, rel=0.0, abs=1e-12 * max(last))
