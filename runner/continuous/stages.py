@@ -1,5 +1,6 @@
 """The functions of a group at one instant, in plain Python: derivatives, clearances of events, what follows them."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -41,7 +42,9 @@ class Stages:
         self.blocks, self.schedule, self.group, self.periods = blocks, schedule, group, periods
         self.at = ""  # the function under way
         self.unsolved = ""  # wire of a loop that had no solution
-        self.watching, self.lost = False, ""  # the first output that was NaN while it watched
+        self.watching, self.lost = False, ""  # the first output that had no value while it watched, by its own word
+        ends = (node for node in group.nodes if node[1] and blocks[node[0]].outputs[node[1]].no_value)
+        self._ends = frozenset(f"{name}.{port}" for name, port in ends)
         self._states: list[tuple[str, Any, list[type]]] = [
             (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
@@ -134,7 +137,7 @@ class Stages:
     def _called(self, call: _Call, known: list[Any]) -> Any:
         self.at = call.at
         value = call.function(*[known[place] for place in call.arguments])
-        if self.watching and not self.lost and value != value and call.result >= 0:
+        if self.watching and not self.lost and call.at in self._ends and math.isnan(value):
             self.lost = call.at
         return value
 
