@@ -20,6 +20,7 @@ from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.planned import Plan
 from proofmass.runner.margins.analog_loop import analog_group, analog_map
 from proofmass.runner.margins.find_loops import Found, find_loops
+from proofmass.runner.margins.lasting import Lasting
 from proofmass.runner.margins.open_loop import OpenLoop
 from proofmass.runner.margins.orbit import map_at, variation
 from proofmass.runner.margins.period_map import PeriodMap
@@ -38,6 +39,7 @@ def linearise(
     *,
     loop: str = "",
     at: str | float | Fraction = 0.0,
+    minimal: bool = False,
 ) -> "control.StateSpace":
     """The linearised sampled system of a graph, for python-control, exact for what is held between ticks.
 
@@ -47,20 +49,22 @@ def linearise(
     blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
 
     The operating point is what the graph is like at the time `at`, by a run from tick 0, or where its loops have
-    "settled". Quantisers count as gain one,
-    limits as what they are at the operating point. States that do not lie between inputs and outputs are left out.
+    "settled". Quantisers count as gain one, limits as what they are at the operating point. States that do not lie
+    between inputs and outputs are left out. With `minimal`, modes that do not decay are too, where no input reaches
+    them or no output shows them: an integrator behind a difference, the phase of an oscillation. The states that are
+    left are then not those of blocks.
 
     Raises `ModelError` with the block that cannot be linearised.
     """
     planned = plan(graph)
     if loop:
         _, node = one_loop(planned, graph, loop)
-        return to_control(open_loop(planned, node, tick_at(planned, at)).map, negated=True)
+        return to_control(open_loop(planned, node, tick_at(planned, at)).map, negated=True, minimal=minimal)
     wires = [[node_of(planned, graph, signal) for signal in signals] for signals in (inputs, outputs)]
-    return to_control(map_at(planned, *wires, tick=tick_at(planned, at)).between())
+    return to_control(map_at(planned, *wires, tick=tick_at(planned, at)).between(), minimal=minimal)
 
 
-def to_control(found: PeriodMap, negated: bool = False) -> "control.StateSpace":
+def to_control(found: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
     """The map as a StateSpace; its names have colons, since python-control takes no dots: `dac:voltage`."""
     import control
 
@@ -69,6 +73,11 @@ def to_control(found: PeriodMap, negated: bool = False) -> "control.StateSpace":
     )
 
     a, b, c, d = found.parts()
+    if minimal and found.period:
+        lasting = Lasting(a)
+        if not lasting.passes(b, c):
+            a, b, c = lasting.without(a, b, c)
+            states = states if len(a) == found.order else []
     sign = -1.0 if negated else 1.0
     return control.StateSpace(
         a,

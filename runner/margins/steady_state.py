@@ -1,27 +1,17 @@
 """The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
 
 x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay, and that the input and the
-constants do not reach or that the output does not show, are projected out first, with the projector on their
-invariant subspaces, V (W V)^-1 W (Golub and Van Loan, Matrix Computations, 7.6): an integrator behind a difference, the
-phase of an oscillation.
+constants do not reach or that the output does not show, are projected out first (`lasting`): an integrator behind a
+difference, the phase of an oscillation.
 """
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
-import scipy.linalg
 
 from proofmass.blocks.problem import ModelError, Problem
 from proofmass.graphs.schedule import Node
 from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.balance import balanced
-from proofmass.runner.margins.open_loop import Complex
+from proofmass.runner.margins.lasting import Lasting
 from proofmass.runner.margins.period_map import Array, PeriodMap
-from proofmass.runner.margins.poles import judged
-
-_UNSEEN = 1e-9  # of what a mode could pass on, if it passed on all
-_schur: Any = scipy.linalg.schur
 
 
 class SteadyState:
@@ -36,7 +26,7 @@ class SteadyState:
         self._found = found.kept([int(i) for i in moving])
         self._rows = sum(entry[:2] == target for entry in found.outputs)
         a, b, c, _, step, _, given = self._parts(self._found.matrix)
-        lasting = _Lasting(a)
+        lasting = Lasting(a)
         if lasting.passes(np.column_stack([b, step - b * given]), c):
             raise ModelError([planned.graph.placed(self._does_not_settle(target, lasting))])
         rest = lasting.others
@@ -73,7 +63,7 @@ class SteadyState:
         given = float(matrix[n + rows :, -1].mean())
         return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), given
 
-    def _does_not_settle(self, target: Node, lasting: "_Lasting") -> Problem:
+    def _does_not_settle(self, target: Node, lasting: Lasting) -> Problem:
         signal, holders = ".".join(target), lasting.holders([entry[0] for entry in self._found.states])
         return Problem(
             message=f"{signal} does not settle: it has no scale factor and no bias",
@@ -82,49 +72,3 @@ class SteadyState:
             hint="a loop is unstable or open, or an integrator is fed by something constant",
             path=("blocks", target[0]),
         )
-
-
-class _Lasting:
-    """The modes of a matrix that do not decay."""
-
-    def __init__(self, a: Array) -> None:
-        _, poles = judged(a, True)
-        count = sum(pole.verdict != "stable" for pole in poles)
-        self.largest = abs(poles[0].value) if poles else 0.0
-        self._right = self._left = np.zeros((len(a), 0), dtype=complex)
-        self.others = np.eye(len(a))
-        if not count:
-            return
-        alike, scale = balanced(a)
-        least = 0.5 * (abs(poles[count - 1].value) + (abs(poles[count].value) if count < len(poles) else 0.0))
-        right, left = _invariant(alike, least), _invariant(alike.T, least).conj()
-        self._scale, self._alike = scale, alike
-        self._right, self._left = right, np.linalg.solve(left.T @ right, left.T).T
-        within = np.real(self._right @ self._left.T)
-        self.others = np.eye(len(a)) - within * scale[:, None] / scale
-
-    def passes(self, into: Array, out: Array) -> bool:
-        """Whether they pass anything on from one of some inputs to an output."""
-        if not self._right.shape[1]:
-            return False
-        reached, shown = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
-        within = self._left.T @ self._alike @ self._right
-        most = np.linalg.norm(out * self._scale) * np.linalg.norm(into / self._scale[:, None], axis=0)
-        for _ in range(len(within)):
-            if np.any(np.abs(shown @ reached) > _UNSEEN * most):
-                return True
-            reached = within @ reached
-        return False
-
-    def holders(self, names: Sequence[str]) -> list[str]:
-        """The blocks that move in them."""
-        part = np.linalg.norm(self._right, axis=1)
-        order = np.argsort(-part, kind="stable")
-        return list(dict.fromkeys(names[int(i)] for i in order if part[i] >= 0.1 * part[order[0]]))
-
-
-def _invariant(a: Array, least: float) -> Complex:
-    """An orthonormal basis of what belongs to eigenvalues beyond a size."""
-    _, turned, count = _schur(a, output="complex", sort=lambda value: abs(value) > least)
-    basis: Complex = turned[:, :count]
-    return basis
