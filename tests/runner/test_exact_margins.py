@@ -198,15 +198,15 @@ def test_the_scale_factor_of_a_loop_with_a_hidden_integrator(gain: float) -> Non
 
 
 def test_a_minimal_linearisation_has_no_hidden_integrator() -> None:
-    """From source to controller: g / (z^2 - z + g), without the pole at 1 that the ramp has."""
+    """From source to controller: g z / (z^2 - z + g), without the pole at 1 that the ramp has."""
     graph = ramp_loop(100.0)
     ends = (["source.output"], ["controller.output"])
     whole, minimal = (linearise(graph, *ends, minimal=minimal) for minimal in (False, True))
     assert np.min(np.abs(whole.poles() - 1.0)) < 1e-12
     assert np.sort_complex(minimal.poles()) == pytest.approx(np.sort_complex(np.roots([1.0, -1.0, 0.1])), abs=1e-12)
     z = np.exp(0.3j)
-    assert complex(minimal(z)) == pytest.approx(0.1 / (z * z - z + 0.1), rel=1e-12)
-    assert complex(whole(z)) == pytest.approx(0.1 / (z * z - z + 0.1), rel=1e-12)
+    assert complex(minimal(z)) == pytest.approx(0.1 * z / (z * z - z + 0.1), rel=1e-12)
+    assert complex(whole(z)) == pytest.approx(0.1 * z / (z * z - z + 0.1), rel=1e-12)
 
 
 def test_what_does_not_settle_is_refused_with_the_blocks_that_hold_it() -> None:
