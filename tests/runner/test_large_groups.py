@@ -7,8 +7,11 @@ import scipy.linalg
 from proofmass.blocks.declare import Block
 from proofmass.blocks.low_pass import LowPass
 from proofmass.blocks.sine import Sine
+from proofmass.blocks.unit_delay import UnitDelay
 from proofmass.graphs.graph import Graph
 from proofmass.runner.continuous.group_code import MANY_COLUMNS
+from proofmass.runner.engine.engines import choose
+from proofmass.runner.engine.plan import plan
 from proofmass.runner.engine.simulate import simulate
 
 STATES, CORNER, RATE = 60, 100.0, 10_000.0
@@ -47,3 +50,17 @@ def test_the_group_is_the_matrix_exponential(chain: Graph) -> None:
         x = transition @ x + entry * u
     assert max(last) > 1e-4
     assert found["filter_9.output"].values == pytest.approx(last, rel=0.0, abs=1e-12 * max(last))
+
+
+@pytest.mark.defect("H4", before="auto compiled 1,000 blocks in a row for minutes", after="plain Python unless it pays")
+def test_the_choice_of_an_engine_counts_what_large_graphs_take_to_compile() -> None:
+    """Compiling takes the square of the number of blocks: minutes for a thousand of them."""
+    blocks: dict[str, Block] = {"source": Sine(frequency=37.0)}
+    wires, last = [], "source.output"
+    for number in range(1000):
+        blocks[f"delay_{number}"] = UnitDelay()
+        wires.append(f"{last} -> delay_{number}.input")
+        last = f"delay_{number}.output"
+    planned = plan(Graph(name="row", rate=RATE, blocks=blocks, wires=wires, probes=[last]))
+    assert choose(planned, 10_000, "auto") == "python"
+    assert choose(planned, 1_000_000, "auto") == "compiled"
