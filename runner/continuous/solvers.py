@@ -160,7 +160,10 @@ class _Choice:
             raise self._refused(
                 f"has no derivative at the start: {error}", "say substeps = 8, or method = ..."
             ) from None
-        return [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(len(self.start))] for rate in rates]
+        slopes = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(len(self.start))] for rate in rates]
+        if all(math.isfinite(slope) for row in slopes for slope in row):
+            return slopes
+        return self._steepest(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
 
     def _differences(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
         columns = []
@@ -168,6 +171,31 @@ class _Choice:
             nudge = 1e-6 * abs(value) or 1e-12
             above, below = (rates([*self.start[:j], value + s, *self.start[j + 1 :]]) for s in (nudge, -nudge))
             columns.append([(a - b) / (2.0 * nudge) for a, b in zip(above, below, strict=True)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    def _steepest(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
+        """The steeper side of each corner; not finite where a slope is infinite, and grows with a smaller step."""
+        sides = []
+        for part in (1.0, 0.01):
+            forward, backward = (self._one_sided(rates, sign * part) for sign in (1.0, -1.0))
+            sides.append(
+                [
+                    [max(pair, key=abs) for pair in zip(*rows, strict=True)]
+                    for rows in zip(forward, backward, strict=True)
+                ]
+            )
+        wide, narrow = sides
+        return [
+            [b if abs(b) <= 2.0 * abs(a) else math.inf for a, b in zip(*rows, strict=True)]
+            for rows in zip(wide, narrow, strict=True)
+        ]
+
+    def _one_sided(self, rates: Callable[[list[float]], list[float]], part: float) -> Matrix:
+        here, columns = rates(list(self.start)), []
+        for j, value in enumerate(self.start):
+            nudge = part * (1e-6 * abs(value) or 1e-12)
+            there = rates([*self.start[:j], value + nudge, *self.start[j + 1 :]])
+            columns.append([(a - b) / nudge for a, b in zip(there, here, strict=True)])
         return [list(row) for row in zip(*columns, strict=True)]
 
     def _not_linear(self) -> str:

@@ -4,8 +4,8 @@ Two stages take out of the quotient N / D what the loop does not see:
 
 1. factors that N and D share to the last bit: modes that the wire does not reach, or that do not reach it, such as the
    integrators of a CIC filter behind its combs;
-2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), that stand where the loop has the
-   same pole when it is open: no gain moves them, such as the phase of an oscillation, which is neutral.
+2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), that stand where the open loop has
+   a pole and a zero: no gain moves them, such as the phase of an oscillation, which is neutral.
 
 A pole and a zero that are near to each other, but apart by more than rounding, both count.
 """
@@ -74,17 +74,21 @@ def seen(
     visible = judge(roots(numerator + denominator), closed, sampled, variation)
     neutral = [pole for pole in visible if pole.verdict == "marginal"]
     if neutral:
-        open_poles = roots(denominator)
+        ends = roots(numerator), roots(denominator)
         for pole in neutral:
-            place = min(open_poles, key=lambda root: abs(complex(root) - pole.value), default=None)
-            if place is None or abs(complex(place) - pole.value) > 2.0 * pole.uncertainty:
-                continue
-            numerator, denominator = _without(numerator, denominator, pole.value)
-            visible.remove(pole)
-            hidden.append(pole)
-            open_poles.remove(place)
+            near = [[root for root in end if _is_at(root, pole)] for end in ends]
+            if all(near):
+                numerator, denominator = _without(numerator, denominator, pole.value)
+                visible.remove(pole)
+                hidden.append(pole)
+                for end, (first, *_) in zip(ends, near, strict=True):
+                    end.remove(first)
     verdict, poles = together(visible)
     return Seen(Transfer(numerator, denominator), verdict, poles, tuple(_modes(hidden, opened, states, sampled)))
+
+
+def _is_at(root: Any, pole: Pole) -> bool:
+    return abs(complex(root) - pole.value) <= 2.0 * pole.uncertainty
 
 
 def _modes(

@@ -1,4 +1,4 @@
-"""The source itself: nothing evaluates, unpickles or imports what a file names, but at the two known places."""
+"""The source itself: nothing evaluates, unpickles or imports what a file names, but at the known places."""
 
 import ast
 from collections.abc import Iterator
@@ -25,13 +25,17 @@ FORBIDDEN_CALLS = {"eval", "__import__", "execfile", "breakpoint", "input"}
 FORBIDDEN_METHODS = {("os", "system"), ("os", "popen"), ("builtins", "exec")}
 
 # Where a name may run: the block catalog imports blocks and the caller's own file, the compiler its
-# generated loop, the integer code its generated steps.
+# generated loop, the integer code its generated steps; functions of own blocks are written anew from their own trees,
+# and compiled to be told apart, which runs nothing.
 KNOWN = {
     ("blocks/catalog.py", "find", "importlib.import_module"),
     ("blocks/catalog.py", "all_blocks", "importlib.import_module"),
     ("blocks/catalog.py", "load_own_blocks", "importlib.util.spec_from_file_location"),
     ("blocks/catalog.py", "load_own_blocks", "importlib.util.module_from_spec"),
     ("blocks/catalog.py", "load_own_blocks", "spec.loader.exec_module"),
+    ("blocks/language/functions.py", "_defined", "exec"),
+    ("blocks/language/functions.py", "_defined", "compile"),
+    ("blocks/language/source.py", "_definitions", "compile"),
     ("runner/engine/compile.py", "_compiled", "exec"),
     ("runner/engine/compile.py", "_compiled", "compile"),
     ("runner/fixed/integer_code.py", "compile_traced", "exec"),
