@@ -16,6 +16,7 @@ from proofmass.runner.margins.rational import Rational
 
 _PER_DECADE = 60
 _MOST_TURNS = 64  # of the circle that a picture shows in detail
+_DENSITIES = (4, 16)  # points for each pole and turn, evenly spaced: of many turns and of few
 _TOLD = 1e8  # condition number up to which floating point tells L well
 _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
@@ -34,10 +35,11 @@ def sweep(system: OpenLoop) -> Array:
     last = 1e3 * float(np.max(corners, initial=1.0)) if system.continuous else math.pi / system.sample
     lowest = 1e-3 * min(float(np.min(corners, initial=last)), last)
     turns = min(system.per_period, _MOST_TURNS)
+    density = min(max(256 // turns, _DENSITIES[0]), _DENSITIES[1])
     points = [np.geomspace(lowest, last, 2 + int(_PER_DECADE * math.log10(last / lowest)))]
     if not system.continuous:
-        points.append(np.linspace(0.0, last, 16 * (len(poles) + 16) * turns)[1:])
-    for log in logs[np.abs(logs.real) < 1.0]:
+        points.append(np.linspace(0.0, last, density * (len(poles) + 16) * turns)[1:])
+    for log in logs[np.abs(logs.real) < density / _DENSITIES[1]]:
         for turn in range(turns):
             centre = (abs(log.imag) + 2.0 * math.pi * turn) / period
             points.append(centre + max(abs(log.real), 1e-9 * abs(log)) / period * _ABOUT_A_POLE)

@@ -12,7 +12,7 @@ and Glover, Robust and Optimal Control, 9.2): steps of that size miss nothing on
 import cmath
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,9 @@ from proofmass.runner.margins.open_loop import Complex, OpenLoop
 
 LARGEST_DELAY = 64  # samples
 MOST_VALUES = 128  # of the wire in a period
-_SURPLUS = 1e-3  # by which a norm is bounded from above
+_SURPLUS = 1e-2  # by which a norm is bounded from above
+_NEAR_AXIS = 1e-5  # of an eigenvalue that counts as imaginary; one too many does no harm
+_PEAK = 1e-9  # to which the height of a peak is found
 _SHORTEST = 1e-11  # step towards a critical factor
 _MOST_STEPS = 2000
 _OUTSIDE = 1.0 + 1e-12
@@ -78,20 +80,10 @@ def delay_margin(system: OpenLoop) -> float:
 
 
 def largest(system: OpenLoop, offset: float, factor: complex = 1.0) -> tuple[float, float]:
-    """Angular frequency and value of the largest |offset - T|, T = f L (I + f L)^-1, between rest and half the rate.
-
-    Bruinsma and Steinbuch, Systems and Control Letters 14, 1990, 287, on the plane s = (z - 1) / (z + 1): between the
-    frequencies at which a level is crossed, eigenvalues of a Hamiltonian matrix, a higher one is looked for.
-    """
+    """Angular frequency and value of the largest |offset - T|, T = f L (I + f L)^-1, between rest and half the rate."""
     closed = _Closed(system, factor, offset)
-    best_at, best = max(((w, closed.size(w)) for w in closed.corners()), key=lambda pair: pair[1])
-    while True:
-        places = closed.crossed((1.0 + _SURPLUS * 1e-6) * best)
-        between = [0.5 * (low + high) for low, high in itertools.pairwise(places)]
-        found = max(((w, closed.size(w)) for w in between), key=lambda pair: pair[1], default=(best_at, 0.0))
-        if found[1] <= best * (1.0 + _SURPLUS * 1e-6):
-            return abs(best_at) / system.map.period, best
-        best_at, best = found
+    at, size = closed.largest(closed.corners(), _PEAK)
+    return abs(at) / system.map.period, size
 
 
 class _Closed:
@@ -108,6 +100,21 @@ class _Closed:
             offset * eye - factor * d @ inverse,
         )
         self._flat = self._continuous()
+
+    def largest(self, angles: Iterable[float], slack: float) -> tuple[float, float]:
+        """Angle w T and value of the largest size, but for a part of it, from some angles at which it may be large.
+
+        Bruinsma and Steinbuch, Systems and Control Letters 14, 1990, 287, on the plane s = (z - 1) / (z + 1): between
+        the angles at which a level is crossed, eigenvalues of a Hamiltonian matrix, a higher one is looked for.
+        """
+        best, at = max((self.size(angle), angle) for angle in angles)
+        while True:
+            places = self.crossed((1.0 + slack) * best)
+            between = [0.5 * (low + high) for low, high in itertools.pairwise(places)]
+            size, angle = max(((self.size(angle), angle) for angle in between), default=(0.0, 0.0))
+            if size <= best:
+                return at, best
+            best, at = size, angle
 
     def size(self, angle: float) -> float:
         """The largest singular value at w T."""
@@ -130,7 +137,7 @@ class _Closed:
         back = np.vstack([b, -c.conj().T @ d])
         hamiltonian = np.block([[a, np.zeros((n, n))], [-c.conj().T @ c, -a.conj().T]]) - back @ into
         values = np.linalg.eigvals(hamiltonian)
-        near = values[np.abs(values.real) <= 1e-7 * (np.abs(values) + 1e-3)]
+        near = values[np.abs(values.real) <= _NEAR_AXIS * (np.abs(values) + 1e-3)]
         angles = sorted(2.0 * math.atan(float(value.imag)) for value in near)
         return [*angles, angles[0] + 2.0 * math.pi] if angles else []
 
@@ -160,7 +167,8 @@ def _first_critical(
     """The least x at which a factor puts a pole on the unit circle, by steps within which none can."""
     x = 0.0
     for _ in range(_MOST_STEPS):
-        norm = largest(system, 0.0, factor(x))[1] * (1.0 + _SURPLUS)
+        closed = _Closed(system, factor(x), 0.0)
+        norm = closed.largest(closed.corners(), _SURPLUS)[1] * (1.0 + _SURPLUS)
         step = safe_step(norm) if norm > 0.0 else last
         x += step
         if x >= last:
