@@ -13,6 +13,7 @@ from functools import cache
 
 import numpy as np
 
+from proofmass.blocks.comparator import Comparator
 from proofmass.blocks.declare import Block
 from proofmass.blocks.relay import Relay
 from proofmass.blocks.saturation import Saturation
@@ -71,6 +72,8 @@ def describing_function(block: Block, input: str, output: str, period: float) ->
     if isinstance(block, Relay):
         size, width = 0.5 * (block.on - block.off), 0.5 * (block.upper - block.lower)
         return lambda amplitude: relay(amplitude, size, width)
+    if isinstance(block, Comparator):
+        return lambda amplitude: relay(amplitude, 1.0, 0.5 * block.hysteresis)
     if isinstance(block, Saturation) and block.lowest == -block.highest:
         return lambda amplitude: saturation(amplitude, block.highest)
     behaviour = block.output_functions[output]

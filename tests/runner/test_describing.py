@@ -7,6 +7,7 @@ import mpmath
 import pytest
 
 from proofmass.blocks.analog_to_digital import AnalogToDigital
+from proofmass.blocks.comparator import Comparator
 from proofmass.blocks.low_pass import LowPass
 from proofmass.blocks.relay import Relay
 from proofmass.blocks.saturation import Saturation
@@ -34,6 +35,8 @@ def test_a_relay_with_hysteresis(amplitude: float) -> None:
     assert relay(amplitude, 3.0, 0.2) == pytest.approx(3.0 * expected, rel=1e-9)
     found = describing_function(Relay(lower=-0.2, upper=0.2, on=3.0, off=-3.0), "input", "output", 1.0)
     assert found(amplitude) == relay(amplitude, 3.0, 0.2)
+    clocked = describing_function(Comparator(threshold=1.0, hysteresis=0.4), "input", "sign", 1.0)
+    assert clocked(amplitude) == relay(amplitude, 1.0, 0.2)
     assert relay(0.1, 3.0, 0.2) == 0.0
     assert relay(amplitude, 1.0) == pytest.approx(4.0 / (math.pi * amplitude))
 
