@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 
 from proofmass.runner.margins.crossings import value_at
 from proofmass.runner.margins.figures import Figures
@@ -22,8 +21,6 @@ _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
 _ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 Measure = Callable[[Complex], Array]
-_brentq: Any = scipy.optimize.brentq
-_minimize: Any = scipy.optimize.minimize_scalar
 
 
 def sweep(system: OpenLoop) -> Array:
@@ -141,7 +138,7 @@ def _curve(samples: Samples, measure: Measure) -> Callable[[float], float]:
 
 def _refined(curve: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
     options = {"xatol": 1e-10 * high}
-    found = _minimize(lambda v: -curve(v), bounds=(low, high), method="bounded", options=options)
+    found = _optimize().minimize_scalar(lambda v: -curve(v), bounds=(low, high), method="bounded", options=options)
     return float(found.x), -float(found.fun)
 
 
@@ -150,4 +147,11 @@ def zero_between(function: Callable[[float], float], low: float, high: float) ->
     ends = (function(low), function(high))
     if ends[0] * ends[1] >= 0.0:
         return low if abs(ends[0]) < abs(ends[1]) else high
-    return float(_brentq(function, low, high, xtol=1e-14, rtol=1e-14))
+    return float(_optimize().brentq(function, low, high, xtol=1e-14, rtol=1e-14))
+
+
+def _optimize() -> Any:
+    """scipy.optimize, imported late: half of what the command `margins` would take to start, and few loops want it."""
+    import scipy.optimize
+
+    return scipy.optimize
