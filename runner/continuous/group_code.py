@@ -17,8 +17,6 @@ from proofmass.runner.engine.pieces import Call, Pieces, fields, spoilt
 
 _ASSEMBLED = ("matrix", "grown", "square", "scale")  # scratch of the matrix exponential
 _STEPPED = ("x", "moved", "error")
-
-
 MANY_COLUMNS = 24  # of an exact group, beyond which a loop sums its rows: their text takes minutes to compile
 _FAILED = "failed"  # whether anything failed in a function of an instant
 
