@@ -1,8 +1,9 @@
 """Margins of random sampled loops by mpmath, in as many digits as it takes; nothing of the product computes them.
 
 The characteristic polynomials come from Faddeev and LeVerrier's recursion, crossovers from Sturm's chains in
-y = 2 - z - 1/z, verdicts from Schur and Cohn's test, where the product works with integers and t = tan(w T / 2). `python -m tests.runner.margins_oracle 10000`
-compares as many random loops, and prints what differs (half an hour on a quiet core).
+y = 2 - z - 1/z, verdicts from Schur and Cohn's test, where the product works with integers and t = tan(w T / 2).
+`python -m tests.runner.margins_oracle 10000` compares as many random loops, and prints what differs (half an hour on a
+quiet core).
 """
 
 import itertools
