@@ -10,7 +10,7 @@ BIN = $(VENV)/bin
 .PHONY: demo test defects lint benchmark clean
 
 demo: $(VENV)/installed
-	$(BIN)/python -m proofmass.runner.self_test demo
+	$(BIN)/python -m proofmass.runner.commands.demo demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile

@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 from proofmass import read_graph
-from proofmass.graphs.graph import Graph
+from proofmass.graphs.model.graph import Graph
 from proofmass.runner.continuous.exact_hold import hold
-from proofmass.runner.engine.memory import start
-from proofmass.runner.engine.native import CompiledLoop
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.plan.memory import start
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.targets.native import CompiledLoop
 
 HERE = Path(__file__).parent
 LIBRARY = HERE.parent / "graphs" / "library"

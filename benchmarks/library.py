@@ -8,10 +8,10 @@ import time
 from compare_with_c import LIBRARY
 
 from proofmass import read_graph, simulate
-from proofmass.graphs.exports import runs_alone
-from proofmass.runner.engine.memory import start
-from proofmass.runner.engine.native import CompiledLoop
-from proofmass.runner.engine.plan import plan
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.runner.plan.memory import start
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.targets.native import CompiledLoop
 
 LONGEST = 2_000_000  # ticks of a run that is timed
 RUNS = 15  # of which the fastest counts, since others may share the machine

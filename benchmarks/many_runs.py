@@ -12,8 +12,8 @@ from typing import Any
 
 from monte_carlo import workload
 
-from proofmass.runner.engine.native_lanes import Lanes
-from proofmass.runner.studies.study import run_study
+from proofmass.runner.studies.whole.study import run_study
+from proofmass.runner.targets.native_lanes import Lanes
 
 SAMPLES = 1000
 
@@ -32,7 +32,7 @@ class TimedLanes(Lanes):
 
 def main(runs: int) -> None:
     """Run, and print."""
-    import proofmass.runner.studies.side_by_side as side_by_side
+    import proofmass.runner.studies.runs.side_by_side as side_by_side
 
     engine: Any = {"engine": "compiled", "threads": 1}
     run_study(workload(256, SAMPLES), **engine)  # compiles

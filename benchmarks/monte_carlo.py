@@ -20,11 +20,11 @@ import numpy as np
 from compare_with_c import LIBRARY, build
 
 from proofmass import read_graph
-from proofmass.graphs.study import Study
+from proofmass.graphs.studies.study import Study
 from proofmass.runner.continuous.exact_hold import hold
-from proofmass.runner.engine.native_lanes import Lanes
-from proofmass.runner.studies.sensor_runs import SensorRuns
-from proofmass.runner.studies.study import run_study
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+from proofmass.runner.studies.whole.study import run_study
+from proofmass.runner.targets.native_lanes import Lanes
 
 SAMPLES, RUNS, RATE = 50_000, 1024, 50_000
 VARIED = (

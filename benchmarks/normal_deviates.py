@@ -17,11 +17,11 @@ import numba
 import numpy as np
 from scipy import stats
 
-from proofmass.blocks.counter_random import normal_deviate
-from proofmass.blocks.white_noise import WhiteNoise
-from proofmass.graphs.graph import Graph
-from proofmass.runner.engine.native_lanes import CompiledLanes, Lanes
-from proofmass.runner.engine.plan import plan
+from proofmass.blocks import WhiteNoise
+from proofmass.blocks.arithmetic.counter_random import normal_deviate
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 LAGS = 16
 BINS = 1 << 16  # of equal probability

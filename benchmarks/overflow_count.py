@@ -6,15 +6,10 @@ python benchmarks/overflow_count.py
 import dataclasses
 from typing import Any
 
-from proofmass.blocks.constant import Constant
-from proofmass.blocks.fixed_difference import FixedDifference
-from proofmass.blocks.fixed_integrator import FixedIntegrator
-from proofmass.blocks.fixed_pid import FixedPID
-from proofmass.blocks.fixed_quantiser import FixedQuantiser
-from proofmass.blocks.fixed_state_space import FixedStateSpace
-from proofmass.graphs.graph import Graph
-from proofmass.runner.engine.simulate import simulate
+from proofmass.blocks import Constant, FixedDifference, FixedIntegrator, FixedPID, FixedQuantiser, FixedStateSpace
+from proofmass.graphs.model.graph import Graph
 from proofmass.runner.fixed import digital
+from proofmass.runner.run.simulate import simulate
 
 TICKS, TIMES = 2_000_000, 15
 

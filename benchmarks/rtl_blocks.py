@@ -5,17 +5,19 @@ from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
-from proofmass.blocks.catalog import all_blocks
-from proofmass.blocks.declare import Block
-from proofmass.blocks.fixed_cordic_exponential_pipeline import FixedCordicExponentialPipeline
-from proofmass.blocks.fixed_correlation_cell import FixedCorrelationCell
-from proofmass.blocks.fixed_mass_spring_damper import FixedMassSpringDamper
-from proofmass.blocks.fixed_pid import FixedPID
-from proofmass.blocks.fixed_point import Fixed
-from proofmass.blocks.fixed_stiffness_controller import FixedStiffnessController
-from proofmass.graphs.flatten import flatten
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.rtl.compose import is_digital
+from proofmass.blocks import (
+    FixedCordicExponentialPipeline,
+    FixedCorrelationCell,
+    FixedMassSpringDamper,
+    FixedPID,
+    FixedStiffnessController,
+)
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.runner.rtl.machine.compose import is_digital
 
 GRAPHS = Path(__file__).parent.parent / "graphs" / "library"
 RATE = Fraction(4800)  # of blocks that no graph gives one

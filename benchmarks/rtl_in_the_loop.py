@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.graphs.graph import split
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.engines import make_engine
-from proofmass.runner.engine.memory import Engine, start
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.engine.planned import Plan
-from proofmass.runner.rtl.compose import compose
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import split
+from proofmass.runner.plan.memory import Engine, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.rtl.machine.compose import compose
+from proofmass.runner.run.engines import make_engine
 
 CALIBRATION = Path(__file__).parent.parent / "graphs" / "library" / "self_calibration_fixed.toml"
 SINGLE, CHUNK = 2_000, 9_973  # ticks that are chunks of their own; ticks of a chunk behind them

@@ -9,11 +9,11 @@ of 32 by 32 bits and one of 16 by 16, since their 21 multipliers are then ours.
 
 from pathlib import Path
 
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.rtl.compose import compose
-from proofmass.runner.rtl.machine_verilog import machine_text, top_name
-from proofmass.runner.rtl.synth import Resources, synthesized
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.rtl.machine.compose import compose
+from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
+from proofmass.runner.rtl.tools.synth import Resources, synthesized
 
 ROOT = Path(__file__).parent.parent
 LIBRARY = ROOT / "graphs" / "library" / "self_calibration_fixed.toml"

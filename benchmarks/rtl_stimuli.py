@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from proofmass.blocks import declare
-from proofmass.blocks.analog_to_digital import AnalogToDigital
-from proofmass.blocks.declare import Block, Port
-from proofmass.blocks.fixed_point import Fixed, FixedValue
-from proofmass.blocks.fixed_quantiser import FixedQuantiser
-from proofmass.blocks.recorded_signal import RecordedSignal
-from proofmass.graphs.graph import Graph, Place
+from proofmass.blocks import AnalogToDigital, FixedQuantiser, RecordedSignal
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+from proofmass.blocks.declaration import declare
+from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.graphs.model.graph import Graph, Place
 
 Column = NDArray[np.int64]
 

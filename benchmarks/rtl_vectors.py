@@ -24,15 +24,14 @@ from rtl_blocks import Alone, blocks_alone
 from rtl_stimuli import TESTED, Column, drawn, played
 from rtl_ways import TRIALS, Found, by_compiled_loop, by_icarus, by_model, by_python
 
-from proofmass.blocks.fixed_cordic_exponential import FixedCordicExponential
-from proofmass.blocks.fixed_cordic_exponential_pipeline import FixedCordicExponentialPipeline
-from proofmass.blocks.problem import ModelError
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.engine.planned import Plan
-from proofmass.runner.rtl import programs
-from proofmass.runner.rtl.compose import compose
-from proofmass.runner.rtl.machine_verilog import machine_text
-from proofmass.runner.rtl.modules import Module
+from proofmass.blocks import FixedCordicExponential, FixedCordicExponentialPipeline
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.rtl.machine.compose import compose
+from proofmass.runner.rtl.machine.modules import Module
+from proofmass.runner.rtl.text.machine_verilog import machine_text
+from proofmass.runner.rtl.tools import programs
 
 VECTORS = 100_000
 LONGEST = 100.0  # milliseconds from the functions of a block to its Verilog

@@ -11,17 +11,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from rtl_stimuli import GIVEN, TESTED, Column
 
-from proofmass.runner.engine.engines import make_engine
-from proofmass.runner.engine.memory import Memory, start
-from proofmass.runner.engine.planned import Plan
 from proofmass.runner.fixed.step_formats import held_as
-from proofmass.runner.rtl.bench import bench_files
-from proofmass.runner.rtl.cxxrtl import Model
-from proofmass.runner.rtl.machine import Machine
-from proofmass.runner.rtl.machine_verilog import machine_text, top_name
-from proofmass.runner.rtl.reference import reference_of
-from proofmass.runner.rtl.simulators import Played, play
-from proofmass.runner.rtl.vectors import Vectors
+from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.rtl.bench.bench import bench_files
+from proofmass.runner.rtl.bench.simulators import Played, play
+from proofmass.runner.rtl.bench.vectors import Vectors
+from proofmass.runner.rtl.machine.machine import Machine
+from proofmass.runner.rtl.machine.reference import reference_of
+from proofmass.runner.rtl.model.cxxrtl import Model
+from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
+from proofmass.runner.run.engines import make_engine
 
 TRIALS = 5  # of which the fastest counts
 

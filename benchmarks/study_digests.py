@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from proofmass import Study, read_study, run_study
-from proofmass.runner.studies import study as studies
-from proofmass.runner.studies.outcomes import Outcomes, together
-from proofmass.runner.studies.sensor_runs import SensorRuns
+from proofmass.runner.studies.outcome.outcomes import Outcomes, together
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+from proofmass.runner.studies.whole import study as studies
 
 RUNS = 1024
 FEW = 96  # of which plain Python is asked

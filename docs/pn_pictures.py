@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from docs.pn_runs import calibrate, library, sense_amplitude
-from proofmass.runner.engine.simulate import simulate
 from proofmass.runner.output.plot import BLUE, ORANGE, save_figure
+from proofmass.runner.run.simulate import simulate
 
 PICTURES = Path(__file__).parent / "pictures"
 GREY = "#bbbbbb"

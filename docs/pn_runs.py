@@ -11,17 +11,14 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from proofmass.blocks.discrete_mass_spring_damper import DiscreteMassSpringDamper
-from proofmass.blocks.low_pass import LowPass
-from proofmass.blocks.step import Step
-from proofmass.blocks.white_noise import WhiteNoise
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.study import Study
-from proofmass.graphs.study_reader import read_study
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.result import Result
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.studies.study import run_study
+from proofmass.blocks import DiscreteMassSpringDamper, LowPass, Step, WhiteNoise
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.run.result import Result
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.whole.study import run_study
 
 CHIPS = 1023
 G0 = 9.80665

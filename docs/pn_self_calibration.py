@@ -34,8 +34,8 @@ from docs.pn_runs import (
     tested,
     wandering,
 )
-from proofmass.graphs.graph import Graph
-from proofmass.runner.engine.simulate import RunError, simulate
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.run.simulate import RunError, simulate
 
 Rows = Iterator[tuple[str, ...]]
 ONLINE, GAUSS_NEWTON = "self_calibration_online.toml", "self_calibration_gauss_newton.toml"

@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.study import Study
-from proofmass.graphs.study_reader import read_study
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.result import Result
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.studies.study import run_study
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.run.result import Result
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.whole.study import run_study
 
 PPM, MICRO_G = 1e-6, 9.80665e-6
 TABLE_3 = [  # [P] k_pre-eq0, k_pre-eq1

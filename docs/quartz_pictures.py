@@ -14,13 +14,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from docs.quartz_accelerometer import MICRO_G, PPM, SCALE_FACTOR, TABLE_4, disturbed, library, run, study
-from proofmass.blocks.decimator import Decimator
-from proofmass.graphs.graph import Graph
-from proofmass.runner.engine.simulate import simulate
+from proofmass.blocks import Decimator
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.ages import YEAR, recalibration_text
 from proofmass.runner.output.plot import BLUE, ORANGE, write_figure
-from proofmass.runner.studies.ages import YEAR, recalibration_text
-from proofmass.runner.studies.points import by_point
-from proofmass.runner.studies.study import run_study
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.shown.points import by_point
+from proofmass.runner.studies.whole.study import run_study
 
 GREEN = "#009e73"
 MEAN = 12_500  # ticks of a point of Fig. 13: a quarter of a second

@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
-from proofmass import __version__
 from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, explain
 from proofmass.runner.commands.options import blocks_option, graph_argument, json_option, set_option
 from proofmass.runner.commands.rtl_command import rtl
+from proofmass.runner.host.versions import PROOFMASS
 
 
 class Commands(click.Group):
@@ -20,7 +20,7 @@ class Commands(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:
-            from proofmass.blocks.problem import did_you_mean
+            from proofmass.blocks.declaration.problem import did_you_mean
 
             raise click.UsageError(
                 f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'command')}", ctx
@@ -28,7 +28,7 @@ class Commands(click.Group):
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
-@click.version_option(__version__, prog_name="proofmass")
+@click.version_option(PROOFMASS, prog_name="proofmass")
 @click.option("--traceback", is_flag=True, help="Show Python's traceback of an error; it may stand anywhere.")
 def cli(traceback: bool) -> None:
     """Block-diagram dataflow simulator for inertial sensors.
@@ -144,8 +144,8 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     proofmass draw sensor.toml -o sensor.svg
     proofmass draw sensor.toml --format mermaid
     """
-    from proofmass.graphs import diagram
-    from proofmass.graphs.toml_reader import read_graph
+    from proofmass.graphs.drawing import diagram
+    from proofmass.graphs.files.toml_reader import read_graph
 
     by_ending = {".mmd": "mermaid", ".mermaid": "mermaid", ".dot": "dot", ".gv": "dot"}
     form = form or by_ending.get(output.suffix if output else "", "svg")
@@ -299,7 +299,7 @@ def schema(output: Path | None, own: Path | None) -> None:
     """
     import json
 
-    from proofmass.graphs.schema import schema as schema_of
+    from proofmass.graphs.schema.schema import schema as schema_of
 
     text = json.dumps(schema_of(_own(own)), indent=2)
     if output is None:

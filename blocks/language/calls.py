@@ -6,13 +6,13 @@ import types
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.language import operations
 from proofmass.blocks.language.expressions import Expressions
 from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import Meta, Record, TupleOf, Type, described, is_record
 from proofmass.blocks.language.writing import Typed
-from proofmass.blocks.problem import did_you_mean
 
 
 class Calls(Expressions):

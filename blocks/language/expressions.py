@@ -5,6 +5,7 @@ import types
 from collections.abc import Callable
 from typing import Any
 
+from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.language import arithmetic, operations
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.values import (
@@ -20,7 +21,6 @@ from proofmass.blocks.language.values import (
     is_record,
 )
 from proofmass.blocks.language.writing import Typed, Writer, assign
-from proofmass.blocks.problem import did_you_mean
 
 _SURELY_EXACT = 2**53
 

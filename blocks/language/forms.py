@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from proofmass.blocks.declare import Behaviour, Block
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language import operations
 from proofmass.blocks.language.functions import Lowered, lowered
-from proofmass.blocks.language.source import SourceError, tree_of
 from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, Type, Unknown, Vector, is_record, type_of
-from proofmass.blocks.problem import Problem
 
 _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
 

@@ -6,14 +6,14 @@ import types
 from dataclasses import dataclass, field
 from typing import Any
 
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language.calls import Calls
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
-from proofmass.blocks.language.source import SourceError, tree_of
 from proofmass.blocks.language.statements import Known, RestartError, Statements, annotated
 from proofmass.blocks.language.values import NOTHING, Type, Unknown, described, type_of
 from proofmass.blocks.language.writing import Typed
-from proofmass.blocks.problem import Problem
 
 _PASSES = 50
 _OURS = "proofmass."

@@ -5,9 +5,9 @@ import builtins
 import types
 from typing import Any
 
+from proofmass.blocks.declaration.problem import did_you_mean, nearest
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import Type, Unknown
-from proofmass.blocks.problem import did_you_mean, nearest
 
 _MISSING = object()
 Read = tuple[types.FunctionType | types.ModuleType, str, Any]

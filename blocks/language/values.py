@@ -4,7 +4,7 @@ import typing
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from proofmass.blocks.fixed_point import FixedValue
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import json
 
 import click
 
-from proofmass.blocks.catalog import Own, all_blocks, facts, find
-from proofmass.blocks.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.catalog import Own, all_blocks, facts, find
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.runner.output.describe import block_text
 
 

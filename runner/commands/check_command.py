@@ -5,10 +5,10 @@ from pathlib import Path
 
 import click
 
-from proofmass.blocks.problem import Problem
-from proofmass.graphs.check_file import check_file
-from proofmass.graphs.exports import runs_alone
-from proofmass.graphs.flatten import flatten
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.studies.check_file import check_file
 from proofmass.runner.commands.failures import DONE, WRONG_MODEL, count
 from proofmass.runner.commands.run_command import own_blocks
 
@@ -18,7 +18,7 @@ def check_graph(graph: Path, own: Path | None, as_json: bool) -> int:
     read, problems, study = check_file(graph, own_blocks(own))
     alone = read is not None and not _wrong(problems) and runs_alone(read)
     if read is not None and alone:
-        from proofmass.runner.engine.ready import unready
+        from proofmass.runner.studies.whole.ready import unready
 
         problems += unready(read, study)
         if not _wrong(problems) and any(loop.requirements for loop in flatten(read).loops.values()):

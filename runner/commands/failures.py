@@ -10,7 +10,7 @@ DONE, WRONG_MODEL, USAGE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
 def explain(error: Exception) -> int:
     """Print an error in the words of the user; returns the exit code."""
-    from proofmass.blocks.problem import ModelError
+    from proofmass.blocks.declaration.problem import ModelError
 
     if isinstance(error, ModelError):
         for problem in error.problems:

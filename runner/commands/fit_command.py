@@ -6,17 +6,17 @@ from typing import Any
 
 import click
 
-from proofmass.blocks.parameter import Parameter
-from proofmass.blocks.problem import ModelError, Problem, did_you_mean
-from proofmass.graphs.exports import exported
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.toml_editor import edit_file
-from proofmass.graphs.toml_reader import read_graph
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.graphs.files.toml_editor import edit_file
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.exports import exported
+from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.run_command import changed, own_blocks
-from proofmass.runner.fit.data import Readings, read_table, run_cycle
-from proofmass.runner.fit.fit import Fit, FitReport, fit
-from proofmass.runner.fit.starts import from_starts
-from proofmass.runner.fit.text import data, starts_text, text
+from proofmass.runner.design.fit.data import Readings, read_table, run_cycle
+from proofmass.runner.design.fit.fit import Fit, FitReport, fit
+from proofmass.runner.design.fit.starts import from_starts
+from proofmass.runner.design.fit.text import data, starts_text, text
 from proofmass.runner.output.export import whole_file
 
 MODELS = (  # kinds that are meant where no block is named, beside graphs that export a1, b1, a2 and b2
@@ -116,7 +116,7 @@ def _by_key(chosen: Fit, name: str, parameters: list[str]) -> dict[str, float | 
 
 
 def _draw(report: FitReport, path: Path) -> Path:
-    from proofmass.runner.fit.plot import plot_fit
+    from proofmass.runner.design.fit.plot import plot_fit
     from proofmass.runner.output.plot import save_figure
 
     return save_figure(plot_fit(report), path)

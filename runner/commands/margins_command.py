@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from proofmass.blocks.problem import ModelError, Problem
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.loops import SETTLED
-from proofmass.graphs.toml_reader import read_graph
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import SETTLED
+from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.stability import all_margins, missed
 from proofmass.runner.commands.margins_text import hertz_text, margins_text, seconds_text
 from proofmass.runner.commands.progress import progress_bar
 from proofmass.runner.commands.run_command import changed, own_blocks
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.engine.planned import Plan
-from proofmass.runner.margins.linearise import node_of, open_loop, tick_at
-from proofmass.runner.margins.margins import Margins
-from proofmass.runner.margins.settle import settled_tick
-from proofmass.runner.margins.stability import all_margins, missed
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
-    from proofmass.runner.margins.sensitivity import Sensitivity
+    from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 
 _ROWS = 12  # of a table of parameters
 
@@ -46,7 +46,7 @@ def show_margins(
     if limit_cycle:
         return _show_limit_cycles(loaded, limit_cycle, as_json)
     if gains or amplitudes:
-        from proofmass.runner.margins.quasi_linear import with_gains
+        from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 
         loaded = with_gains(loaded, _stated("--gain", gains), _stated("--amplitude", amplitudes))
     planned = plan(loaded)
@@ -87,7 +87,7 @@ def _stated(option: str, texts: tuple[str, ...]) -> dict[str, str]:
 
 def _show_limit_cycles(graph: Graph, name: str, as_json: bool) -> int:
     """The limit cycles that the describing function of a block predicts, and that of a run."""
-    from proofmass.runner.margins.limit_cycles import LimitCycle, predicted, simulated, unit_of
+    from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, predicted, simulated, unit_of
 
     cycles, unit = predicted(graph, name), unit_of(graph, name)
     seen = simulated(graph, name, None if graph.duration or graph.samples else cycles)
@@ -125,7 +125,7 @@ def sensitivities(
     graph: Graph, planned: Plan, found: dict[str, Margins], source: str, target: str, at: str | Fraction
 ) -> "list[Sensitivity]":
     """Scale factor and bias from one output to another, and the margins of loops, with what moves them."""
-    from proofmass.runner.margins.sensitivity import margin_sensitivities, transfer_sensitivities
+    from proofmass.runner.analysis.margins.sensitivity import margin_sensitivities, transfer_sensitivities
 
     tick = tick_at(planned, at)
     moved = list(
@@ -155,14 +155,14 @@ def sensitivity_text(found: "Sensitivity") -> str:
 
 def _loops_if_any(graph: Graph, planned: Plan, loop: str, at: str | Fraction) -> dict[str, Margins]:
     """Sensitivities of scale factor and bias are answered for a graph without loops too."""
-    from proofmass.runner.margins.find_loops import find_loops
+    from proofmass.runner.analysis.linearisation.find_loops import find_loops
 
     return all_margins(graph, planned, loop, at) if planned.graph.loops or find_loops(planned) else {}
 
 
 def _draw(picture: Path, found: dict[str, Margins], moved: "list[Sensitivity]") -> list[Path]:
     """A picture of each loop, and of the parameters: numbered by name where there are several."""
-    from proofmass.runner.margins.plot import plot_margins, plot_sensitivities
+    from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
     from proofmass.runner.output.plot import save_figure
 
     figures = {name: plot_margins(margins) for name, margins in found.items()}

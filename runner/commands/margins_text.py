@@ -4,10 +4,10 @@ import cmath
 import math
 from typing import Any
 
-from proofmass.runner.margins.figures import decibels
-from proofmass.runner.margins.lifted import LARGEST_DELAY
-from proofmass.runner.margins.margins import Margins
-from proofmass.runner.margins.poles import Pole
+from proofmass.runner.analysis.linearisation.poles import Pole
+from proofmass.runner.analysis.margins.figures import decibels
+from proofmass.runner.analysis.margins.lifted import LARGEST_DELAY
+from proofmass.runner.analysis.margins.margins import Margins
 
 _SLOWEST = 3  # poles that are shown
 _PREFIXES = (("T", 1e12), ("G", 1e9), ("M", 1e6), ("k", 1e3), ("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9))

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from proofmass.graphs.study_reader import read_study
+from proofmass.graphs.studies.ages import age_text, some_of
+from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.failures import count
 from proofmass.runner.commands.progress import progress_bar, time_text
 from proofmass.runner.commands.run_command import as_data, own_blocks, show, write
-from proofmass.runner.studies.ages import age_text, some_of
-from proofmass.runner.studies.intervals import concise
-from proofmass.runner.studies.points import all_points_text, first_point, parts
+from proofmass.runner.studies.outcome.intervals import concise
+from proofmass.runner.studies.shown.points import all_points_text, first_point, parts
 
 if TYPE_CHECKING:
-    from proofmass.graphs.study import Study
-    from proofmass.runner.engine.result import Result
-    from proofmass.runner.studies.result import StudyResult
+    from proofmass.graphs.studies.study import Study
+    from proofmass.runner.run.result import Result
+    from proofmass.runner.studies.outcome.result import StudyResult
 
 _COLUMNS = ("mean", "std", "p1", "p50", "p99")
 
@@ -44,7 +44,7 @@ def run_montecarlo(
     """Everything that `proofmass montecarlo` does; returns the exit code."""
     if dask is not None and threads is not None:
         raise click.UsageError("give --threads or --dask, not both: Dask's workers have threads of their own")
-    from proofmass.runner.studies.study import replay, run_study, with_numbers
+    from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
     loaded = read_study(study, own_blocks(own))
     if run is not None:
@@ -86,9 +86,9 @@ def _show_replay(result: "Result", out: Path | None, formats: tuple[str, ...], a
 
 def _written(result: "StudyResult", out: Path, formats: tuple[str, ...], report: bool) -> list[str]:
     from proofmass.runner.output.export import whole_file
-    from proofmass.runner.studies.export import save_study_csv, save_study_netcdf, save_study_parquet
-    from proofmass.runner.studies.folder import STUDY_FILE
-    from proofmass.runner.studies.ledger import FILE
+    from proofmass.runner.studies.kept.folder import STUDY_FILE
+    from proofmass.runner.studies.kept.ledger import FILE
+    from proofmass.runner.studies.shown.export import save_study_csv, save_study_netcdf, save_study_parquet
 
     with whole_file(out / "study.json") as file:
         file.write((json.dumps(_data(result), indent=2) + "\n").encode())
@@ -101,10 +101,10 @@ def _written(result: "StudyResult", out: Path, formats: tuple[str, ...], report:
 
 def _shown(result: "StudyResult", out: Path, formats: tuple[str, ...]) -> list[str]:
     """Pictures, what scatters the measures, and the report."""
-    from proofmass.runner.studies.export_influences import save_influences
-    from proofmass.runner.studies.plot import save_study_plot
-    from proofmass.runner.studies.report import FILE as REPORT
-    from proofmass.runner.studies.report import save_study_report
+    from proofmass.runner.studies.shown.export_influences import save_influences
+    from proofmass.runner.studies.shown.plot import save_study_plot
+    from proofmass.runner.studies.shown.report import FILE as REPORT
+    from proofmass.runner.studies.shown.report import save_study_report
 
     return [
         *save_influences(result, out, formats),

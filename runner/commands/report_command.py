@@ -9,8 +9,8 @@ from proofmass.runner.commands.run_command import own_blocks
 
 def report_study(study: Path, output: Path | None, own: Path | None) -> int:
     """Everything that `proofmass report` does; returns the exit code."""
-    from proofmass.runner.studies.folder import find_folder, kept_result
-    from proofmass.runner.studies.report import FILE, save_study_report
+    from proofmass.runner.studies.kept.folder import find_folder, kept_result
+    from proofmass.runner.studies.shown.report import FILE, save_study_report
 
     blocks = own_blocks(own)
     folder = study if study.is_dir() else find_folder(study, blocks)

@@ -73,19 +73,19 @@ def write_rtl(
     as_json: bool,
 ) -> int:
     """Everything that `proofmass rtl` does; returns the exit code."""
-    from proofmass.graphs.toml_reader import read_graph
+    from proofmass.graphs.files.toml_reader import read_graph
     from proofmass.runner.commands.run_command import changed, own_blocks
-    from proofmass.runner.engine.plan import plan
-    from proofmass.runner.rtl.amaranth import amaranth_files
-    from proofmass.runner.rtl.bench import bench_files
-    from proofmass.runner.rtl.cocotb_bench import cocotb_files
-    from proofmass.runner.rtl.compose import compose
-    from proofmass.runner.rtl.machine_verilog import machine_text, top_name
-    from proofmass.runner.rtl.prove_machine import proof_lines, proofs_data, prove_machine
-    from proofmass.runner.rtl.report import cost_text, report_data, save_report
-    from proofmass.runner.rtl.simulators import need_simulator, play
-    from proofmass.runner.rtl.synth import synthesized
-    from proofmass.runner.rtl.vectors import simulated
+    from proofmass.runner.planning.plan import plan
+    from proofmass.runner.rtl.bench.bench import bench_files
+    from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
+    from proofmass.runner.rtl.bench.report import cost_text, report_data, save_report
+    from proofmass.runner.rtl.bench.simulators import need_simulator, play
+    from proofmass.runner.rtl.bench.vectors import simulated
+    from proofmass.runner.rtl.machine.compose import compose
+    from proofmass.runner.rtl.proof.prove_machine import proof_lines, proofs_data, prove_machine
+    from proofmass.runner.rtl.text.amaranth import amaranth_files
+    from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
+    from proofmass.runner.rtl.tools.synth import synthesized
 
     for simulator in simulators:
         need_simulator(simulator)

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from proofmass.blocks.problem import ModelError, Problem
-from proofmass.blocks.units import UnitError
-from proofmass.graphs.clocking import notes_of_a_run
-from proofmass.graphs.flatten import flatten
-from proofmass.graphs.graph import Graph, read_probe, split
-from proofmass.graphs.rates import write_rate
-from proofmass.graphs.toml_reader import read_graph
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import UnitError
+from proofmass.graphs.checks.clocking import notes_of_a_run
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph, read_probe, split
+from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.progress import progress_bar, time_text
 
 if TYPE_CHECKING:
-    from proofmass.blocks.declare import Block
-    from proofmass.runner.engine.result import Result
+    from proofmass.blocks.declaration.declare import Block
+    from proofmass.runner.run.result import Result
 
 
 def run_graph(
@@ -52,7 +52,7 @@ def run_graph(
     loaded = changed(read_graph(graph, own_blocks(own)), changes, probes)
     if show_source:
         return _show_source(loaded)
-    from proofmass.runner.engine.simulate import simulate
+    from proofmass.runner.run.simulate import simulate
 
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -86,7 +86,7 @@ def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
     """The blocks of a user's own file, which is run; raises `ModelError` when that fails."""
     if path is None:
         return None
-    from proofmass.blocks.catalog import load_own_blocks
+    from proofmass.blocks.declaration.catalog import load_own_blocks
 
     try:
         return load_own_blocks(path)
@@ -131,8 +131,8 @@ def changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> 
 
 
 def _show_source(graph: Graph) -> int:
-    from proofmass.runner.engine.generate import generate
-    from proofmass.runner.engine.plan import plan
+    from proofmass.runner.planning.plan import plan
+    from proofmass.runner.program.generate import generate
 
     click.echo(generate(plan(graph)).listing)
     return 0

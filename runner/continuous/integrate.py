@@ -9,7 +9,7 @@ states when an event happens. Nothing happens at a corner but that a step ends t
 
 from typing import Any
 
-from proofmass.blocks.elementary import exponential, logarithm_of_fraction
+from proofmass.blocks.arithmetic.elementary import exponential, logarithm_of_fraction
 
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 

@@ -4,9 +4,9 @@ import inspect
 from collections.abc import Mapping
 from typing import get_type_hints
 
-from proofmass.blocks.declare import Behaviour, Block, BufferPort, Port
-from proofmass.blocks.fixed_point import FixedValue
-from proofmass.blocks.problem import ModelError, Problem
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.declare import Behaviour, Block, BufferPort, Port
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.fixed.step_formats import Constant, Format, Formats
 
 NO_RANGES: Mapping[str, Format] = {}

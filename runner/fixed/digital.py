@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-from proofmass.blocks.declare import Behaviour, Block
-from proofmass.blocks.fixed_point import FixedValue
-from proofmass.blocks.problem import ModelError
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.fixed.block_formats import function_formats, state_formats
 from proofmass.runner.fixed.integer_code import CompiledStep, compile_traced
 from proofmass.runner.fixed.step_formats import Constant, Formats, filled, reference_step, storer

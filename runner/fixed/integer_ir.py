@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from proofmass.blocks.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.fixed.integer_interval import (
     COMMUTATIVE,
     COMPARISONS,

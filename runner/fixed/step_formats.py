@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from proofmass.blocks.fixed_point import Fixed, FixedValue
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 
 
 @dataclass(frozen=True)

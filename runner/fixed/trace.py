@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from proofmass.blocks import fixed_point, pipeline
-from proofmass.blocks.fixed_point import counting_overflows
-from proofmass.runner.engine.assumptions import Assumptions
+from proofmass.blocks.arithmetic import fixed_point, pipeline
+from proofmass.blocks.arithmetic.fixed_point import counting_overflows
 from proofmass.runner.fixed import integer_interval, integer_ir, step_formats
+from proofmass.runner.fixed.assumptions import Assumptions
 from proofmass.runner.fixed.integer_interval import Operation
 from proofmass.runner.fixed.integer_ir import Node, Place, Program, TraceError
 from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves, loader, mantissas, storer

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from proofmass.blocks.catalog import facts
-from proofmass.blocks.declare import Block
-from proofmass.blocks.fixed_point import Fixed
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.catalog import facts
+from proofmass.blocks.declaration.declare import Block
 
 
 def block_text(kind: type[Block]) -> str:

@@ -14,8 +14,8 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from proofmass.blocks.problem import ModelError, Problem
-from proofmass.runner.engine.result import Array, Result, Trace, pieces
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.run.result import Array, Result, Trace, pieces
 
 LARGEST_CSV = 200_000_000  # numbers: about 4 GB of text, minutes to write and to read
 

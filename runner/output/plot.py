@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from proofmass.blocks.problem import did_you_mean
-from proofmass.graphs.flatten import flatten, inside
-from proofmass.graphs.graph import split
-from proofmass.runner.engine.result import Array, Result, Trace, pieces, statistics
+from proofmass.blocks.declaration.problem import did_you_mean
+from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.graph import split
 from proofmass.runner.output.export import whole_file
+from proofmass.runner.run.result import Array, Result, Trace, pieces, statistics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

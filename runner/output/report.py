@@ -8,14 +8,14 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from proofmass.blocks.declare import Block
-from proofmass.graphs.flatten import flatten
-from proofmass.graphs.graph import Graph, read_wire
-from proofmass.graphs.rates import write_rate
-from proofmass.graphs.toml_writer import write_graph
-from proofmass.runner.engine.result import Result
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph, read_wire
+from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
+from proofmass.runner.run.result import Result
 
 _ONE_PAGE = 9  # panels that still read well on one printed page
 
@@ -54,7 +54,7 @@ def _opening(result: Result) -> str:
 
 
 def _diagram(graph: Graph) -> str:
-    from proofmass.graphs.diagram import svg
+    from proofmass.graphs.drawing.diagram import svg
 
     return f'<div class="wide diagram">{inline(svg(graph))}</div>'
 

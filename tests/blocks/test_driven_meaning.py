@@ -4,14 +4,12 @@ import math
 
 import pytest
 
-from proofmass.blocks.catalog import all_blocks
-from proofmass.blocks.chirp import Chirp
-from proofmass.blocks.declare import Block
-from proofmass.blocks.periodic_drift import PeriodicDrift
-from proofmass.blocks.problem import ModelError
-from proofmass.blocks.sine import Sine
-from proofmass.graphs.check import checked
-from proofmass.graphs.graph import Graph
+from proofmass.blocks import Chirp, PeriodicDrift, Sine
+from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.graph import Graph
 
 # Looked at one by one. Of a block with a memory each one acts on what is added to the memory, or scales what comes
 # out; what it was before stays.
@@ -71,7 +69,7 @@ DRIVEN = {
     "TemperaturePolynomial": {"tc1", "tc2", "reference_temperature", "nominal"},
     "TemperatureSensor": {"reference_voltage", "slope", "reference_temperature"},
     "ToleranceCheck": {"stiffness_nominal", "stiffness_tolerance", "damping_nominal", "damping_tolerance"},
-    "TwoPositionTest": {"gravity"},
+    "TwoPositionComparison": {"gravity"},
     "UnipolarDigitalToAnalog": {"reference"},
     "VoltageToCurrent": {"resistance"},
     "WhiteNoise": {"density"},

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.graphs.study_reader import read_study
-from proofmass.runner.studies.ledger import FILE, Ledger
-from proofmass.runner.studies.outcomes import SensorRun, outcomes_of
-from proofmass.runner.studies.study import run_study
-from tests.kept_runs import kept
-from tests.study_texts import STUDY
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.studies.kept.ledger import FILE, Ledger
+from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
+from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.kept_runs import kept
+from tests.by_hand.study_texts import STUDY
 
 KILLS = int(os.environ.get("PROOFMASS_KILLS", "3"))
 START = 0.4  # seconds in which a study has hardly begun

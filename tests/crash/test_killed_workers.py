@@ -17,13 +17,13 @@ from typing import Any
 import pytest
 from distributed import LocalCluster
 
-from proofmass.graphs.study_reader import read_study
-from proofmass.runner.studies import chunks
-from proofmass.runner.studies import study as study_module
-from proofmass.runner.studies.ledger import FILE
-from proofmass.runner.studies.study import run_study
-from tests.kept_runs import kept
-from tests.study_texts import STUDY
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.studies.kept.ledger import FILE
+from proofmass.runner.studies.whole import study as study_module
+from proofmass.runner.studies.whole.study import run_study
+from proofmass.runner.studies.workers import chunks
+from tests.by_hand.kept_runs import kept
+from tests.by_hand.study_texts import STUDY
 
 KILLS = int(os.environ.get("PROOFMASS_KILLS", "2"))
 CHUNKS = 25  # per kill, of one run each

@@ -11,10 +11,10 @@ import pytest
 
 from docs import pn_self_calibration
 from docs.quartz_accelerometer import tables
-from proofmass.graphs.check import check
-from proofmass.graphs.toml_reader import TOP_KEYS, read_graph_text
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import TOP_KEYS, read_graph_text
 from proofmass.runner.command_line import main
-from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.run.simulate import simulate
 
 DOCS = Path(__file__).parents[2] / "docs"
 LIBRARY = DOCS.parent / "graphs" / "library"

@@ -133,8 +133,8 @@ def test_links_and_pictures_exist() -> None:
 
 
 def test_picture_is_what_draw_makes() -> None:
-    from proofmass.graphs.diagram import svg
-    from proofmass.graphs.toml_reader import read_graph
+    from proofmass.graphs.drawing.diagram import svg
+    from proofmass.graphs.files.toml_reader import read_graph
 
     drawn = svg(read_graph(ROOT / "graphs" / "library" / "pn_self_test_accelerometer.toml"))
     assert (ROOT / "docs" / "pictures" / "pn_self_test_accelerometer.svg").read_text(encoding="utf-8") == drawn

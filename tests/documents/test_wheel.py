@@ -31,7 +31,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_wheel_holds_only_proofmass(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"proofmass"}
-    for expected in ("blocks/gain.py", "graphs/graph.py", "runner/engine/simulate.py", "py.typed"):
+    for expected in ("blocks/signals/gain.py", "graphs/model/graph.py", "runner/run/simulate.py", "py.typed"):
         assert f"proofmass/{expected}" in names
     library = sorted(path.name for path in (ROOT / "graphs" / "library").iterdir() if path.suffix in (".toml", ".csv"))
     assert sorted(name.split("/")[-1] for name in names if "/library/" in name and not name.endswith(".py")) == library

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks.problem import ModelError
-from proofmass.graphs.check import check
-from proofmass.graphs.limits import FILE_BYTES
-from proofmass.graphs.toml_reader import read_graph, read_graph_text
-from tests.graph_texts import SMALL
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
+from proofmass.graphs.model.limits import FILE_BYTES
+from tests.by_hand.graph_texts import SMALL
 
 SECONDS = 0.5  # of the processor for this thread, so that a busy machine does not matter
 
@@ -62,7 +62,7 @@ BOMBS: dict[str, Callable[[], str]] = {
 
 @pytest.fixture(scope="module", autouse=True)
 def _blocks_are_imported() -> None:
-    from proofmass.blocks.catalog import all_blocks
+    from proofmass.blocks.declaration.catalog import all_blocks
 
     all_blocks()
 

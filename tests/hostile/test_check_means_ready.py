@@ -12,16 +12,16 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks.problem import ModelError
-from proofmass.graphs.check_file import check_file
-from proofmass.graphs.exports import runs_alone
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.studies.check_file import check_file
 from proofmass.runner.command_line import main
-from proofmass.runner.engine.faults import RunError
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.engine.ready import MANY_STEPS, unready
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.studies.study import run_study
-from tests.graph_texts import LIBRARY
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.faults import RunError
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.whole.ready import MANY_STEPS, unready
+from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.graph_texts import LIBRARY
 from tests.hostile.test_mutations import DAMAGES, end_cut_off
 
 COPIES = 100  # of each kind of damage

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import pytest
 
-from proofmass.graphs.locate_keys import locate_keys
-from tests.graph_texts import ALONE, problems_of
+from proofmass.graphs.files.locate_keys import locate_keys
+from tests.by_hand.graph_texts import ALONE, problems_of
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 RIGHT = 0.95  # of the hints must give the right name

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks.problem import ModelError, Problem
-from proofmass.graphs.check import check
-from proofmass.graphs.toml_reader import read_graph
-from tests.graph_texts import LIBRARY
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph
+from tests.by_hand.graph_texts import LIBRARY
 
 COPIES = 1000
 SECONDS = 20.0  # for all of them

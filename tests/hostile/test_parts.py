@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks.gain import Gain
-from proofmass.blocks.problem import ModelError, Problem
-from proofmass.graphs.check import check
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.toml_reader import read_graph, read_graph_text
+from proofmass.blocks import Gain
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
+from proofmass.graphs.model.graph import Graph
 
 SECONDS = 0.5
 GAIN = '[blocks.gain]\nkind = "Constant"\n'

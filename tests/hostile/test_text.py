@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks.problem import ModelError
-from proofmass.graphs.check import check
-from proofmass.graphs.toml_reader import read_graph, read_graph_text
-from tests.graph_texts import SMALL, changed, problems_of, said_about
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
+from tests.by_hand.graph_texts import SMALL, changed, problems_of, said_about
 
 RIGHT_TO_LEFT, RED = "\u202e", "\x1b[31m"
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from docs import pn_runs
-from proofmass.graphs.study import Study
-from proofmass.graphs.study_reader import read_study
-from proofmass.runner.studies.study import run_study
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.studies.whole.study import run_study
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 UNIT = read_study(LIBRARY / "imu_3dof.toml")

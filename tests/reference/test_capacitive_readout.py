@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from docs.pn_runs import library
-from proofmass.runner.engine.simulate import simulate
+from proofmass.runner.run.simulate import simulate
 
 CARRIER, CORNER, RC = 2.0 * math.pi * 100e3, 2.0 * math.pi * 20e3, 1e-5
 TONE = 2.0 * math.pi * 1e3

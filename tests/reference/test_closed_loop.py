@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.blocks.declare import Block
-from proofmass.blocks.drift_ramp import DriftRamp
-from proofmass.blocks.ramp import Ramp
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.simulate import EngineName, simulate
+from proofmass.blocks import DriftRamp, Ramp
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.run.simulate import EngineName, simulate
 
 GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml"
 SAMPLES = 1_000_000

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass.blocks.discrete_transfer_function import DiscreteTransferFunction
-from proofmass.graphs.graph import Graph, Wire
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.margins.margins import Margins
-from proofmass.runner.margins.stability import margins
+from proofmass.blocks import DiscreteTransferFunction
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import Graph, Wire
+from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.run.simulate import simulate
 
 GRAPH = read_graph(Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml")
 PERIOD = 1.0 / 50e3
@@ -152,13 +152,13 @@ def unquantised(factor: float) -> Graph:
 
 
 def _gain(gain: float, source: str, target: str) -> Any:
-    from proofmass.blocks.gain import Gain
+    from proofmass.blocks import Gain
 
     return Gain(gain=gain, input_unit=source, output_unit=target)
 
 
 def _push() -> Any:
-    from proofmass.blocks.pulse import Pulse
+    from proofmass.blocks import Pulse
 
     return Pulse(amplitude=1e-6, repetition=1e6, duty=1e-9, unit="N*m")
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.graphs.study import Study
-from proofmass.graphs.study_reader import read_study
-from proofmass.runner.studies.study import run_study
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.studies.whole.study import run_study
 
 FILE = Path(__file__).parents[2] / "graphs" / "library" / "temperature_compensation_drift.toml"
 STUDY = read_study(FILE)

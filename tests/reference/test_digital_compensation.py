@@ -11,20 +11,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass.blocks.cordic import hyperbolic_growth
-from proofmass.blocks.fixed_cordic_exponential import FixedCordicExponential
-from proofmass.blocks.fixed_cordic_scaled_exponential import FixedCordicScaledExponential
-from proofmass.blocks.fixed_octave_shift import FixedOctaveShift
-from proofmass.blocks.fixed_point import Fixed
-from proofmass.blocks.fixed_product import FixedProduct
-from proofmass.blocks.fixed_range_reducer import FixedRangeReducer
-from proofmass.blocks.ramp import Ramp
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.toml_reader import read_graph_text
-from proofmass.runner.engine.simulate import EngineName, simulate
-from proofmass.runner.fit.fit import fit
-from tests.cordic_by_hand import chain, growth, scaled, swept
-from tests.temperature_sets import DEVICES, TEMPERATURE
+from proofmass.blocks import (
+    FixedCordicExponential,
+    FixedCordicScaledExponential,
+    FixedOctaveShift,
+    FixedProduct,
+    FixedRangeReducer,
+    Ramp,
+)
+from proofmass.blocks.arithmetic.cordic import hyperbolic_growth
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.design.fit.fit import fit
+from proofmass.runner.run.simulate import EngineName, simulate
+from tests.by_hand.cordic import chain, growth, scaled, swept
+from tests.by_hand.temperature_sets import DEVICES, TEMPERATURE
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 LAWS = {name: fit(device.readings()).fits[0].values for name, device in DEVICES.items()}

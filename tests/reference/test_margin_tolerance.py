@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass.graphs.study import Study
-from proofmass.graphs.study_reader import read_study
-from proofmass.runner.studies.factors import Drawn
-from proofmass.runner.studies.result import StudyResult
-from proofmass.runner.studies.sensitivities import regression
-from proofmass.runner.studies.study import run_study
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.studies.draws.factors import Drawn
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.sensitivities import regression
+from proofmass.runner.studies.whole.study import run_study
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 PERIOD = 1.0 / 50e3

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from docs.quartz_accelerometer import CODES_PER_AMPERE, FEEDBACK_CURRENT, SCALE_FACTOR, library, mean_output
-from proofmass.blocks.discrete_transfer_function import DiscreteTransferFunction
-from proofmass.graphs.graph import Graph
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.margins.stability import margins
+from proofmass.blocks import DiscreteTransferFunction
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.run.simulate import simulate
 
 ONE_G = 9.80665
 

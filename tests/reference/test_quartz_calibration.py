@@ -26,14 +26,12 @@ from docs.quartz_accelerometer import (
     study,
     with_converter,
 )
-from proofmass.blocks.feedback_gain_estimator import FeedbackGainEstimator
-from proofmass.blocks.forward_gain_estimator import ForwardGainEstimator
-from proofmass.blocks.sine import Sine
-from proofmass.graphs.graph import Graph, Probe
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.studies.study import run_study
-from tests.by_hand import drive
-from tests.runner.test_engines_agree import assert_same_bits
+from proofmass.blocks import FeedbackGainEstimator, ForwardGainEstimator, Sine
+from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.functions import drive
+from tests.runner.run.test_engines_agree import assert_same_bits
 
 
 def test_references_of_both_gains() -> None:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from docs.quartz_accelerometer import MICRO_G, SCALE_FACTOR, library, study
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.study import Study
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.margins.stability import all_margins
-from proofmass.runner.studies.result import StudyResult
-from proofmass.runner.studies.study import run_study
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.margins.stability import all_margins
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.whole.study import run_study
 
 YEAR = 31557600.0
 AGES = (0.0, YEAR, 2.0 * YEAR, 3.0 * YEAR)

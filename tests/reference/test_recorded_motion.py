@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.simulate import simulate
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.run.simulate import simulate
 
 GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "recorded_motion.toml"
 MILLI_G = 9.80665e-3

@@ -16,10 +16,10 @@ from scipy.optimize import least_squares
 
 from docs import pn_runs
 from docs.pn_runs import ACCELEROMETER, GYROSCOPE, IDEAL, RULES, Device, at_rate, calibrate, library
-from proofmass.blocks.discrete_mass_spring_damper import DiscreteMassSpringDamper
-from proofmass.graphs.graph import Graph
-from proofmass.runner.engine.simulate import simulate
-from tests.by_hand import drive
+from proofmass.blocks import DiscreteMassSpringDamper
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.run.simulate import simulate
+from tests.by_hand.functions import drive
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 G0 = 9.80665

@@ -15,8 +15,8 @@ from scipy.signal import butter
 
 from docs import pn_pictures, pn_runs
 from docs.pn_runs import IDEAL, WANDER, calibrate, library, sense_amplitude
-from proofmass.graphs.toml_reader import read_graph_text
-from proofmass.runner.engine.simulate import simulate
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.run.simulate import simulate
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 ACCELEROMETER, GYROSCOPE = "self_calibration_accelerometer.toml", "self_calibration_gyroscope.toml"

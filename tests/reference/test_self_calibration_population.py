@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from proofmass.graphs.study import Study
-from proofmass.graphs.study_reader import read_study
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.studies.result import StudyResult
-from proofmass.runner.studies.study import run_study
-from tests.graph_texts import LIBRARY
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.graph_texts import LIBRARY
 
 FOLDER = LIBRARY[0].parent
 STIFFNESS, DAMPING = 51.48, 4.57e-3  # of the device of Sarraf et al. (2012), table 1

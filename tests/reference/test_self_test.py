@@ -6,9 +6,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.self_test import GRAPH, judge
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.commands.demo import GRAPH, judge
+from proofmass.runner.run.simulate import simulate
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.simulate import simulate
-from proofmass.runner.fit.data import run_cycle
-from proofmass.runner.fit.fit import FitReport, fit
-from tests.temperature_sets import DEVICES, Device
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.design.fit.data import run_cycle
+from proofmass.runner.design.fit.fit import FitReport, fit
+from proofmass.runner.run.simulate import simulate
+from tests.by_hand.temperature_sets import DEVICES, Device
 
 LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 REPORTS = {name: fit(device.readings(), start=(-1.0, 1.0)) for name, device in DEVICES.items()}

@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import ode, solve_ivp
 
-from proofmass.blocks.gain import Gain
-from proofmass.blocks.mass_spring_damper import MassSpringDamper
-from proofmass.blocks.step import Step
-from proofmass.blocks.sum import Sum
-from proofmass.graphs.graph import Graph
-from proofmass.graphs.toml_reader import read_graph
-from proofmass.runner.engine.plan import plan
-from proofmass.runner.engine.simulate import simulate
+from proofmass.blocks import Gain, MassSpringDamper, Step, Sum
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.simulate import simulate
 
 GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "vibratory_gyroscope.toml"
 MASS, GAP, BIAS, CAPACITANCE = 48.67e-9, 4e-6, 15.0, 0.05e-12

@@ -1,0 +1,57 @@
+"""CORDIC: rotations by angles whose tangents are powers of two, so that each is a shift and a sum.
+
+Hyperbolic rotations by atanh 2^-i, i = 1, 2, ..., converge when i = 4, 13, 40 are done twice, for |angle| up to 1.118;
+circular ones by atan 2^-i, i = 0, 1, ..., for |angle| up to 1.743 (Walther 1971; Liu, Li, Shen, eq. 4). All rotations
+together lengthen a vector by the growth K = prod sqrt(1 -+ 4^-i), whatever their directions. Registers are mantissas
+here: each rotation drops bits as a shift does.
+"""
+
+import math
+
+from proofmass.blocks.arithmetic.fixed_point import Condition, Integer, where
+
+TWICE = (4, 13, 40)  # of the hyperbolic rotations: without these the angles that follow do not add up to the one before
+
+
+def hyperbolic_shifts(iterations: int) -> tuple[int, ...]:
+    """The shift of each hyperbolic rotation.
+
+    >>> hyperbolic_shifts(5)
+    (1, 2, 3, 4, 4, 5)
+    """
+    return tuple(i for i in range(1, iterations + 1) for _ in range(2 if i in TWICE else 1))
+
+
+def hyperbolic_growth(iterations: int) -> float:
+    """K of the hyperbolic rotations, 0.828 for many."""
+    return math.prod(math.sqrt(1.0 - 4.0**-i) for i in hyperbolic_shifts(iterations))
+
+
+def hyperbolic_angles(iterations: int, fraction: int) -> tuple[int, ...]:
+    """The angle of each hyperbolic rotation, to the nearest step of 2^-fraction."""
+    return tuple(round(math.ldexp(math.atanh(2.0**-i), fraction)) for i in hyperbolic_shifts(iterations))
+
+
+def circular_growth(iterations: int) -> float:
+    """K of the circular rotations, 1.647 for many."""
+    return math.prod(math.sqrt(1.0 + 4.0**-i) for i in range(iterations))
+
+
+def circular_angles(iterations: int, fraction: int) -> tuple[int, ...]:
+    """The angle of each circular rotation, to the nearest step of 2^-fraction."""
+    return tuple(round(math.ldexp(math.atan(2.0**-i), fraction)) for i in range(iterations))
+
+
+def grown(value: Integer, rest: Integer, shift: int, angle: int) -> tuple[Integer, Integer]:
+    """One hyperbolic rotation of a vector with equal coordinates, of which one register is enough; bits are dropped.
+
+    value exp(rest) stays what it is, but for rounding and the growth: the value takes up the exponential of the rest.
+    """
+    up, share = rest >= 0, value >> shift
+    return where(up, value + share, value - share), where(up, rest - angle, rest + angle)
+
+
+def turned(x: Integer, y: Integer, left: Condition, shift: int) -> tuple[Integer, Integer]:
+    """One circular rotation, to the left or to the right; bits are dropped."""
+    along, across = x >> shift, y >> shift
+    return where(left, x - across, x + across), where(left, y + along, y - along)

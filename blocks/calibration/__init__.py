@@ -1,0 +1,1 @@
+"""Correlators, estimators, sequencers and verdicts of self-calibration and self-test."""

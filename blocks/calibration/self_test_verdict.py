@@ -1,0 +1,29 @@
+"""Self-test verdict: trusted = settled and residual < limit; passes = trusted and inside.
+
+A self-test answers yes or no (Sarraf et al. 2012, section 1). Of a calibration that did not settle, or whose model does
+not answer as the device does (section 2.1, step vii), the parameters say nothing: the device does not pass.
+"""
+
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class SelfTestVerdict(Block):
+    """Whether a device passes its self-test, from a calibration of its reference model."""
+
+    residual_limit: float = param("V", "Of model and device that agree: some noise.", default=8e-3, above=0.0)
+
+    inside = Input("1", "Whether the identified parameters are within their tolerances.", dtype=bool)
+    settled = Input("1", "Whether the calibration has settled.", dtype=bool)
+    residual = Input("V", "Difference of the responses of device and model over the last period.")
+
+
+@SelfTestVerdict.output("1")
+def trusted(p: SelfTestVerdict, settled: bool, residual: float) -> bool:
+    """Whether the identified parameters are to be believed."""
+    return settled and residual < p.residual_limit
+
+
+@SelfTestVerdict.output("1")
+def passes(p: SelfTestVerdict, inside: bool, settled: bool, residual: float) -> bool:
+    """Whether the device passes."""
+    return inside and settled and residual < p.residual_limit

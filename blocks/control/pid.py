@@ -1,0 +1,84 @@
+"""PID controller D(z) = Kp + Ki Ts z/(z-1) + Kd/Ts (1-a)(z-1)/(z-a), a = exp(-2 pi f Ts).
+
+The integral takes the error of the same sample; the derivative is filtered by a pole at `derivative_pole`
+(digital quartz accelerometer, section II.B and III.A; workload W1). Where a limit clips the output, the integral
+keeps its value unless the error drives it back (anti-windup by clamping).
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from proofmass.blocks.arithmetic.rounding import clip
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class PID(Block):
+    """Discrete PID controller with filtered derivative, output limits and anti-windup."""
+
+    proportional: float = param("({output_unit})/({input_unit})", "Kp, output per error.", default=0.06)
+    integral: float = param("({output_unit})/({input_unit})/s", "Ki, output per error and second.", default=6.0)
+    derivative_gain: float = param(
+        "({output_unit})*s/({input_unit})", "Kd, output per error per second.", default=2.0e-5
+    )
+    derivative_pole: float = param(
+        "Hz", "Frequency of the pole that filters the derivative.", default=2000.0, above=0.0
+    )
+    limited: bool = param("", "Whether the output is held between the limits.", default=False)
+    lowest: float = param("{output_unit}", "Lower limit of the output.", default=-1.0)
+    highest: float = param("{output_unit}", "Upper limit of the output.", default=1.0)
+    input_unit: str = param("", "Unit of the error.", default="1")
+    output_unit: str = param("", "Unit of the output.", default="1")
+
+    error = Input("{input_unit}", "Setpoint minus measurement.")
+
+
+class State(NamedTuple):
+    integral: float
+    derivative: float
+    error: float
+
+
+class Constants(NamedTuple):
+    proportional: float
+    integral: float
+    derivative: float
+    decay: float
+    limited: bool
+    lowest: float
+    highest: float
+
+
+@PID.requires
+def requires(p: PID) -> Iterator[tuple[str, str]]:
+    if p.lowest >= p.highest:
+        yield "lowest", f"less than highest = {p.highest:g}"
+
+
+@PID.constants
+def constants(p: PID, period: float) -> Constants:
+    decay = math.exp(-2.0 * math.pi * p.derivative_pole * period)
+    derivative = p.derivative_gain / period * (1.0 - decay)
+    return Constants(p.proportional, p.integral * period, derivative, decay, p.limited, p.lowest, p.highest)
+
+
+@PID.output("{output_unit}")
+def output(c: Constants, x: State, error: float) -> float:
+    """Controller output, within its limits."""
+    integral = x.integral + c.integral * error
+    derivative = c.decay * x.derivative + c.derivative * (error - x.error)
+    wanted = c.proportional * error + integral + derivative
+    if c.limited:
+        return clip(wanted, c.lowest, c.highest)
+    return wanted
+
+
+@PID.update
+def update(c: Constants, x: State, error: float) -> State:
+    integral = x.integral + c.integral * error
+    derivative = c.decay * x.derivative + c.derivative * (error - x.error)
+    if c.limited:
+        wanted = c.proportional * error + integral + derivative
+        if (wanted > c.highest and integral > x.integral) or (wanted < c.lowest and integral < x.integral):
+            integral = x.integral
+    return State(integral, derivative, error)

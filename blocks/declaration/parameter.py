@@ -1,0 +1,228 @@
+"""Parameters of a block: declared with unit, bounds, default and doc; read and refused in one place."""
+
+import dataclasses
+import math
+import typing
+from collections.abc import Mapping
+from typing import Any, TypeGuard
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.problem import Problem, shown
+from proofmass.blocks.declaration.units import UnitError, convert_exactly
+
+LARGEST_INTEGER = 2**62  # integer arithmetic of the compiled loop has 64 bits
+
+
+@dataclasses.dataclass(frozen=True)
+class Parameter:
+    """What is known of one parameter besides its value."""
+
+    name: str
+    kind: type  # float, int, bool, str, Fixed, or tuple for a list of floats
+    default: Any
+    unit: str  # may name other parameters in braces: "{unit}"
+    doc: str
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    choices: tuple[str, ...] = ()
+    not_driven: str = ""  # why no wire may drive it, and what to take instead
+
+    def bounds(self) -> str:
+        """The bounds in words, as in `> 0 and <= 1`; empty when there are none."""
+        signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
+
+    def expected(self, unit: str) -> str:
+        """What the parameter takes, in words."""
+        if self.kind is bool:
+            return "true or false"
+        if self.kind is str:
+            return f"one of {', '.join(self.choices)}" if self.choices else "a string"
+        if self.kind is Fixed:
+            return 'a format such as "(16, 12)": bits in all, bits of the fraction'
+        noun = {float: "a number", int: "an integer", tuple: "a list of numbers"}[self.kind]
+        bounds = f" {self.bounds()}" if self.bounds() else ""
+        return f"{noun}{bounds}" + (f", in {unit}" if unit not in ("1", "") else "")
+
+    def read(self, value: object, unit: str) -> Any:
+        """The value as the type of the parameter, strings converted to its unit.
+
+        Raises `ParameterError` when the value is of the wrong type, not finite or out of bounds.
+        """
+        if self.kind is tuple:
+            if not isinstance(value, list | tuple):
+                raise ParameterError("must be a list of numbers")
+            if not value:
+                raise ParameterError("must not be empty")
+            return tuple(self._number(entry, unit) for entry in value)
+        if self.kind is bool:
+            if not isinstance(value, bool):
+                raise ParameterError("must be true or false")
+            return value
+        if self.kind is str:
+            return self._text(value)
+        if self.kind is Fixed:
+            return _format(value)
+        return self._number(value, unit)
+
+    def _text(self, value: object) -> str:
+        if not isinstance(value, str):
+            raise ParameterError("must be a string")
+        if self.choices and value not in self.choices:
+            raise ParameterError("is not one of the choices")
+        return value
+
+    def _number(self, value: object, unit: str) -> float | int:
+        number: float | int
+        if isinstance(value, str):
+            number = self._converted(value, unit)
+        elif not _is_number(value):
+            raise ParameterError("must be a number" if self.kind is not int else "must be an integer")
+        elif self.kind is int:
+            if not isinstance(value, int):
+                raise ParameterError("must be an integer", "write it without a decimal point")
+            number = value
+        else:
+            try:
+                number = float(value)
+            except OverflowError:
+                raise ParameterError("is too large for a number") from None
+        if isinstance(number, int) and abs(number) > LARGEST_INTEGER:
+            raise ParameterError("is beyond 62 bits")
+        if not math.isfinite(number):
+            raise ParameterError("must be finite")
+        if not self.inside(number):
+            raise ParameterError(f"must be {self.bounds()}")
+        return number
+
+    def _converted(self, text: str, unit: str) -> float | int:
+        try:
+            exact = convert_exactly(text, unit)
+        except UnitError as error:
+            raise ParameterError(str(error), error.hint) from None
+        if self.kind is int:
+            if exact.denominator != 1:
+                raise ParameterError("must be an integer")
+            return int(exact)
+        try:
+            return float(exact)
+        except OverflowError:
+            raise ParameterError("is too large for a number") from None
+
+    def inside(self, number: float) -> bool:
+        """Whether a number is within the bounds."""
+        return (
+            (self.above is None or number > self.above)
+            and (self.at_least is None or number >= self.at_least)
+            and (self.below is None or number < self.below)
+            and (self.at_most is None or number <= self.at_most)
+        )
+
+
+def _format(value: object) -> Fixed:
+    if isinstance(value, Fixed):
+        return value
+    if not isinstance(value, str):
+        raise ParameterError("must be a format", "write it in quotes")
+    try:
+        return Fixed.read(value)
+    except ValueError as error:
+        raise ParameterError(str(error)) from None
+
+
+def _is_number(value: object) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+class ParameterError(ValueError):
+    """Why a value is refused, in the words that follow the parameter's name."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+def param(
+    unit: str,
+    doc: str,
+    *,
+    default: Any,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+    choices: tuple[str, ...] = (),
+    not_driven: str = "",
+) -> Any:
+    """Declare a parameter of a block: its unit, doc, default and bounds.
+
+    A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then works in any unit.
+    `not_driven` keeps wires from driving it: it says why, and what to take instead. It belongs to each parameter whose
+    momentary value the block applies to the time before, as in sin(2 pi frequency time).
+    """
+    bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
+    more = {"bounds": bounds, "choices": choices, "not_driven": not_driven}
+    return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, **more})
+
+
+def declared(owner: str, field: "dataclasses.Field[Any]", annotation: Any) -> Parameter:
+    """The parameter that a field of the class `owner` declares; the values of a `Literal` are its choices."""
+    m, kind, choices = field.metadata, annotation, field.metadata.get("choices", ())
+    if typing.get_origin(kind) is typing.Literal:
+        kind, choices = str, typing.get_args(kind)
+    if typing.get_origin(kind) is tuple:
+        kind = tuple
+    if kind not in (float, int, bool, str, Fixed, tuple) or "bounds" not in m:
+        raise TypeError(f"{owner}.{field.name} must be float, int, bool, str, Fixed or tuple[float, ...] = param(...)")
+    more = {"choices": choices, "not_driven": m["not_driven"]}
+    made = Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], **more)
+    try:
+        default = field.default if kind is Fixed else made.read(field.default, made.unit)
+    except ParameterError as error:
+        expected = made.expected(made.unit)
+        raise TypeError(
+            f"{owner}.{field.name}: its default {shown(field.default)} {error}; expected {expected}"
+        ) from None
+    return dataclasses.replace(made, default=default)
+
+
+def read_parameters(
+    parameters: Mapping[str, Parameter], given: Mapping[str, object], key: str
+) -> tuple[dict[str, Any], list[Problem]]:
+    """Values of all parameters, defaults filled in, and every problem among the given ones."""
+    texts = {name: given.get(name, p.default) for name, p in parameters.items() if p.kind is str}
+    values: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for name, parameter in parameters.items():
+        if name not in given:
+            values[name] = parameter.default
+            continue
+        unit = fill(parameter.unit, texts)
+        try:
+            values[name] = parameter.read(given[name], unit)
+        except ParameterError as error:
+            values[name] = parameter.default
+            problems.append(
+                Problem(
+                    message=str(error),
+                    key=f"{key}.{name}",
+                    got=shown(given[name]) + (f" {unit}" if _is_number(given[name]) and unit not in ("1", "") else ""),
+                    expected=parameter.expected(unit),
+                    hint=error.hint,
+                    path=(name,),
+                )
+            )
+    return values, problems
+
+
+def fill(template: str, values: Mapping[str, object]) -> str:
+    """A unit with the parameters that it names in braces put in.
+
+    >>> fill("{output_unit}/({input_unit})", {"output_unit": "V", "input_unit": "m"})
+    'V/(m)'
+    """
+    for name, value in values.items():
+        template = template.replace("{" + name + "}", str(value))
+    return template

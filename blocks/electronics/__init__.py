@@ -1,0 +1,1 @@
+"""Bridges, amplifiers, switches and sensors of a readout."""

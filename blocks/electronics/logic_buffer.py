@@ -1,0 +1,15 @@
+"""Logic buffer: output = input, without delay: one bit to all that read it within a part of a graph."""
+
+from proofmass.blocks.declaration.declare import Block, Input
+
+
+class LogicBuffer(Block):
+    """Where a bit enters a part of a graph that needs it in several places."""
+
+    input = Input("1", "Bit from outside.", dtype=bool)
+
+
+@LogicBuffer.output("1")
+def output(p: LogicBuffer, input: bool) -> bool:
+    """The same bit."""
+    return input

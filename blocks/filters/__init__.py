@@ -1,0 +1,1 @@
+"""Transfer functions, averages, decimators and demodulators."""

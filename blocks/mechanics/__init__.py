@@ -1,0 +1,1 @@
+"""Proof masses, springs, dampers, electrodes and the forces between them."""

@@ -1,0 +1,1 @@
+"""Noise and slow change: white, flicker, random walk, ageing."""

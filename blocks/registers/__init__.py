@@ -1,0 +1,1 @@
+"""Blocks in fixed point, bit for bit what hardware does."""

@@ -1,0 +1,85 @@
+"""PID controller in fixed point: D(z) = Kp + Ki Ts z/(z-1) + Kd/Ts (1-a)(z-1)/(z-a), a = exp(-2 pi f Ts).
+
+The equation of PID, with integral and derivative in registers of `sum_format` (digital quartz accelerometer, section
+II.B and III.A). Where the output saturates, the integral keeps its value unless the error drives it back (anti-windup
+by clamping): the limits are the range of the output's format.
+"""
+
+import math
+from typing import NamedTuple
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Overflow, Rounding, fixed
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class FixedPID(Block):
+    """PID controller in fixed point, with filtered derivative and anti-windup at the range of its output."""
+
+    proportional: float = param("({output_unit})/({input_unit})", "Kp, output per error.", default=0.06)
+    integral: float = param("({output_unit})/({input_unit})/s", "Ki, output per error and second.", default=6.0)
+    derivative_gain: float = param(
+        "({output_unit})*s/({input_unit})", "Kd, output per error per second.", default=2.0e-5
+    )
+    derivative_pole: float = param(
+        "Hz", "Frequency of the pole that filters the derivative.", default=2000.0, above=0.0
+    )
+    input_format: Fixed = param("1", "Format of the error.", default=Fixed(16, 12))
+    gain_format: Fixed = param("1", "Format of Kp, Ki Ts, Kd (1-a)/Ts and a.", default=Fixed(24, 20))
+    sum_format: Fixed = param("1", "Format of integral and derivative.", default=Fixed(32, 26))
+    output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
+    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
+    overflow: Overflow = param("", "What happens beyond the range of sums and output.", default="saturate")
+    input_unit: str = param("", "Unit of the error.", default="1")
+    output_unit: str = param("", "Unit of the output.", default="1")
+
+    error = Input("{input_unit}", "Setpoint minus measurement.", dtype=FixedValue)
+
+
+class State(NamedTuple):
+    integral: FixedValue
+    derivative: FixedValue
+    error: FixedValue
+
+
+class Constants(NamedTuple):
+    proportional: FixedValue
+    integral: FixedValue
+    derivative: FixedValue
+    decay: FixedValue
+
+
+@FixedPID.formats
+def formats(p: FixedPID) -> dict[str, Fixed]:
+    ports = {"error": p.input_format, "output": p.output_format}
+    return {**ports, "c": p.gain_format, "x": p.sum_format, "x.error": p.input_format}
+
+
+@FixedPID.constants
+def constants(p: FixedPID, period: float) -> Constants:
+    decay = math.exp(-2.0 * math.pi * p.derivative_pole * period)
+    gains = (p.proportional, p.integral * period, p.derivative_gain / period * (1.0 - decay), decay)
+    return Constants(*(fixed(gain, p.gain_format, "half_even") for gain in gains))
+
+
+@FixedPID.output("{output_unit}")
+def output(c: Constants, p: FixedPID, x: State, error: FixedValue) -> FixedValue:
+    """Controller output."""
+    return _wanted(c, p, x, error)[0].to(p.output_format, p.rounding, p.overflow)
+
+
+@FixedPID.update
+def update(c: Constants, p: FixedPID, x: State, error: FixedValue) -> State:
+    wanted, integral, derivative = _wanted(c, p, x, error)
+    if p.overflow == "saturate":
+        lowest, highest = (p.output_format.load(end) for end in (p.output_format.lowest, p.output_format.highest))
+        if (wanted > highest and integral > x.integral) or (wanted < lowest and integral < x.integral):
+            integral = x.integral
+    return State(integral, derivative, error)
+
+
+def _wanted(c: Constants, p: FixedPID, x: State, error: FixedValue) -> tuple[FixedValue, FixedValue, FixedValue]:
+    """The output before it is rounded, and integral and derivative that it is made of."""
+    integral = (x.integral + c.integral * error).to(p.sum_format, p.rounding, p.overflow)
+    slope = c.derivative * (error - x.error)
+    derivative = (c.decay * x.derivative + slope).to(p.sum_format, p.rounding, p.overflow)
+    return c.proportional * error + integral + derivative, integral, derivative

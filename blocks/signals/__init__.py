@@ -1,0 +1,1 @@
+"""Sums, products, gains, limits, delays and holds."""

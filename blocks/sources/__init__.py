@@ -1,0 +1,1 @@
+"""Signals from nowhere: constants, steps, sines, recordings, shift registers, temperatures."""

@@ -1,0 +1,1 @@
+"""What measures are made of: statistics that a loop keeps as it runs."""

@@ -1,0 +1,57 @@
+"""Least-squares slope of all samples: b = sum (t - mean t) (u - mean u) / sum (t - mean t)^2.
+
+Both sums by the recurrence of Welford (1962); of equally spaced times, sum (t - mean t)^2 = T^2 n (n^2 - 1) / 12.
+"""
+
+from typing import NamedTuple
+
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class LinearTrend(Block):
+    """Pace at which a signal drifts, over all samples before the tick; zero until there are two."""
+
+    skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    unit: str = param("", "Unit of the input.", default="1")
+
+    input = Input("{unit}", "What drifts.")
+
+
+class State(NamedTuple):
+    samples: int
+    mean: float
+    products: float  # of the deviations of time, in ticks, and of the input
+
+
+class Constants(NamedTuple):
+    skip: int
+    period: float
+
+
+@LinearTrend.constants
+def constants(p: LinearTrend, period: float) -> Constants:
+    return Constants(p.skip, period)
+
+
+@LinearTrend.output("({unit})/s")
+def slope(c: Constants, x: State) -> float:
+    """Slope of the straight line."""
+    n = float(x.samples)
+    return 12.0 * x.products / (n * (n * n - 1.0) * c.period) if x.samples > 1 else 0.0
+
+
+@LinearTrend.output("1")
+def count(c: Constants, x: State) -> int:
+    """Number of samples."""
+    return x.samples
+
+
+@LinearTrend.update
+def update(c: Constants, x: State, tick: int, input: float) -> State:
+    if tick < c.skip:
+        return x
+    samples = x.samples + 1
+    input = 1.0 * input  # measures read codes and bits too
+    mean = x.mean + (input - x.mean) / float(samples)
+    # The new time is n/2 ticks after the mean of those before.
+    return State(samples, mean, x.products + 0.5 * float(samples) * (input - mean))

@@ -1,0 +1,53 @@
+"""Settling time: t = T (1 + number of the last sample with |u - target| > within), counted from the first one."""
+
+from typing import NamedTuple
+
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class SettlingTime(Block):
+    """Time after which a signal has stayed near a target, over all samples before the tick."""
+
+    target: float = param("{unit}", "Where the signal settles.", default=0.0)
+    within: float = param("{unit}", "How far from there it may be.", default=1.0, above=0.0)
+    skip: int = param("1", "Ticks left out at the start.", default=0, at_least=0)
+    unit: str = param("", "Unit of the input.", default="1")
+
+    input = Input("{unit}", "What settles.")
+
+
+class State(NamedTuple):
+    samples: int
+    settled: int  # number of the first sample after the last one outside
+
+
+class Constants(NamedTuple):
+    target: float
+    within: float
+    skip: int
+    period: float
+
+
+@SettlingTime.constants
+def constants(p: SettlingTime, period: float) -> Constants:
+    return Constants(p.target, p.within, p.skip, period)
+
+
+@SettlingTime.output("s")
+def time_to_settle(c: Constants, x: State) -> float:
+    """Time from the first sample to the first after the last one outside; all of the time where that is the last."""
+    return float(x.settled) * c.period
+
+
+@SettlingTime.output("1")
+def settled(c: Constants, x: State) -> bool:
+    """Whether the last sample is near the target."""
+    return x.settled < x.samples
+
+
+@SettlingTime.update
+def update(c: Constants, x: State, tick: int, input: float) -> State:
+    if tick < c.skip:
+        return x
+    near = -c.within <= 1.0 * input - c.target <= c.within  # measures read codes and bits too
+    return State(x.samples + 1, x.settled if near else x.samples + 1)

@@ -1,0 +1,1 @@
+"""Models of temperature and their compensation."""

@@ -1,0 +1,352 @@
+"""Everything that is wrong with the wiring of a graph, all at once."""
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain, islice
+from typing import NamedTuple
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import Unit, UnitError, unit
+from proofmass.graphs.checks.clocking import clocking_notes
+from proofmass.graphs.checks.own_functions import own_problems
+from proofmass.graphs.checks.schedule import schedule
+from proofmass.graphs.model.exports import as_written, bad_exports, exposed, once, open_inputs, unused_parts
+from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.hints import counted
+from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
+from proofmass.graphs.model.loops import bad_loops
+from proofmass.graphs.model.measures import MEASURES
+from proofmass.graphs.model.names import Missing, find_output, find_target
+from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
+
+
+def check(graph: Graph) -> list[Problem]:
+    """All problems of a graph, each with its place; only notes are left when the graph can run.
+
+    A graph with exports may be a part of others, which give it a rate and drive its inputs: for `check` it is a note
+    where these are missing, and `checked` refuses it alone.
+    """
+    flat = flatten(graph)
+    problems = list(_size(flat))
+    if not problems:
+        names = chain(_signals(flat, graph), bad_exports(graph, flat), bad_loops(graph, flat))
+        found = chain(_rates(flat), _Wiring(flat, graph).problems(), names)
+        problems = list(islice(found, 2 * PROBLEMS))
+    if not problems:
+        try:
+            schedule(flat)
+        except ModelError as error:
+            problems = list(error.problems)
+    problems += own_problems(flat)
+    if not problems:
+        problems = list(islice(_notes(flat, graph), PROBLEMS))
+    placed = once(flat, [flat.placed(as_written(flat, problem)) for problem in problems])[:PROBLEMS]
+    return sorted(placed, key=lambda problem: (problem.file != graph.place.file, problem.file, problem.line))
+
+
+def checked(graph: Graph) -> Graph:
+    """The graph itself when it can run; raises `ModelError` with every problem otherwise."""
+    problems = [problem for problem in check(graph) if not problem.note]
+    problems += [] if problems or not graph.exports else open_inputs(graph)
+    if problems:
+        raise ModelError(problems)
+    return graph
+
+
+def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
+    """The problems that do not touch blocks which could not be read, and so are not what they should be."""
+
+    def touched(problem: Problem) -> set[str]:
+        where, *rest = (*problem.path, "")
+        names = [rest[0]]
+        if where == "wires":
+            names = rest[0].split(" -> ")
+        elif where == "probes":
+            names = [graph.probes[int(rest[0])].signal]
+        elif where == "loops":
+            names = [graph.loops[rest[0]].open_at]
+        elif where == "measures":
+            names = [graph.measures[rest[0]].signal]
+        elif where == "exports":
+            names = [graph.exports.get(rest[0], rest[0])]
+        return {name.partition(".")[0] for name in names}
+
+    return [p for p in check(graph) if not p.note and len(p.path) > 1 and touched(p).isdisjoint(doubtful)]
+
+
+def _size(graph: Graph) -> Iterator[Problem]:
+    if not graph.blocks:
+        hint = 'add [blocks.NAME] and below it kind = "Gain"'
+        yield Problem(message="the graph has no blocks", key="blocks", hint=hint)
+    for count, largest, key in ((len(graph.blocks), BLOCKS, "blocks"), (len(graph.wires), WIRES, "wires")):
+        if count > largest:
+            yield Problem(message="too many", key=key, got=str(count), expected=f"at most {largest}", path=(key,))
+
+
+def _rates(graph: Graph) -> Iterator[Problem]:
+    discrete = [name for name, block in graph.blocks.items() if not block.continuous()]
+    for name in graph.rates:
+        if name not in discrete:
+            yield Problem(
+                message="a continuous block has no rate: it is integrated from each tick of the graph to the next",
+                key=f"blocks.{name}.rate",
+                hint="leave the rate out, or give it to the blocks that sample this one",
+                path=("blocks", name, "rate"),
+            )
+    without = [name for name in discrete if name not in graph.rates]
+    if graph.rate is None and len(without) == len(discrete):
+        hint = 'add rate = "50 kHz" at the top of the file'
+        yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
+    elif graph.rate is None:
+        for name in without:
+            yield Problem(
+                message="has no rate, and neither has the graph",
+                key=f"blocks.{name}",
+                hint='add rate = "50 kHz" at the top of the file, or to this block',
+                note=bool(graph.exports),
+                path=("blocks", name),
+            )
+    rates = {graph.rates.get(name, graph.rate) for name in discrete}
+    known = sorted(rate for rate in rates if rate is not None)
+    if known and common_base_rate(known) is None:
+        shown = [write_rate(rate) for rate in known]
+        yield Problem(
+            message="the rates have no common base rate within reach",
+            key="rate",
+            got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
+            expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
+            hint="make the rates ratios of small numbers",
+            path=next((("blocks", name, "rate") for name in graph.rates if name in discrete), ("rate",)),
+        )
+
+
+class _Wiring:
+    """Every wire against the ports at its two ends, and every input without one."""
+
+    def __init__(self, graph: Graph, root: Graph) -> None:
+        self.graph, self.root = graph, root
+        self.meant: set[str] = set()  # inputs that a misspelt wire meant: they are not reported twice
+
+    def problems(self) -> Iterator[Problem]:
+        return chain(self._wires(), self._unconnected())
+
+    def _wires(self) -> Iterator[Problem]:
+        driven_by: dict[str, str] = {}
+        absent: set[str] = set()  # blocks that are not there: each is told once, however many wires name it
+        for wire in sorted(self.graph.wires, key=lambda wire: self.graph.place.line(("wires", str(wire)))):
+            source, target = wire
+            key, path = f"wires: {wire}", ("wires", str(wire))
+            out, into = find_output(self.graph, source, self.root), find_target(self.graph, target, self.root)
+            for end in (out, into):
+                if isinstance(end, Missing) and end.message not in absent:
+                    yield Problem(message=end.message, key=key, hint=end.hint, path=path)
+                    absent |= {end.message} if end.absent else set()
+            if isinstance(into, Missing):
+                self.meant.add(into.meant)
+            if target in driven_by:
+                other = driven_by[target]
+                yield Problem(
+                    message=f"{target} is driven twice",
+                    key=key,
+                    got=f"{other} and {source}" if other != source else f"two wires from {source}",
+                    expected="one wire",
+                    hint="remove one of the wires"
+                    + ("" if other == source else ", or add the signals with a Sum and wire its output"),
+                    path=path,
+                )
+            driven_by.setdefault(target, source)
+            if not isinstance(out, Missing) and not isinstance(into, Missing):
+                for mismatch in _mismatches(out, into):
+                    yield mismatch.problem(key, path)
+
+    def _unconnected(self) -> Iterator[Problem]:
+        connected = {wire.target for wire in self.graph.wires} | {inside(self.root, signal) for signal in self.meant}
+        shown = exposed(self.root)
+        for name, block in self.graph.blocks.items():
+            for port, declared in block.inputs.items():
+                signal = f"{name}.{port}"
+                if declared.default is not None or signal in connected or "." not in shown.get(signal, signal):
+                    continue
+                owner, entry = split(shown.get(signal, signal))
+                path = owner.rpartition(".")[0]  # of the graph where the wire is missing
+                fitting = [s for s in self._fitting(block, declared, path) if split(s)[0] != name][:3]
+                yield Problem(
+                    message=f"the input {entry} is not connected",
+                    key=f"blocks.{owner}",
+                    expected=f"a wire that carries {_facts(block, declared)}: {declared.doc}",
+                    hint=f'add "{fitting[0] if fitting else "block.output"} -> {split(owner)[1]}.{entry}" to wires'
+                    + (f"; {' and '.join(fitting[1:])} would fit too" if fitting[1:] else "")
+                    + (f', or export it: exports = {{ {entry} = "{split(owner)[1]}.{entry}" }}' if path else ""),
+                    path=("blocks", owner),
+                )
+
+    def _fitting(self, block: Block, port: Port, path: str) -> list[str]:
+        """Outputs that fit, of the blocks of the graph of that path, as they are named there."""
+        try:
+            key = path, unit(block.unit_of(port)), _kind(block, port), block.shape_of(port)
+        except UnitError:
+            return []
+        return [signal.removeprefix(f"{path}.") for signal in self._outputs.get(key, [])]
+
+    @cached_property
+    def _outputs(self) -> dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]]:
+        """Up to four outputs of each graph, unit, type and shape."""
+        found: dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]] = {}
+        for name, block in self.graph.blocks.items():
+            for port, declared in block.outputs.items():
+                try:
+                    kind = (
+                        split(name)[0],
+                        unit(block.unit_of(declared)),
+                        _kind(block, declared),
+                        block.shape_of(declared),
+                    )
+                except UnitError:
+                    continue
+                if len(found.setdefault(kind, [])) < 4:
+                    found[kind].append(f"{name}.{port}")
+        return found
+
+
+def _kind(block: Block, port: Port) -> type | Fixed:
+    """Type of a port; of a fixed-point one its format."""
+    return block.format_of(port.name) if port.dtype is FixedValue else port.dtype
+
+
+class _Mismatch(NamedTuple):
+    message: str
+    got: str
+    expected: str
+    hint: str
+
+    def problem(self, key: str, path: tuple[str, ...]) -> Problem:
+        return Problem(message=self.message, key=key, got=self.got, expected=self.expected, hint=self.hint, path=path)
+
+
+def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Parameter]) -> Iterator[_Mismatch]:
+    (giver, out), (taker, into) = source, target
+    got, expected = giver.unit_of(out), taker.unit_of(into)
+    try:
+        given, wanted = unit(got), unit(expected)
+    except UnitError as error:
+        yield _Mismatch(f"the units cannot be compared: {error}", got, expected, "write a shorter unit")
+    else:
+        gain = "FixedGain" if out.dtype is FixedValue else "Gain"
+        convert = f'put a {gain} with input_unit = "{got}" and output_unit = "{expected}" between'
+        if given.exponents != wanted.exponents:
+            same = f"{given.in_base_units()} is not {wanted.in_base_units()}"
+            yield _Mismatch("the units do not match", got, expected, f"{same}; {convert}")
+        elif given != wanted:
+            factor = f"{float(given.factor / wanted.factor):g}"
+            yield _Mismatch(f"the units differ by a factor of {factor}", got, expected, convert)
+    shape = taker.shape_of(into) if isinstance(into, Port) else ()
+    kind = into.dtype if isinstance(into, Port) else float
+    if giver.shape_of(out) != shape:
+        others = [name for name, port in giver.outputs.items() if giver.shape_of(port) == shape]
+        hint = f"outputs that fit: {', '.join(others)}" if others else "record a vector in probes"
+        hint += ", or wire it to an input that takes a vector of the same length" if giver.shape_of(out) else ""
+        yield _Mismatch("the shapes do not match", counted(giver.shape_of(out)), counted(shape), hint)
+    elif out.dtype is not kind:
+        yield _Mismatch("the types do not match", _type(out.dtype), _type(kind), _same_type(giver, out.dtype, kind))
+    elif kind is FixedValue:
+        given_format, wanted_format = giver.format_of(out.name), taker.format_of(into.name)
+        if given_format != wanted_format:
+            hint = f'put a FixedCast with input_format = "{given_format}", output_format = "{wanted_format}" between'
+            yield _Mismatch("the formats do not match", str(given_format), str(wanted_format), hint)
+
+
+def _type(kind: type) -> str:
+    return "fixed" if kind is FixedValue else kind.__name__
+
+
+def _same_type(source: Block, given: type, kind: type) -> str:
+    """A hint for a wire of the wrong type: nothing is converted in silence."""
+    fitting = [name for name, port in source.outputs.items() if port.dtype is kind]
+    if fitting:
+        return f"its output {fitting[0]} has that type"
+    if kind is FixedValue and given is float:
+        return "a FixedQuantiser makes fixed-point values of numbers"
+    if given is FixedValue and kind is float:
+        return "a FixedToNumber makes numbers of fixed-point values"
+    return "an AnalogToDigital makes codes of numbers" if kind is int else "choose an output of that type"
+
+
+def _facts(block: Block, port: Port) -> str:
+    """Unit, type and shape of a port in words, as far as they are out of the common."""
+    measure = block.unit_of(port)
+    if port.dtype is FixedValue:
+        measure = f"{block.format_of(port.name)} fixed-point" + (f" in {measure}" if measure != "1" else "")
+    kind = {
+        float: f"a number in {measure}" if measure != "1" else "a number",
+        int: "an integer",
+        bool: "true or false",
+        FixedValue: f"a value in {measure}",
+    }
+    return kind[port.dtype] if not port.shape else f"{counted(block.shape_of(port))}, each {kind[port.dtype]}"
+
+
+def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
+    """Outputs that probes and measures name."""
+    yield from _probes(graph, root)
+    if graph.measures and any(name.partition(".")[0] == MEASURES for name in graph.blocks):
+        message, hint = "the name is taken where a graph has measures", "rename the block"
+        yield Problem(message=message, key=f"blocks.{MEASURES}", hint=hint, path=("blocks", MEASURES))
+    for name, measure in graph.measures.items():
+        path, key = ("measures", name), f"measures.{name}.signal"
+        found = find_output(graph, measure.signal, root)
+        if isinstance(found, Missing):
+            yield Problem(message=found.message, key=key, hint=found.hint, path=(*path, "signal"))
+            continue
+        shape = found[0].shape_of(found[1])
+        if found[1].dtype is FixedValue:
+            message, hint = "a fixed-point value cannot be measured", "measure the number that it is converted to"
+            yield Problem(message=message, key=key, hint=hint, path=(*path, "signal"))
+        if shape:
+            got, expected, hint = counted(shape), counted(()), "measure an output of single values"
+            message = "a vector cannot be measured"
+            yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
+        try:
+            measure.reducer(found[0].unit_of(found[1]), Fraction(1))
+        except ModelError as error:
+            for problem in error.problems:
+                yield replace(problem, key=f"measures.{name}.{problem.path[0]}", path=(*path, *problem.path))
+
+
+def _probes(graph: Graph, root: Graph) -> Iterator[Problem]:
+    seen = set()
+    for index, (signal, _) in enumerate(graph.probes):
+        path, key = ("probes", str(index)), f"probes: {root.probes[index].signal}"
+        found = find_output(graph, signal, root)
+        if isinstance(found, Missing):
+            yield Problem(message=found.message, key=key, hint=found.hint, path=path)
+        if signal in seen:
+            yield Problem(message="probed twice", key=key, hint="remove one of the probes", path=path)
+        seen.add(signal)
+
+
+def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
+    yield from (replace(problem, note=True) for problem in open_inputs(root))
+    used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
+    used |= {split(measure.signal) for measure in graph.measures.values()}
+    used |= {split(signal) for signal in exposed(root)}
+    for name, block in graph.blocks.items():
+        if block.outputs and not any((name, port) in used for port in block.outputs):
+            yield Problem(
+                message="none of its outputs is used",
+                key=f"blocks.{name}",
+                hint=f'wire one of {", ".join(block.outputs)}, or add "{name}.{next(iter(block.outputs))}" to probes',
+                note=True,
+                path=("blocks", name),
+            )
+    yield from clocking_notes(graph)
+    if root.subgraphs:
+        yield from unused_parts(root, graph)
+    if not graph.probes and not graph.measures and not graph.exports:
+        hint = 'add probes = ["block.output"] above the first block'
+        yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)

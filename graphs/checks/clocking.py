@@ -1,0 +1,162 @@
+"""Blocks that run at another rate than their neighbours suggest, or that answer a tick late: notes."""
+
+import dis
+from collections import defaultdict
+from collections.abc import Iterator
+from fractions import Fraction
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.exports import as_written
+from proofmass.graphs.model.flatten import flatten, has_own_rate
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.rates import write_rate
+
+Node = tuple[str, str]
+
+
+def clocking_notes(flat: Graph) -> Iterator[Problem]:
+    """Notes on a flat graph whose wires are right, in the order of its blocks."""
+    wiring = _Wiring(flat)
+    for name, block in flat.blocks.items():
+        if block.continuous():
+            yield from _late(wiring, name, block)
+        elif "update" in block.functions and not has_own_rate(flat, name):
+            yield from _repeated(wiring, name)
+            yield from _passed_over(wiring, name)
+
+
+def notes_of_a_run(graph: Graph) -> list[Problem]:
+    """The notes of a right graph with their places, for who runs it without a check."""
+    flat = flatten(graph)
+    return [flat.placed(as_written(flat, problem)) for problem in clocking_notes(flat)]
+
+
+class _Wiring:
+    """Who drives and who reads a block, and how often."""
+
+    def __init__(self, flat: Graph) -> None:
+        self.flat = flat
+        self.drivers: dict[str, dict[str, Node]] = defaultdict(dict)  # by block and its input or parameter
+        self.readers: dict[str, list[Node]] = defaultdict(list)
+        for wire in flat.wires:
+            (name, entry), source = split(wire.target), split(wire.source)
+            self.drivers[name][entry] = source
+            self.readers[source[0]].append((name, entry))
+        self.probed = {split(probe.signal)[0] for probe in flat.probes}
+        self._held: dict[str, bool] = {}
+
+    def rate(self, name: str) -> Fraction | None:
+        """The rate of a discrete block; None of a continuous one."""
+        return None if self.flat.blocks[name].continuous() else self.flat.rates.get(name, self.flat.rate)
+
+    def rate_of(self, node: Node) -> Fraction | None:
+        """How often an output changes; None where it moves between ticks."""
+        name, port = node
+        block, rate = self.flat.blocks[name], self.rate(name)
+        return rate and rate / block.size(block.outputs[port].every)
+
+    def stands_still(self, name: str) -> bool:
+        """Whether a block gives the same value in every tick."""
+        block = self.flat.blocks[name]
+        behaviours = [*block.functions.values(), *block.output_functions.values()]
+        arguments = {argument for behaviour in behaviours for argument in behaviour.arguments}
+        moving = {"time", "tick", "normal"} & arguments or {"update", "derivative"} & block.functions.keys()
+        return not (moving or block.events or self.drivers[name])
+
+    def held(self, name: str) -> bool:
+        """Whether the outputs of a block hold their values from tick to tick."""
+        if name not in self._held:
+            self._held[name] = True  # until it is known: a loop of blocks without memory does not move by itself
+            self._held[name] = self._is_held(self.flat.blocks[name], name)
+        return self._held[name]
+
+    def _is_held(self, block: Block, name: str) -> bool:
+        if block.continuous():
+            return False
+        ports = (*block.inputs.values(), *block.outputs.values())
+        arguments = {argument for behaviour in block.output_functions.values() for argument in behaviour.arguments}
+        clocked = block.state_class() is not None or block.buffers or has_own_rate(self.flat, name)
+        if clocked or {"tick", "normal"} & arguments or any(port.dtype is not float or port.shape for port in ports):
+            return True
+        if "time" in arguments and self.flat.integration.sources != "held":
+            return False
+        return all(self.held(source) for source, _ in self.drivers[name].values())
+
+
+def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
+    """A block with a memory that reads nothing but slower wires.
+
+    An integrator whose output faster blocks read may be meant so: what it does depends on the time, not on its ticks.
+    """
+    own = wiring.rate(name)
+    sources = [node for node in wiring.drivers[name].values() if not wiring.stands_still(node[0])]
+    rates = [wiring.rate_of(node) for node in sources]
+    known = [rate for rate in rates if rate is not None]
+    if own is None or not rates or len(known) < len(rates) or max(known) >= own:
+        return
+    fastest = max(known)
+    readers = [wiring.rate(reader) for reader, _ in wiring.readers[name]]
+    if _knows_its_period(wiring.flat.blocks[name]) and any(rate is None or rate > fastest for rate in readers):
+        return
+    read = " and ".join(".".join(node) for node, rate in zip(sources, rates, strict=True) if rate == fastest)
+    yield _note(
+        name,
+        f"reads the same value {_times(own / fastest)} times: it has no rate of its own",
+        f"{write_rate(own)}, and {read} at {write_rate(fastest)}",
+        f'add rate = "{write_rate(fastest)}" to the block, or rate = "{write_rate(own)}" where it is meant so',
+    )
+
+
+def _knows_its_period(block: Block) -> bool:
+    """Whether what a block does between two ticks depends on the time between them."""
+    made = block.functions.get("constants")
+    return made is not None and any(
+        step.argval == "period" and step.opname.startswith("LOAD") for step in dis.get_instructions(made.function)
+    )
+
+
+def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:
+    """A block with a memory that stands between a wire and slower blocks, which read that wire too."""
+    own = wiring.rate(name)
+    readers = list(dict.fromkeys(reader for reader, _ in wiring.readers[name]))
+    rates = [wiring.rate(reader) for reader in readers]
+    known = [rate for rate in rates if rate is not None]
+    if own is None or not rates or len(known) < len(rates) or max(known) >= own or name in wiring.probed:
+        return
+    inputs = set(wiring.drivers[name].values())
+    for reader, rate in zip(readers, known, strict=True):
+        both = sorted(".".join(node) for node in inputs & set(wiring.drivers[reader].values()))
+        if both:
+            yield _note(
+                name,
+                f"only one in {_times(own / rate)} of its values is read: it has no rate of its own",
+                f"{write_rate(own)}; {reader} reads {both[0]} at {write_rate(rate)}, directly and through {name}",
+                f'add rate = "{write_rate(rate)}" to the block, or rate = "{write_rate(own)}" where it is meant so',
+            )
+            return
+
+
+def _late(wiring: _Wiring, name: str, block: Block) -> Iterator[Problem]:
+    """A block that only events move, whose inputs change at ticks alone: it switches after them."""
+    read = {argument for pair in block.events.values() for behaviour in pair for argument in behaviour.arguments}
+    inputs = [node for entry, node in wiring.drivers[name].items() if entry in read]
+    clocked = [reader for reader, _ in wiring.readers[name] if not wiring.flat.blocks[reader].continuous()]
+    if "derivative" in block.functions or not inputs or not all(wiring.held(node[0]) for node in inputs):
+        return
+    if clocked or name in wiring.probed:
+        yield _note(
+            name,
+            "switches after the tick in which its input does: what reads it at ticks reads it a tick late",
+            f"{' and '.join('.'.join(node) for node in inputs)}, held from tick to tick",
+            "take a Comparator, which answers in its own tick; a source that moves between ticks needs "
+            'sources = "continuous" under [integration]',
+        )
+
+
+def _note(name: str, message: str, got: str, hint: str) -> Problem:
+    return Problem(message=message, key=f"blocks.{name}", got=got, hint=hint, note=True, path=("blocks", name))
+
+
+def _times(ratio: Fraction) -> str:
+    return f"{ratio.numerator:,}" if ratio.denominator == 1 else f"{float(ratio):.3g}"

@@ -1,0 +1,26 @@
+"""What is wrong with the functions of a user's own blocks, of all kinds that a graph has."""
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.graph import Graph, split
+
+
+def own_problems(graph: Graph) -> list[Problem]:
+    """The problems of a flat graph's own blocks, each with file and line; those of a kind once."""
+    kinds = {type(block) for block in graph.blocks.values() if not block.__module__.startswith("proofmass.blocks.")}
+    if not kinds:
+        return []
+    from proofmass.blocks.language.forms import driven_problems, problems_of
+
+    driven = {type(graph.blocks[name]) for name, port in _driven(graph) if port in graph.blocks[name].parameters}
+    found = [problem for kind in sorted(kinds, key=_name) for problem in problems_of(kind)]
+    found += [problem for kind in sorted(kinds & driven, key=_name) for problem in driven_problems(kind)]
+    return list(dict.fromkeys(found))
+
+
+def _driven(graph: Graph) -> list[tuple[str, str]]:
+    return [split(wire.target) for wire in graph.wires if split(wire.target)[0] in graph.blocks]
+
+
+def _name(kind: type[Block]) -> str:
+    return kind.__qualname__

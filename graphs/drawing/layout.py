@@ -1,0 +1,379 @@
+"""Where the blocks of a diagram stand and how its wires run, on a grid: layers, order, heights, then routes."""
+
+from bisect import bisect_left, insort
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from proofmass.graphs.drawing.layers import Layers, Link, assign_layers
+from proofmass.graphs.drawing.routing import GRID, Bar, Point, Tree, add_line, channel, corners, walked
+
+SWEEPS = 12
+LARGEST_POLISHED = 3000  # items (blocks, and wires past blocks) that get every sweep
+_BACKWARD = 0.3  # cost of a backward wire above a block, in crossings
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The size of a block and where its pins are: ports below its top, driven parameters from its left."""
+
+    width: int
+    height: int
+    inputs: Mapping[str, int]
+    outputs: Mapping[str, int]
+    driven: Mapping[str, int]
+    label: int = 0  # room beside the outputs
+    exit: bool = False  # whether somebody looks at an output
+    noise: bool = False
+
+    def row(self, parameter: str) -> int:
+        """How far below the top of the block the wire of a driven parameter arrives."""
+        return self.height + GRID * (2 + list(self.driven).index(parameter))
+
+    def reserved(self) -> int:
+        """The height that is kept free of everything else."""
+        return self.row(list(self.driven)[-1]) if self.driven else self.height
+
+
+class Spot(NamedTuple):
+    """The upper left corner of a block, and whether its inputs are on the right."""
+
+    x: int
+    y: int
+    mirrored: bool
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A diagram in pixels: blocks, the corner points of each wire, and the dots where wires branch."""
+
+    width: int
+    height: int
+    spots: Mapping[str, Spot]
+    paths: Mapping[Link, tuple[Point, ...]]
+    dots: frozenset[Point]
+
+
+def lay_out(shapes: Mapping[str, Shape], links: Sequence[Link], widest: int = 1200) -> Layout:
+    """Lay out each connected part on its own, then set the parts on shelves, the largest first."""
+    parts = [_Part({n: shapes[n] for n in names}, own).drawn() for names, own in _connected(sorted(shapes), links)]
+    widest = max([widest, *(part.width for part in parts)])
+    x = y = shelf = width = 0
+    spots: dict[str, Spot] = {}
+    paths: dict[Link, tuple[Point, ...]] = {}
+    dots: set[Point] = set()
+    for part in parts:
+        if x and x + part.width > widest:
+            x, y, shelf = 0, y + shelf + 4 * GRID, 0
+        spots |= {name: Spot(s.x + x, s.y + y, s.mirrored) for name, s in part.spots.items()}
+        paths |= {link: tuple((px + x, py + y) for px, py in path) for link, path in part.paths.items()}
+        dots |= {(px + x, py + y) for px, py in part.dots}
+        width, shelf = max(width, x + part.width), max(shelf, part.height)
+        x += part.width + 4 * GRID
+    return Layout(width, y + shelf, dict(sorted(spots.items())), dict(sorted(paths.items())), frozenset(dots))
+
+
+def _connected(names: Sequence[str], links: Sequence[Link]) -> list[tuple[list[str], list[Link]]]:
+    import networkx
+
+    graph: networkx.Graph[str] = networkx.Graph()
+    graph.add_nodes_from(names)
+    graph.add_edges_from((link.source, link.target) for link in links)
+    parts = sorted((sorted(part) for part in networkx.connected_components(graph)), key=lambda p: (-len(p), p))
+    number = {name: i for i, part in enumerate(parts) for name in part}
+    own: list[list[Link]] = [[] for _ in parts]
+    for link in sorted(links):
+        own[number[link.source]].append(link)
+    return list(zip(parts, own, strict=True))
+
+
+@dataclass(eq=False)
+class _Item:
+    """What takes a place in a layer: a block, or a wire on its way past it."""
+
+    name: str  # empty for a wire
+    height: int
+    rank: tuple[int, str, str]  # order at the start
+    backward: bool
+    width: int = 0
+    x: int = 0
+    top: int = 0
+    pins: tuple[list["_Pin"], list["_Pin"]] = field(default_factory=lambda: ([], []))  # on the left, on the right
+
+
+class _Pin(NamedTuple):
+    item: _Item
+    below: int  # the top of the item
+    across: int  # from the left of the item
+    net: "_Net"
+
+    @property
+    def y(self) -> int:
+        return self.item.top + self.below
+
+
+@dataclass(eq=False)
+class _Net:
+    """All that one output is wired to, in one gap between layers: pins on the left side and on the right side."""
+
+    left: list[_Pin] = field(default_factory=list)
+    right: list[_Pin] = field(default_factory=list)
+
+
+class _Part:
+    """One connected part of the graph while it is laid out."""
+
+    def __init__(self, shapes: Mapping[str, Shape], links: Sequence[Link]) -> None:
+        self.shapes = shapes
+        self.links: dict[tuple[str, str], list[Link]] = {}  # by source and output
+        for link in links:
+            self.links.setdefault((link.source, link.output), []).append(link)
+        self.layers: Layers = assign_layers(
+            shapes, links, (n for n, s in shapes.items() if s.exit), (n for n, s in shapes.items() if s.noise)
+        )
+        self.columns: list[list[_Item]] = [[] for _ in range(max(self.layers.of.values(), default=0) + 1)]
+        self.blocks: dict[str, _Item] = {}
+        for name, shape in shapes.items():
+            backward = name in self.layers.mirrored
+            item = _Item(name, shape.reserved(), (2 * backward, name, ""), backward, shape.width)
+            self.blocks[name] = item
+            self.columns[self.layers.of[name]].append(item)
+        self.nets: dict[tuple[str, str, int], _Net] = {}  # by source, output and gap
+        self._connect()
+        for column in self.columns:
+            column.sort(key=lambda item: item.rank)
+
+    def gap_of(self, name: str, is_output: bool, driven: bool = False) -> int:
+        """The gap that a pin opens into; gap g lies left of layer g."""
+        right = not driven and is_output != (name in self.layers.mirrored)
+        return self.layers.of[name] + right
+
+    def _connect(self) -> None:
+        for (source, output), links in self.links.items():
+            start = self.gap_of(source, True)
+            pins = [(self.blocks[source], self.shapes[source].outputs[output], 0, start)]
+            for link in links:
+                shape = self.shapes[link.target]
+                below, across = (
+                    (shape.row(link.port), shape.driven[link.port]) if link.driven else (shape.inputs[link.port], 0)
+                )
+                pins.append((self.blocks[link.target], below, across, self.gap_of(link.target, False, link.driven)))
+            first, last = min(gap for *_, gap in pins), max(gap for *_, gap in pins)
+            nets = {gap: _Net() for gap in range(first, last + 1)}
+            self.nets |= {(source, output, gap): net for gap, net in nets.items()}
+            for item, below, across, gap in pins:
+                self._pin(_Pin(item, below, across, nets[gap]), on_left=gap == self.layers.of[item.name])
+            for layer in range(first, last):
+                backward = layer < start
+                item = _Item("", 0, (1 + backward, source, output), backward)
+                self.columns[layer].append(item)
+                self._pin(_Pin(item, 0, 0, nets[layer]), on_left=True)
+                self._pin(_Pin(item, 0, 0, nets[layer + 1]), on_left=False)
+
+    def _pin(self, pin: _Pin, on_left: bool) -> None:
+        (pin.net.right if on_left else pin.net.left).append(pin)
+        pin.item.pins[not on_left].append(pin)
+
+    # -- order and heights ---------------------------------------------------------------------------------------
+
+    def drawn(self) -> Layout:
+        for column in self.columns:
+            self._settle(column, (0, 1))
+        size = sum(len(column) for column in self.columns)
+        best = self._state()
+        for sweep in range(SWEEPS if size <= LARGEST_POLISHED else 2):
+            side = sweep % 2  # looking left while going right, and the other way round
+            for column in self.columns if side == 0 else reversed(self.columns):
+                wanted = {item: self._centre(item, side) for item in column}
+                column.sort(key=lambda item: wanted[item])
+                self._settle(column, (side,))
+            best = min(best, self._state(), key=lambda state: state[0])
+        self._restore(best)
+        best = self._state(straight=True)
+        for sweep in range(SWEEPS):
+            sides = ((0,), (1,), (0, 1), (1, 0))[sweep % 4]
+            for column in self.columns if sides[0] == 0 else reversed(self.columns):
+                self._settle(column, sides)
+            best = min(best, self._state(straight=True), key=lambda state: state[0])
+        self._restore(best)
+        return self._routed()
+
+    def _state(self, straight: bool = False) -> tuple[float, list[list[_Item]], list[list[int]]]:
+        cost = self._bends() if straight else self._crossings()
+        return cost, [list(column) for column in self.columns], [[i.top for i in column] for column in self.columns]
+
+    def _restore(self, state: tuple[float, list[list[_Item]], list[list[int]]]) -> None:
+        self.columns = state[1]
+        for column, tops in zip(state[1], state[2], strict=True):
+            for item, top in zip(column, tops, strict=True):
+                item.top = top
+
+    def _centre(self, item: _Item, side: int) -> float:
+        """Where the middle of an item wants to be, from the pins that it is wired to on one side."""
+        ends = [end.y - pin.below for pin in item.pins[side] for end in _opposite(pin, side) or _beside(pin, side)]
+        return (sum(ends) / len(ends) if ends else item.top) + item.height / 2
+
+    def _settle(self, column: list[_Item], sides: tuple[int, ...]) -> None:
+        """Heights in a layer, order kept: as near as possible to what makes wires straight (isotonic medians)."""
+        pools: list[tuple[int, list[tuple[int, float]], list[tuple[_Item, int]]]] = []
+        offset = 0
+        for above, item in zip([None, *column], column, strict=False):
+            offset += above.height + _between(above, item) if above else 0
+            wants = [
+                (end.y - pin.below - offset, _weight(pin, end))
+                for side in sides
+                for pin in item.pins[side]
+                for end in _opposite(pin, side)
+            ]
+            wants.append((item.top - offset, 0.05))
+            pool = (_median(wants), wants, [(item, offset)])
+            while pools and pools[-1][0] > pool[0]:
+                _, others, members = pools.pop()
+                wants = others + pool[1]
+                pool = (_median(wants), wants, members + pool[2])
+            pools.append(pool)
+        for position, _, members in pools:
+            for item, offset in members:
+                item.top = position + offset
+
+    def _crossings(self) -> float:
+        cost = 0.0
+        by_gap: dict[int, list[_Net]] = {}
+        for (_, _, gap), net in self.nets.items():
+            by_gap.setdefault(gap, []).append(net)
+        for nets in by_gap.values():
+            edges = sorted((a.y, b.y) for net in nets for a in net.left for b in net.right)
+            seen: list[int] = []
+            for _, y in edges:
+                cost += len(seen) - bisect_left(seen, y + 1)
+                insort(seen, y)
+            for on_left in (True, False):
+                ys = sorted(pin.y for net in nets for pin in (net.left if on_left else net.right))
+                for net in nets:
+                    own = [pin.y for pin in (net.left if on_left else net.right)]
+                    if len(own) > 1 and not (net.right if on_left else net.left):
+                        cost += bisect_left(ys, max(own)) - bisect_left(ys, min(own)) - len(own) + 1
+        for column in self.columns:
+            wires = 0
+            for item in column:
+                wires += item.backward
+                cost += 0 if item.backward else _BACKWARD * wires * bool(item.name)
+        return cost
+
+    def _bends(self) -> float:
+        """How far the wires are from straight, wires past blocks counted more."""
+        return sum(
+            _weight(a, b) * (abs(a.y - b.y) + 2 * GRID * (a.y != b.y))
+            for net in self.nets.values()
+            for a in net.left
+            for b in net.right
+        ) + 0.01 * sum(max((i.top + i.height for i in c), default=0) - c[0].top for c in self.columns if c)
+
+    # -- pixels --------------------------------------------------------------------------------------------------
+
+    def _routed(self) -> Layout:
+        items = [item for column in self.columns for item in column]
+        highest = min((item.top for item in items), default=0)
+        for item in items:
+            item.top -= highest
+        gaps: list[dict[tuple[str, str], _Net]] = [{} for _ in range(len(self.columns) + 1)]
+        for (source, output, gap), net in self.nets.items():
+            gaps[gap][source, output] = net
+        x = 0
+        bars: list[tuple[int, dict[tuple[str, str], list[Bar]]]] = []
+        for gap, nets in enumerate(gaps):
+            tracks, own = channel({n: ([p.y for p in net.left], [p.y for p in net.right]) for n, net in nets.items()})
+            x += self._room(gap - 1, False) + (GRID if nets else 0)
+            bars.append((x, own))
+            x += GRID * tracks + self._room(gap, True) + (GRID if nets else 0)
+            column = self.columns[gap] if gap < len(self.columns) else []
+            width = max((item.width for item in column), default=0)
+            for item in column:
+                item.width = item.width or width
+                item.x = x + (width - item.width) // 2 // GRID * GRID
+            x += width
+        trees: dict[tuple[str, str], Tree] = {}
+        for nets, (left, own) in zip(gaps, bars, strict=True):
+            for name, net in nets.items():
+                _grow(trees.setdefault(name, {}), net, own.get(name, []), left)
+        return self._traced(x, max((item.top + item.height for item in items), default=0), trees)
+
+    def _room(self, layer: int, on_left: bool) -> int:
+        """Space that the blocks of a layer need for labels beside their outputs on one side."""
+        column = self.columns[layer] if 0 <= layer < len(self.columns) else []
+        return max((self.shapes[i.name].label for i in column if i.name and i.backward == on_left), default=0)
+
+    def _traced(self, width: int, height: int, trees: Mapping[tuple[str, str], Tree]) -> Layout:
+        spots = {name: Spot(item.x, item.top, item.backward) for name, item in self.blocks.items()}
+        paths: dict[Link, tuple[Point, ...]] = {}
+        dots: set[Point] = set()
+        for name, tree in trees.items():
+            before = walked(tree, self._end(*name, is_output=True))
+            dots |= {point for point, near in tree.items() if len(near) > 2}
+            for link in self.links[name]:
+                end = self._end(link.target, link.port, driven=link.driven)
+                path = [end]
+                while path[-1] in before:
+                    path.append(before[path[-1]])
+                if link.driven:
+                    path.insert(0, (end[0], self.blocks[link.target].top + self.shapes[link.target].height))
+                paths[link] = tuple(corners(path[::-1], dots))
+        return Layout(width, height, spots, paths, frozenset(dots))
+
+    def _end(self, name: str, port: str, is_output: bool = False, driven: bool = False) -> Point:
+        """Where a wire leaves a block, or arrives at it (for a driven parameter: in the row below it)."""
+        item, shape = self.blocks[name], self.shapes[name]
+        if driven:
+            return item.x + shape.driven[port], item.top + shape.row(port)
+        heights = shape.outputs if is_output else shape.inputs
+        return item.x + item.width * (is_output != item.backward), item.top + heights[port]
+
+
+def _grow(tree: Tree, net: _Net, bars: list[Bar], left: int) -> None:
+    """Add the lines of a net in one gap, and through the layer behind it, to its tree."""
+    for pin in net.left:
+        if not pin.item.name:  # the layer that the wire comes through
+            add_line(tree, (pin.item.x, pin.y), (pin.item.x + pin.item.width, pin.y))
+    lefts = [(pin.item.x + pin.item.width, pin.y) for pin in net.left]
+    rights = [(pin.item.x + pin.across, pin.y) for pin in net.right]
+    if not bars:
+        add_line(tree, *sorted({*lefts, *rights}))
+        return
+    places = [left + GRID * bar.track for bar in bars]
+    for x, bar in zip(places, bars, strict=True):
+        add_line(tree, *((x, y) for y in bar.heights))
+    for x, y in lefts:
+        add_line(tree, (x, y), (places[0], y))
+    for x, y in rights:
+        add_line(tree, (places[-1], y), (x, y))
+    if bars[0].join is not None:
+        add_line(tree, *((x, bars[0].join) for x in places))
+
+
+def _opposite(pin: _Pin, side: int) -> list[_Pin]:
+    return pin.net.left if side == 0 else pin.net.right
+
+
+def _beside(pin: _Pin, side: int) -> list[_Pin]:
+    return [other for other in (pin.net.right if side == 0 else pin.net.left) if other.item is not pin.item]
+
+
+def _between(above: _Item, below: _Item) -> int:
+    """Free height between two neighbours of a layer."""
+    return GRID * (1 + bool(above.name) + bool(below.name))
+
+
+def _weight(first: _Pin, second: _Pin) -> float:
+    """How much it matters that a wire is straight here."""
+    if first.across or second.across:
+        return 0.4
+    return (8.0, 1.5, 3.0)[bool(first.item.name) + bool(second.item.name)]
+
+
+def _median(wants: list[tuple[int, float]]) -> int:
+    half, total = sum(weight for _, weight in wants) / 2, 0.0
+    for value, weight in sorted(wants):
+        total += weight
+        if total >= half:
+            return value
+    return sorted(wants)[-1][0]

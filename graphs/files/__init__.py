@@ -1,0 +1,1 @@
+"""TOML files of graphs: read, written and edited."""

@@ -1,0 +1,269 @@
+"""The tables of blocks in a graph file: blocks of a kind, and subgraphs from a file or from a table of their own."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from proofmass.blocks.declaration.catalog import Own, all_blocks, find
+from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.problem import ModelError, Problem, nearest, shown
+from proofmass.graphs.files.part_files import PartError, PartFiles
+from proofmass.graphs.model.changes import change_part
+from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.hints import like
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
+
+Path = tuple[str, ...]
+
+
+class BlockTables:
+    """The blocks of a file; those with problems are `doubtful` and stand with the parameters of their kind."""
+
+    def __init__(
+        self,
+        own: Own | None,
+        place: Place,
+        files: PartFiles,
+        depth: int,
+        read_table: Callable[[dict[str, Any], Place], Graph],
+    ) -> None:
+        self.own, self.place, self.files, self.depth, self.read_table = own, place, files, depth, read_table
+        self.kinds: dict[str, type[Block] | None] = {}
+        self.blocks: dict[str, Block | Graph] = {}
+        self.rates: dict[str, Any] = {}
+        self.doubtful: set[str] = set()
+        self.problems: list[Problem] = []
+        self.inside = 0  # blocks of all subgraphs
+        self.named = True  # whether the names of all blocks are known
+
+    def read(self, tables: object) -> None:
+        if not isinstance(tables, dict):
+            hint = "write a table for each block: [blocks.NAME] and below it its kind"
+            self._refuse(Problem(message="must be a table", key="blocks", got=shown(tables), hint=hint), "blocks")
+            return
+        for name, table in tables.items():
+            if len(self.problems) > PROBLEMS or self.inside > BLOCKS:
+                return
+            if isinstance(table, dict) and "graph" in table:
+                self._read_files(name, table, tables)
+            elif isinstance(table, dict) and "kind" not in table and "blocks" in table:
+                self._read_table(name, table)
+            else:
+                self._read_block(name, table)
+
+    def _read_block(self, name: str, table: object) -> None:
+        kind = self._kind(name, table)
+        if kind is None or not isinstance(table, dict):
+            self.doubtful.add(name)
+            return
+        values = {key: value for key, value in table.items() if key not in BLOCK_KEYS}
+        try:
+            self.blocks[name] = _block(kind, name, values)
+        except ModelError as error:
+            self.doubtful.add(name)
+            self.problems += error.problems
+            try:
+                self.blocks[name] = kind()
+            except ModelError:
+                return
+        if "rate" in table:
+            self.rates[name] = table["rate"]
+
+    def _read_table(self, name: str, table: dict[str, Any]) -> None:
+        """A subgraph that stands in the file itself."""
+        if self.depth >= DEPTH:
+            self.doubtful.add(name)
+            message = f"subgraphs nested deeper than {DEPTH} levels"
+            self._refuse(Problem(message=message, key=f"blocks.{name}"), "blocks", name)
+            return
+        try:
+            self._add(name, self.read_table(table, replace(self.place, top=(*self.place.top, "blocks", name))))
+        except ModelError as error:
+            self.doubtful.add(name)
+            for problem in error.problems:
+                here = problem.file == self.place.file
+                self.problems.append(replace(problem, key=f"blocks.{name}.{problem.key}") if here else problem)
+
+    def _read_files(self, name: str, table: dict[str, Any], tables: Mapping[str, object]) -> None:
+        """A subgraph from a file, or several of it."""
+        path = ("blocks", name)
+        names = list(self._names(name, table, tables))
+        self.doubtful.update(names)
+        if "kind" in table or "blocks" in table:
+            other = "kind" if "kind" in table else "blocks"
+            message, hint = f"has a graph and {other}", "a block has a kind, or a graph from a file: remove one of them"
+            self._refuse(Problem(message=message, key=f"blocks.{name}", hint=hint), *path)
+            return
+        try:
+            part = self.files.graph(table["graph"], self.place.folder, self.depth + 1)
+            self._limit(name, part, len(names))
+            part = self._changed(name, part, table)
+        except PartError as error:
+            got = shown(table["graph"])
+            problem = Problem(message=str(error), key=f"blocks.{name}.graph", got=got, hint=error.hint)
+            self._refuse(problem, *path, "graph")
+            return
+        except ModelError as error:
+            self.problems += error.problems
+            return
+        for each in names:
+            self.doubtful.discard(each)
+            note_line(self.place, ("blocks", each), path)
+            if "rate" in table:
+                note_line(self.place, ("blocks", each, "rate"), (*path, "rate"))
+                self.rates[each] = table["rate"]
+            self.blocks[each] = part
+
+    def _names(self, name: str, table: dict[str, Any], tables: Mapping[str, object]) -> Iterator[str]:
+        count = table.get("count")
+        if count is None:
+            yield name
+            return
+        key, path = f"blocks.{name}.count", ("blocks", name, "count")
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= BLOCKS:
+            expected = f"an integer from 1 to {BLOCKS}"
+            self._refuse(Problem(message="must be a count", key=key, got=shown(count), expected=expected), *path)
+            self.named = False
+            return
+        for number in range(1, count + 1):
+            each = f"{name}_{number}"
+            if each in tables:
+                hint = f"rename [blocks.{each}]: {key} makes {name}_1 to {name}_{count}"
+                message = "there is another block of that name"
+                self._refuse(Problem(message=message, key=key, got=each, hint=hint), *path)
+            yield each
+
+    def _limit(self, name: str, part: Graph, count: int) -> None:
+        self.inside += part.size.blocks * count
+        if self.inside > BLOCKS:
+            message = "too many blocks with those inside the subgraphs"
+            expected = f"at most {BLOCKS}"
+            path = ("blocks", name)
+            problem = Problem(message=message, key=f"blocks.{name}", got=str(self.inside), expected=expected, path=path)
+            raise ModelError([problem])
+
+    def _add(self, name: str, part: Graph) -> None:
+        self._limit(name, part, 1)
+        self.blocks[name] = part
+
+    def _changed(self, name: str, part: Graph, table: dict[str, Any]) -> Graph:
+        """The subgraph with the parameters that its table gives."""
+        values: dict[str, object] = {}
+        paths: dict[str, Path] = {}
+        problems = []
+        for path, value in _leaves({key: value for key, value in table.items() if key not in PART_KEYS}, ()):
+            key, where = ".".join(path), ("blocks", name, *path)
+            values[key], paths[key] = value, where
+            if _has_long_text(value):
+                message = f"a text of over {TEXT_LENGTH} characters"
+                problems.append(Problem(message=message, key=".".join(where), path=where))
+            elif len(path) == 1 and "." not in key and (hint := _misplaced(name, part, key)):
+                message = "the subgraph exports no such parameter"
+                problems.append(Problem(message=message, key=".".join(where), got=key, hint=hint, path=where))
+        if problems:
+            raise ModelError(problems)
+        if not values:
+            return part
+        try:
+            return change_part(part, values)
+        except ModelError as error:
+            own = [(p, paths.get(p.key, ("blocks", name))) for p in error.problems]
+            raise ModelError([replace(p, key=f"blocks.{name}.{p.key}", path=path) for p, path in own]) from None
+
+    def _refuse(self, problem: Problem, *path: str) -> None:
+        self.problems.append(replace(problem, path=path))
+
+    def _kind(self, name: str, table: object) -> type[Block] | None:
+        key, path = f"blocks.{name}", ("blocks", name)
+        if not isinstance(table, dict) or "kind" not in table:
+            meant = nearest("kind", table) or nearest("graph", table) if isinstance(table, dict) else ""
+            word = "kind" if meant and nearest("kind", [meant]) else "graph"
+            hint = f"did you mean {word} instead of {meant}?" if meant else f'write [{key}] and below it kind = "Gain"'
+            self._refuse(Problem(message="a block needs a kind", key=key, got=shown(table), hint=hint), *path)
+            return None
+        kind = table["kind"]
+        if not isinstance(kind, str):
+            hint = 'write it in quotes, such as kind = "Gain"'
+            problem = Problem(message="must be a string", key=f"{key}.kind", got=shown(kind), hint=hint)
+            self._refuse(problem, *path, "kind")
+            return None
+        if kind not in self.kinds:
+            self.kinds[kind] = find(kind, self.own) if len(kind) <= TEXT_LENGTH else None
+        if self.kinds[kind] is None:
+            hint = like(kind[:TEXT_LENGTH], all_blocks(self.own), "the kinds") + " `proofmass blocks` shows them all"
+            message = "there is no such kind of block"
+            self._refuse(Problem(message=message, key=f"{key}.kind", got=shown(kind), hint=hint), *path, "kind")
+        return self.kinds[kind]
+
+
+def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
+    """The block of a table; its problems speak of the file's keys."""
+    path = ("blocks", name)
+    long = [key for key, value in values.items() if _has_long_text(value)]
+    if long:
+        message = f"a text of over {TEXT_LENGTH} characters"
+        raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
+    problems = [_unknown(kind, name, key) for key in values if key not in kind.parameters]
+    made = None
+    try:
+        made = kind(**{key: value for key, value in values.items() if key in kind.parameters})
+    except ModelError as error:
+        for problem in error.problems:
+            where = (*path, *problem.path)
+            problems.append(replace(problem, key=".".join(where), path=where))
+    except (ArithmeticError, ValueError) as error:
+        problems.append(Problem(message=f"its parameters cannot be read: {error}", key=f"blocks.{name}", path=path))
+    if problems or made is None:
+        raise ModelError(problems)
+    return made
+
+
+def _has_long_text(value: object) -> bool:
+    entries = value if isinstance(value, list) else [value]
+    return any(isinstance(entry, str) and len(entry) > TEXT_LENGTH for entry in entries)
+
+
+def _unknown(kind: type[Block], name: str, key: str) -> Problem:
+    """A key of a block that is no parameter of its kind: misspelt, misplaced, or a port."""
+    if key in TOP_KEYS:
+        hint = f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
+    elif key in kind.inputs:
+        hint = f'{key} is an input: connect it in wires, as in "block.output -> {name}.{key}"'
+    elif key in kind.outputs:
+        hint = f'{key} is an output: record it in probes, as in "{name}.{key}"'
+    else:
+        hint = like(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}")
+    path = ("blocks", name, key)
+    message = f"{kind.__name__} has no such parameter"
+    return Problem(message=message, key=".".join(path), got=shown(key), hint=hint, path=path)
+
+
+def note_line(place: Place, path: Path, other: Path) -> None:
+    """Give a key that the graph knows by another name in the file the line of that one."""
+    if isinstance(place.lines, dict):
+        place.lines.setdefault(place.top + path, place.line(other))
+
+
+def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, object]]:
+    """Values of a table and of those inside it: `adc.reference = 5` is a table in a table."""
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from _leaves(value, (*path, key))
+        else:
+            yield (*path, key), value
+
+
+def _misplaced(name: str, part: Graph, key: str) -> str:
+    """What to do about a key of a subgraph that is no parameter it exports; empty where it is one."""
+    from proofmass.graphs.model.exports import exported
+
+    known = exported(part)
+    if key in known:
+        if not isinstance(known[key][1], Port):
+            return ""
+        return f'{key} is a port: connect it in wires, as in "{name}.{key} -> block.input", or the other way round'
+    if key in TOP_KEYS and key not in PART_KEYS:
+        return f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
+    names = [*(n for n, (_, what) in known.items() if not isinstance(what, Port)), *PART_KEYS]
+    return like(key, names, "the parameters that it exports") + ' One inside: "block.parameter" = ...'

@@ -1,0 +1,187 @@
+"""The line of every key in a TOML text, and the limits that a parser needs before it starts.
+
+A parser of TOML gives values without places, and takes seconds on a small text of hostile shape (a dotted key of
+thousands of parts, deep nesting). One pass over the tokens cures both: it never backtracks and stops at the first
+thing beyond a limit, or that cannot be TOML. It does not judge the syntax; the parser does that.
+"""
+
+import re
+import tomllib
+from collections.abc import Iterator
+
+from proofmass.graphs.model.limits import ESCAPES, KEY_LENGTH, KEY_PARTS, NESTING, NUMBER_LENGTH, WORDS
+
+Path = tuple[str, ...]
+Token = tuple[str, str, int]  # kind, text and line; the kind of a mark is the mark itself
+
+# Possessive quantifiers (*+) never backtrack, so that no text takes longer than its length.
+_TOKEN = re.compile(
+    r"[ \t\r]*+(?:#[^\n]*+)?+"
+    r"(?:(?P<newline>\n[ \t\r\n]*+)"
+    r'|(?P<long>"""(?:[^\\"]++|\\.|"(?!""))*+"{3,5}+|\'\'\'(?:[^\']++|\'(?!\'\'))*+\'{3,5}+)'
+    r'|(?P<text>"(?!"")(?:[^"\\\n]++|\\[^\n])*+"|\'(?!\'\')[^\'\n]*+\')'
+    r"|(?P<mark>[][{}=,.])"
+    r"|(?P<bare>[^][{}=,.\s#\"']++))",
+    re.DOTALL,
+)
+
+
+class LimitError(ValueError):
+    """A text beyond a limit, with the line where it goes beyond."""
+
+    def __init__(self, message: str, line: int) -> None:
+        super().__init__(message)
+        self.line = line
+
+
+def locate_keys(text: str) -> dict[Path, int]:
+    """Line of each table, key and array entry; entries are numbered from "0".
+
+    Raises `LimitError` for nesting, keys, numbers or counts beyond `limits`.
+    """
+    if text.count("\\") > ESCAPES:
+        raise LimitError(f"more than {ESCAPES} backslashes", 1 + text.count("\n", 0, text.index("\\")))
+    return _Locator(list(_tokens(text))).lines
+
+
+def _tokens(text: str) -> Iterator[Token]:
+    at, line, depth, words = 0, 1, 0, 0
+    match = _TOKEN.match
+    while found := match(text, at):
+        kind, piece, at = found.lastgroup or "", found[found.lastindex or 0], found.end()
+        words += 1
+        if words > WORDS:
+            raise LimitError(f"more than {WORDS} words", line)
+        if kind == "mark":
+            yield piece, piece, line
+            if piece in "[{":
+                depth += 1
+                if depth > NESTING:
+                    raise LimitError(f"nested deeper than {NESTING} levels", line)
+            elif piece in "]}":
+                depth = max(depth - 1, 0)
+            continue
+        if kind == "bare" and len(piece) > NUMBER_LENGTH:
+            raise LimitError(f"a word of {len(piece)} characters; at most {NUMBER_LENGTH} are read", line)
+        yield kind, piece, line
+        if kind in ("newline", "long"):
+            line += piece.count("\n")
+
+
+class _Locator:
+    """A walk over the tokens; the nesting is limited before it begins."""
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self.tokens = [*tokens, ("end", "", tokens[-1][2] if tokens else 1)]
+        self.at = 0
+        self.lines: dict[Path, int] = {}
+        self.last: dict[Path, int] = {}  # index of the last table of each array of tables
+        table: Path = ()
+        while not self._is("end"):
+            if self._is("newline"):
+                self.at += 1
+            elif self._is("["):
+                table = self._header()
+            else:
+                self._entry(table)
+
+    def _is(self, *kinds: str) -> bool:
+        return self.tokens[self.at][0] in kinds
+
+    def _line(self) -> int:
+        return self.tokens[self.at][2]
+
+    def _note(self, path: Path, line: int) -> None:
+        """The line of a path, and of every table above it that is named here first."""
+        while path and path not in self.lines:
+            self.lines[path] = line
+            path = path[:-1]
+
+    def _header(self) -> Path:
+        line, brackets = self._line(), 0
+        while self._is("["):
+            self.at += 1
+            brackets += 1
+        table: Path = ()
+        parts = self._key()
+        for part in parts[:-1]:
+            table = (*table, part)
+            if table in self.last:
+                table = (*table, str(self.last[table]))
+        table += parts[-1:]
+        if brackets > 1:
+            self.last[table] = self.last.get(table, -1) + 1
+            table = (*table, str(self.last[table]))
+        self._note(table, line)
+        self._rest_of_line()
+        return table
+
+    def _key(self) -> Path:
+        parts: list[str] = []
+        while self._is("bare", "text"):
+            kind, text, line = self.tokens[self.at]
+            if len(parts) == KEY_PARTS:
+                raise LimitError(f"a key of more than {KEY_PARTS} parts", line)
+            name = _unquoted(text) if kind == "text" else text
+            if len(name) > KEY_LENGTH:
+                raise LimitError(f"a name of more than {KEY_LENGTH} characters", line)
+            parts.append(name)
+            self.at += 1
+            if not self._is("."):
+                break
+            self.at += 1
+        return tuple(parts)
+
+    def _entry(self, table: Path) -> None:
+        self._pair(table)
+        self._rest_of_line()
+
+    def _pair(self, table: Path) -> None:
+        line = self._line()
+        path = table + self._key()
+        if path != table:
+            self._note(path, line)
+        if self._is("="):
+            self.at += 1
+            self._value(path)
+
+    def _value(self, path: Path) -> None:
+        if self._is("["):
+            self._entries(path, "]")
+        elif self._is("{"):
+            self._entries(path, "}")
+        else:
+            while self._is("bare", "text", "long", "."):
+                self.at += 1
+
+    def _entries(self, path: Path, end: str) -> None:
+        """An array, whose entries are numbered, or an inline table, whose entries have keys."""
+        self.at += 1
+        index = 0
+        while not self._is(end, "end"):
+            before = self.at
+            if self._is("newline", ","):
+                self.at += 1
+            elif end == "}":
+                self._pair(path)
+            else:
+                inner = (*path, str(index))
+                index += 1
+                self._note(inner, self._line())
+                self._value(inner)
+            self.at += self.at == before
+        self.at += self._is(end)
+
+    def _rest_of_line(self) -> None:
+        while not self._is("newline", "end"):
+            self.at += 1
+
+
+def _unquoted(text: str) -> str:
+    """The name that a quoted key stands for."""
+    if "\\" in text and text[0] == '"' and len(text) <= 10 * KEY_LENGTH + 2:
+        try:
+            return str(tomllib.loads(f"key = {text}")["key"])
+        except ValueError:
+            pass
+    return text[1:-1]

@@ -1,0 +1,141 @@
+"""A graph from a TOML file, with the line of every problem. Nothing in the file is evaluated, imported or fetched."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from proofmass.blocks.declaration.catalog import Own
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.files.block_tables import BlockTables, note_line
+from proofmass.graphs.files.locate_keys import LimitError, locate_keys
+from proofmass.graphs.files.part_files import PartFiles
+from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.hints import like, syntax_hint
+from proofmass.graphs.model.keys import TOP_KEYS
+from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
+
+
+def read_graph(path: str | Path, own: Own | None = None) -> Graph:
+    """The graph of a file; `own` are the caller's own blocks by name.
+
+    A block that is a graph is read from a file in the same folder or below it, or from the packaged library.
+
+    Raises `ModelError` with every problem that can be seen, each with file, line and key.
+    """
+    path = Path(path)
+    return graph_of_file(*read_table(path), own, path)
+
+
+def read_graph_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Graph:
+    """The graph of a TOML text; file names in it start from `folder`."""
+    return graph_of_file(*parsed(text, file, folder), own)
+
+
+def graph_of_file(data: dict[str, Any], place: Place, own: Own | None, path: Path | None = None) -> Graph:
+    """The graph of a parsed file; raises `ModelError`."""
+
+    def part(path: Path, files: PartFiles, depth: int) -> Graph:
+        return graph_of_table(*read_table(path), own, files, depth)
+
+    return graph_of_table(data, place, own, PartFiles(part, path), 0)
+
+
+def read_table(path: Path) -> tuple[dict[str, Any], Place]:
+    """A parsed TOML file and the lines of its keys; raises `ModelError`."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(FILE_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise ModelError([Problem(message=f"cannot be read: {reason}", file=str(path))]) from None
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        if len(data) > FILE_BYTES:
+            raise _too_large(str(path)) from None
+        line = data.count(b"\n", 0, error.start) + 1
+        raise _refused(str(path), line, "not UTF-8 text", "save the file as UTF-8") from None
+    return parsed(text, str(path), str(path.parent))
+
+
+def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: PartFiles, depth: int) -> Graph:
+    """The graph of a parsed file, or of a table of a subgraph inside it, `depth` levels down."""
+    problems = [
+        Problem(message="unknown key", key=key, got=shown(key), hint=like(key, TOP_KEYS, "the keys"), path=(key,))
+        for key in data
+        if key not in TOP_KEYS
+    ]
+    reader = BlockTables(
+        own, place, files, depth, lambda table, inner: graph_of_table(table, inner, own, files, depth + 1)
+    )
+    reader.read(data.get("blocks", {}))
+    given = {
+        "name": "",
+        **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study")},
+    }
+    for key in ("wires", "probes"):
+        if not isinstance(given.get(key, []), list):
+            got, hint = shown(given.pop(key)), f"{key} is a list of texts in square brackets"
+            problems.append(Problem(message="must be a list", key=key, got=got, hint=hint, path=(key,)))
+    _note_wires(place, given.get("wires", []))
+    graph = None
+    try:
+        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **given)
+    except ModelError as error:
+        problems += error.problems
+    if graph is not None and not problems and reader.problems and reader.named and depth == 0:
+        from proofmass.graphs.checks.check import check_apart_from
+
+        problems += check_apart_from(graph, reader.doubtful)
+    problems += reader.problems
+    if problems or graph is None:
+        raise ModelError(_in_order(problems, place))
+    return graph
+
+
+def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
+    """A TOML text and the lines of its keys; raises `ModelError`."""
+    if len(text) > FILE_BYTES or len(text.encode("utf-8", "surrogatepass")) > FILE_BYTES:
+        raise _too_large(file)
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise _refused(file, line, "holds a NUL character", "save it as plain text")
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n")
+    try:
+        lines = locate_keys(text)  # first: it refuses what the parser would take minutes for
+        return tomllib.loads(text), Place(file, lines, folder)
+    except LimitError as error:
+        raise _refused(file, error.line, str(error)) from None
+    except (ValueError, RecursionError) as error:
+        message, _, place = str(error).partition(" (at ")
+        texts = text.rstrip("\n").split("\n")
+        word, _, rest = place.partition(" ")
+        line = int(rest.partition(",")[0]) if word == "line" else len(texts)
+        hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
+        raise _refused(file, line, f"not TOML: {message}", hint) from None
+
+
+def _refused(file: str, line: int, message: str, hint: str = "") -> ModelError:
+    return ModelError([Problem(message=message, file=file, line=line, hint=hint)])
+
+
+def _too_large(file: str) -> ModelError:
+    return _refused(file, 0, f"larger than {FILE_BYTES >> 10} KiB", "put recorded data into a file of its own")
+
+
+def _in_order(problems: list[Problem], place: Place) -> list[Problem]:
+    """Each problem once, with its place, in the order of the file."""
+    placed = dict.fromkeys(p if p.file else p.at(*place.find(p.path)) for p in problems)
+    ordered = sorted(placed, key=lambda problem: (problem.file != place.file, problem.file, problem.line))
+    more = len(ordered) - PROBLEMS
+    if more <= 0:
+        return ordered
+    return [*ordered[:PROBLEMS], Problem(message="and more problems", file=place.file, line=ordered[PROBLEMS].line)]
+
+
+def _note_wires(place: Place, wires: list[Any]) -> None:
+    """Lines of wires by their text, since a graph keeps them sorted."""
+    for index, text in enumerate(wires):
+        if isinstance(text, str) and text.count("->") == 1:
+            normal = " -> ".join(end.strip() for end in text.split("->"))
+            note_line(place, ("wires", normal), ("wires", str(index)))

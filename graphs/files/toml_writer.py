@@ -1,0 +1,106 @@
+"""A graph as TOML text that reads back to the same graph."""
+
+from collections.abc import Iterator
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.units import same_unit, short_unit
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import REQUIREMENTS
+from proofmass.graphs.model.measures import TAU, Measure
+from proofmass.graphs.model.rates import write_rate
+
+SCHEMA_LINE = "#:schema proofmass-graph.json"
+
+
+def write_graph(graph: Graph) -> str:
+    """The text of a graph file: only what differs from the defaults, numbers with their units, subgraphs as tables."""
+    return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
+
+
+def _graph(graph: Graph, path: str) -> Iterator[str]:
+    """Everything but the name of a graph; `path` stands before the names of its tables."""
+    if graph.description:
+        yield f"description = {_long_text(graph.description)}"
+    if graph.rate is not None:
+        yield f"rate = {quoted(write_rate(graph.rate))}"
+    if graph.duration is not None:
+        yield f"duration = {quoted(f'{graph.duration} s')}"
+    if graph.samples is not None:
+        yield f"samples = {graph.samples}"
+    if graph.seed:
+        yield f"seed = {graph.seed}"
+    yield from _list("wires", [quoted(str(wire)) for wire in graph.wires])
+    yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
+    if path and not graph.blocks and not graph.subgraphs:
+        yield "blocks = {}"
+    if graph.measures:
+        yield from ("", f"[{path}measures]", *(f"{name} = {_measure(m)}" for name, m in graph.measures.items()))
+    if graph.exports:
+        yield from ("", f"[{path}exports]", *(f"{name} = {quoted(signal)}" for name, signal in graph.exports.items()))
+    changed = graph.integration.changed()
+    if changed:
+        lines = (f"{key} = {quoted(v) if isinstance(v, str) else repr(v)}" for key, v in changed.items())
+        yield from ("", f"[{path}integration]", *lines)
+    for name, loop in graph.loops.items():
+        yield from ("", f"[{path}loops.{quoted(name) if '.' in name else name}]", f"open_at = {quoted(loop.open_at)}")
+        yield from (f'{key} = "{value!r} {REQUIREMENTS[key]}"' for key, value in loop.requirements.items())
+    for name, block in graph.blocks.items():
+        key = quoted(name) if "." in name else name
+        yield from ("", f"[{path}blocks.{key}]", f"kind = {quoted(type(block).__name__)}")
+        if name in graph.rates:
+            yield f"rate = {quoted(write_rate(graph.rates[name]))}"
+        yield from _parameters(block)
+    for name, part in graph.subgraphs.items():
+        yield from ("", f"[{path}blocks.{name}]")
+        if part.name:
+            yield f"name = {quoted(part.name)}"
+        yield from _graph(part, f"{path}blocks.{name}.")
+
+
+def _parameters(block: Block) -> Iterator[str]:
+    for name, parameter in block.parameters.items():
+        value = getattr(block, name)
+        if repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
+            continue
+        unit = short_unit(block.unit_of(parameter))
+        quantity = f"{value!r} {unit}"
+        if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
+            yield f"{name} = {quoted(quantity)}"
+        elif parameter.kind in (str, Fixed):
+            yield f"{name} = {quoted(str(value))}"
+        elif parameter.kind is bool:
+            yield f"{name} = {'true' if value else 'false'}"
+        else:
+            yield f"{name} = {list(value) if isinstance(value, tuple) else repr(value)}"
+
+
+def _probe(signal: str, every: int) -> str:
+    return quoted(signal) if every == 1 else f"{{ signal = {quoted(signal)}, every = {every} }}"
+
+
+def _measure(measure: Measure) -> str:
+    begin = f", from = {quoted(f'{measure.start} s')}" if measure.start else ""
+    options = {key: f"{value} s" if key == TAU else value for key, value in measure.options}
+    more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
+    return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
+
+
+def _list(key: str, entries: list[str]) -> list[str]:
+    if not entries:
+        return []
+    return ["", f"{key} = [", *(f"    {entry}," for entry in entries), "]"]
+
+
+def _long_text(text: str) -> str:
+    """A TOML string that keeps its lines."""
+    if "\n" not in text:
+        return quoted(text)
+    lines = [quoted(line)[1:-1] for line in text.split("\n")]
+    return '"""\n' + "\n".join(lines) + '"""'
+
+
+def quoted(text: str) -> str:
+    """A TOML basic string."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'

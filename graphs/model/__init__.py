@@ -1,0 +1,1 @@
+"""What a graph is: blocks, wires, rates, probes, measures and loops."""

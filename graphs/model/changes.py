@@ -1,0 +1,88 @@
+"""A graph changed into another: parameters anywhere inside it, and files named from another folder."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.hints import like
+
+
+def with_parameters(graph: Graph, changes: Mapping[str, object]) -> Graph:
+    """The graph with parameters changed, each named by its path or as it is exported."""
+    blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
+    problems: list[Problem] = []
+    by_block: dict[str, dict[str, object]] = {}
+    for key, value in changes.items():
+        signal = graph.exports.get(key, key)
+        block, parameter = split(signal)
+        if block not in blocks:
+            block, _, parameter = signal.partition(".")
+        if block not in blocks and block not in parts:
+            hint = like(block, [*blocks, *parts], "the blocks")
+            problems.append(Problem(message="there is no such block", key=key, got=shown(block), hint=hint))
+        else:
+            by_block.setdefault(block, {})[parameter] = value
+    for name, values in by_block.items():
+        try:
+            if name in parts:
+                parts[name] = change_part(parts[name], values)
+            else:
+                blocks[name] = _changed(blocks[name], values)
+        except ModelError as error:
+            problems += [dataclasses.replace(p, key=f"{name}.{_key(p)}", path=()) for p in error.problems]
+    if problems:
+        raise ModelError(problems)
+    return dataclasses.replace(graph, blocks=blocks, subgraphs=parts)
+
+
+def change_part(part: Graph, values: Mapping[str, object]) -> Graph:
+    """As `with_parameters`, for a subgraph: a name without a dot is one that it exports."""
+    unknown = [name for name in values if "." not in name and name not in part.exports]
+    if unknown:
+        names = [*part.exports, *part.blocks, *part.subgraphs]
+        hints = (like(name, names, "exports and blocks inside") for name in unknown)
+        message = "the subgraph exports no such parameter"
+        raise ModelError([Problem(message=message, key=n, got=n, hint=h) for n, h in zip(unknown, hints, strict=True)])
+    return with_parameters(part, values)
+
+
+def _changed(block: Block, values: dict[str, object]) -> Block:
+    return type(block)(**({name: getattr(block, name) for name in block.parameters} | values))
+
+
+def _key(problem: Problem) -> str:
+    return problem.path[0] if problem.path else problem.key
+
+
+def moved(graph: Graph, folder: str) -> Graph:
+    """The graph with the recordings that it plays named from another folder."""
+    return with_recordings(
+        graph, folder, lambda here, file: file if here == folder else _from(Path(folder), Path(here) / file)
+    )
+
+
+def with_recordings(graph: Graph, folder: str, named: Callable[[str, str], str]) -> Graph:
+    """The graph with other names, from a folder, of the recordings that it plays: `named` gets folder and name."""
+    parts = {name: with_recordings(part, folder, named) for name, part in graph.subgraphs.items()}
+    played: dict[str, Block] = {}
+    for name, block in graph.blocks.items():
+        file = getattr(block, "file", "")
+        if file and any(buffer.recorded for buffer in block.buffers.values()):
+            other = named(graph.place.folder, file)
+            if other != file:
+                played[name] = _changed(block, {"file": other})
+    if not played and all(part is graph.subgraphs[name] for name, part in parts.items()):
+        return graph
+    place = dataclasses.replace(graph.place, folder=folder)
+    return dataclasses.replace(graph, blocks={**graph.blocks, **played}, subgraphs=parts, place=place)
+
+
+def _from(folder: Path, file: Path) -> str:
+    """The file as named from the folder: relative where it lies inside."""
+    absolute, inside = file.resolve(), folder.resolve()
+    if file.is_absolute() and not absolute.is_relative_to(inside):
+        return str(file)
+    return str(absolute.relative_to(inside) if absolute.is_relative_to(inside) else absolute)

@@ -1,0 +1,129 @@
+"""Loops of a graph: where each is opened for its margins, and which margins it must have."""
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from proofmass.blocks.declaration.problem import Problem, shown
+from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.graphs.model.hints import like
+from proofmass.graphs.model.keys import LOOP_KEYS
+
+if TYPE_CHECKING:
+    from proofmass.graphs.model.graph import Graph
+
+REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
+VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
+MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of each loop, and its unit
+SETTLED = "settled"  # an operating point: where the loops have come to rest
+_DECIBELS = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*dB\s*")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """A loop and what is asked of it: at least the margins, at most the sensitivity peak; None asks nothing."""
+
+    open_at: str  # the output whose wires are cut
+    gain_margin: float | None = None  # dB, upwards and downwards
+    phase_margin: float | None = None  # deg
+    delay_margin: float | None = None  # s
+    sensitivity_peak: float | None = None  # dB
+
+    @property
+    def requirements(self) -> dict[str, float]:
+        """What is asked, by name, in the units of `REQUIREMENTS`."""
+        return {name: value for name, value in asdict(self).items() if name in REQUIREMENTS and value is not None}
+
+
+def read_loops(given: object, is_path: Callable[[str], bool]) -> tuple[dict[str, Loop], list[Problem]]:
+    """Loops by name, from values or tables, and what is wrong with them."""
+    hint = 'write [loops.main] and below it open_at = "block.output"'
+    if not isinstance(given, Mapping):
+        return {}, [Problem(message="must be a table", key="loops", got=shown(given), hint=hint, path=("loops",))]
+    loops: dict[str, Loop] = {}
+    problems: list[Problem] = []
+    for name, value in sorted(given.items(), key=lambda item: str(item[0])):
+        path, table = ("loops", str(name)), asdict(value) if isinstance(value, Loop) else value
+        if not isinstance(name, str) or not is_path(name):
+            expected = "lower-case letters and digits, words joined by single underscores"
+            problems.append(Problem(message="not a name", key="loops", got=shown(name), expected=expected, path=path))
+        elif not isinstance(table, Mapping):
+            problems.append(Problem(message="must be a table", key=f"loops.{name}", got=shown(value), path=path))
+        else:
+            loop, wrong = _read_loop(name, {key: entry for key, entry in table.items() if entry is not None})
+            problems += wrong
+            if loop is not None:
+                loops[name] = loop
+    return loops, problems
+
+
+def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, list[Problem]]:
+    problems = [
+        Problem(
+            message="unknown key",
+            key=f"loops.{name}.{key}",
+            got=shown(key),
+            hint=like(str(key), LOOP_KEYS, "the keys of a loop"),
+            path=("loops", name, str(key)),
+        )
+        for key in table
+        if key not in LOOP_KEYS
+    ]
+    if "open_at" not in table:
+        hint = 'add open_at = "block.output", an output that all of the loop goes through'
+        problems.append(Problem(message="has no open_at", key=f"loops.{name}", hint=hint, path=("loops", name)))
+    values: dict[str, Any] = {}
+    for key, entry in table.items():
+        try:
+            if key == "open_at":
+                values[key] = _signal(entry)
+            elif key in REQUIREMENTS:
+                values[key] = read_requirement(entry, REQUIREMENTS[key])
+        except UnitError as error:
+            where, path = f"loops.{name}.{key}", ("loops", name, key)
+            problems.append(Problem(message=str(error), key=where, got=shown(entry), hint=error.hint, path=path))
+    return (None if problems else Loop(**values)), problems
+
+
+def _signal(value: object) -> str:
+    if not isinstance(value, str) or "." not in value:
+        raise UnitError("not an output", 'write "block.output"')
+    return value
+
+
+def read_requirement(value: object, unit: str) -> float:
+    """A number in the unit, or a text with one; decibels are no unit of anything else. Raises `UnitError`."""
+    example = {"dB": 'write it as "6 dB"', "deg": 'write it as "30 deg"', "s": 'write it as "100 us"'}[unit]
+    if isinstance(value, str):
+        found = _DECIBELS.fullmatch(value)
+        if unit == "dB" and found is None:
+            raise UnitError("not a ratio in decibels", example)
+        number = float(found[1]) if found is not None and unit == "dB" else convert(value, unit)
+    elif isinstance(value, bool) or not isinstance(value, int | float):
+        raise UnitError("must be a number", example)
+    else:
+        number = float(value)
+    if not math.isfinite(number) or number < 0.0:
+        raise UnitError("must be finite and not negative", example)
+    return number
+
+
+def bad_loops(root: "Graph", flat: "Graph") -> Iterator[Problem]:
+    """Loops that are opened at what is no output, or at one that is not a single number."""
+    from proofmass.graphs.model.flatten import inside, parts
+    from proofmass.graphs.model.names import Missing, find_output
+
+    for path, part in parts(root):
+        for name, loop in part.loops.items():
+            found = find_output(flat, path + inside(part, loop.open_at), root)
+            message = hint = ""
+            if isinstance(found, Missing):
+                message, hint = found.message, found.hint
+            elif found[1].shape or found[1].dtype is bool:
+                kind = "a vector" if found[1].shape else "true or false"
+                message, hint = f"{loop.open_at} is {kind}", "open the loop at an output that is one number"
+            if message:
+                key, where = f"{path}loops.{name}.open_at", ("loops", name, "open_at")
+                yield part.placed(Problem(message=message, key=key, got=loop.open_at, hint=hint, path=where))

@@ -1,0 +1,98 @@
+"""What a name in a wire, a probe or an export stands for, or what to write instead."""
+
+from collections.abc import Collection
+from typing import NamedTuple
+
+from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.problem import nearest
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.hints import like
+
+
+class Missing(NamedTuple):
+    """Why a name stands for nothing, what to write instead, and the signal that was meant."""
+
+    message: str
+    hint: str
+    meant: str = ""
+    absent: bool = False  # a whole block is not there
+
+
+def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | Missing:
+    """Block and port of an output of a flat graph; `root` is the graph with its subgraphs."""
+    name, port = split(signal)
+    block = graph.blocks.get(name)
+    if block is None:
+        return _no_block(root, signal, "outputs")
+    if port in block.outputs:
+        return block, block.outputs[port]
+    if port in block.inputs:
+        return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", block.outputs))
+    if port in block.parameters:
+        return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", block.outputs))
+    return Missing(f"{signal} is no output", like(port, block.outputs, f"outputs of {name}"))
+
+
+def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Parameter] | Missing:
+    """Block and input, or parameter that a wire may drive, of a flat graph."""
+    name, port = split(signal)
+    block = graph.blocks.get(name)
+    if block is None:
+        return _no_block(root, signal, "inputs")
+    if port in block.inputs:
+        return block, block.inputs[port]
+    if port in block.parameters and block.drivable(port):
+        return block, block.parameters[port]
+    if port in block.parameters and block.taken_in_the_loop(port):
+        return Missing(f"{signal} cannot be driven", block.parameters[port].not_driven)
+    if port in block.parameters:
+        why = "of a fixed-point block" if block.digital() else "that fixes a size, a start or a choice"
+        return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
+    if port in block.outputs:
+        return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", block.inputs))
+    names = [*block.inputs, *(parameter for parameter in block.parameters if block.drivable(parameter))]
+    hint = like(port, names, f"inputs of {name}")
+    return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
+
+
+def find_any(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Parameter] | Missing:
+    """Block and port or parameter of a flat graph."""
+    name, port = split(signal)
+    block = graph.blocks.get(name)
+    if block is None:
+        return _no_block(root, signal, "ports")
+    for known in (block.inputs, block.outputs, block.parameters):
+        if port in known:
+            return block, known[port]
+    names = [*block.inputs, *block.outputs, *block.parameters]
+    return Missing(f"{signal} is no port or parameter", like(port, names, f"ports and parameters of {name}"))
+
+
+def _no_block(root: Graph, signal: str, what: str) -> Missing:
+    """The first part of a path that is not there, and what is there instead."""
+    path, rest, graph = "", signal, root
+    while True:
+        head, _, tail = rest.partition(".")
+        if not tail or head not in graph.subgraphs:
+            break
+        path, rest, graph = f"{path}{head}.", tail, graph.subgraphs[head]
+    if path and not tail:
+        name = path[:-1]
+        hint = like(head, graph.exports, f"what {name} exports")
+        if head in graph.blocks or head in graph.subgraphs:
+            hint = f"{head} is a block inside: name its port too, {signal}.PORT"
+        near = nearest(head, graph.exports)
+        words = "no input or parameter" if what == "inputs" else "no output" if what == "outputs" else "not exported"
+        return Missing(f"{signal} is {words}", hint, f"{path}{near}" if near else "")
+    name = split(rest)[0]
+    if name not in graph.blocks and head in graph.blocks:
+        return Missing(f"{path}{head} is a block without blocks inside", f"name a port of it: {path}{head}.PORT")
+    names = [*graph.blocks, *graph.subgraphs]
+    hint = like(name, names, f"the blocks inside {path[:-1]}" if path else "the blocks")
+    declare = f" Otherwise declare it: [blocks.{name}] and below it its kind"
+    return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""), absent=True)
+
+
+def _list(what: str, names: Collection[str]) -> str:
+    return f"{what}: {', '.join(names) or 'none'}"

@@ -1,0 +1,115 @@
+"""Rates as exact fractions of a hertz: read, combined to a base rate, and divided."""
+
+import math
+from collections.abc import Iterable
+from fractions import Fraction
+
+from proofmass.blocks.declaration.units import UnitError, convert_exactly
+from proofmass.graphs.model.limits import TEXT_LENGTH
+
+Rate = Fraction | int | float | str
+LARGEST_RATIO = 10**6  # base ticks per tick of the slowest block
+LOWEST_RATE, HIGHEST_RATE = Fraction(1, 10**12), Fraction(10**15)
+LONGEST_DURATION = Fraction(10**15)  # seconds
+_LONGEST_INTEGER = 10**80  # above or below the line of a fraction
+
+
+def read_rate(value: object) -> Fraction:
+    """A rate in hertz, exactly: a number, a frequency such as "50 kHz" or "9600/3 Hz", or a period such as "20 us".
+
+    >>> read_rate("20 us")
+    Fraction(50000, 1)
+    """
+    example = 'write it as "50 kHz" or as the period "20 us"'
+    rate = _frequency(value) if isinstance(value, str) else _number(value, "must be a rate", example)
+    if rate <= 0:
+        raise UnitError("must be above 0 Hz", example)
+    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+        raise UnitError("must lie between 1e-12 Hz and 1e15 Hz", example)
+    return _short(rate)
+
+
+def read_duration(value: object) -> Fraction:
+    """A duration in seconds, exactly.
+
+    >>> read_duration("1.5 min")
+    Fraction(90, 1)
+    """
+    example = 'write it as "20 s"'
+    seconds = _quantity(value, "s") if isinstance(value, str) else _number(value, "must be a duration", example)
+    if seconds < 0:
+        raise UnitError("must not be negative", example)
+    if seconds > LONGEST_DURATION:
+        raise UnitError("must be at most 1e15 s", example)
+    return _short(seconds)
+
+
+def base_rate(rates: Iterable[Fraction]) -> Fraction:
+    """The least common multiple of the rates: the slowest rate that every one of them divides.
+
+    >>> base_rate([Fraction(9600), Fraction(3200), Fraction(4800)])
+    Fraction(9600, 1)
+    """
+    numerator, denominator = 1, 0
+    for rate in rates:
+        numerator = math.lcm(numerator, rate.numerator)
+        denominator = math.gcd(denominator, rate.denominator)
+    return Fraction(numerator, denominator or 1)
+
+
+def common_base_rate(rates: Iterable[Fraction]) -> Fraction | None:
+    """The base rate, or None where the slowest rate has more than `LARGEST_RATIO` base ticks in each of its own."""
+    base = slowest = None
+    for rate in set(rates):
+        base = rate if base is None else base_rate((base, rate))
+        slowest = rate if slowest is None else min(slowest, rate)
+        if base > LARGEST_RATIO * slowest:
+            return None
+    return base
+
+
+def write_rate(rate: Fraction) -> str:
+    """A rate as text that reads back to the same fraction.
+
+    >>> write_rate(Fraction(50000)), write_rate(Fraction(9600, 1023))
+    ('50 kHz', '3200/341 Hz')
+    """
+    for factor, unit in ((10**9, "GHz"), (10**6, "MHz"), (10**3, "kHz")):
+        text = f"{float(rate / factor):g}"
+        if rate >= factor and Fraction(text) * factor == rate:
+            return f"{text} {unit}"
+    return f"{rate} Hz"
+
+
+def _frequency(text: str) -> Fraction:
+    try:
+        return _quantity(text, "Hz")
+    except UnitError as error:
+        try:
+            period = _quantity(text, "s")
+        except UnitError:
+            raise error from None
+        return 1 / period if period > 0 else Fraction(0)
+
+
+def _quantity(text: str, unit: str) -> Fraction:
+    if len(text) > TEXT_LENGTH:
+        raise UnitError(f"a text of over {TEXT_LENGTH} characters")
+    return convert_exactly(text, unit)
+
+
+def _number(value: object, message: str, example: str) -> Fraction:
+    if isinstance(value, bool) or not isinstance(value, int | float | Fraction):
+        raise UnitError(message, example)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise UnitError("must be finite", example)
+        return Fraction(repr(value))
+    return Fraction(value)
+
+
+def _short(value: Fraction) -> Fraction:
+    """Numbers that can be written in a file and counted in ticks."""
+    if max(value.numerator, value.denominator) > _LONGEST_INTEGER:
+        raise UnitError("has more than 80 digits")
+    return value

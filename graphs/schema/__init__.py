@@ -1,0 +1,1 @@
+"""JSON schemas of graph and study files."""

@@ -1,0 +1,227 @@
+"""JSON Schema of graph files, for completion and checks in an editor; derived from the blocks, never written twice."""
+
+from collections.abc import Mapping
+from typing import Any
+from urllib.parse import quote
+
+from proofmass.blocks.declaration.catalog import Own, all_blocks, facts
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.model.graph import LARGEST_RUN, LARGEST_SEED, LONGEST_TEXT
+from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
+from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.limits import BLOCKS, NAME, TEXT_LENGTH, WIRES
+from proofmass.graphs.model.measures import OPTIONS, STATISTICS
+from proofmass.graphs.schema.study_schema import Schema, study_schema
+from proofmass.graphs.studies.study import LARGEST_STUDY
+
+_NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
+_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$"
+_NAME = NAME.pattern.partition(")")[2]  # without the limit of its length
+_SIGNAL = rf"{_NAME}(\.{_NAME})+"
+_PATH = rf"(?!.*[^.]{{65}}){_NAME}(\.{_NAME})*"
+_FORMAT = r"^\s*\(\s*\d{1,4}\s*,\s*[+-]?\d{1,4}\s*\)(\s+unsigned)?\s*$"
+_BOUNDS = {
+    "above": "exclusiveMinimum",
+    "at_least": "minimum",
+    "below": "exclusiveMaximum",
+    "at_most": "maximum",
+}
+_SIGNS = {"above": ">", "at_least": ">=", "below": "<", "at_most": "<="}
+_JSON_TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "string"}
+
+
+def schema(own: Own | None = None) -> Schema:
+    """JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
+    kinds = all_blocks(own)
+    rate = _quantity({"type": "number", "exclusiveMinimum": 0})
+    values: dict[str, Schema] = {
+        "name": {"type": "string", "maxLength": LONGEST_TEXT},
+        "description": {"type": "string", "maxLength": LONGEST_TEXT},
+        "rate": rate,
+        "duration": _quantity({"type": "number", "minimum": 0}),
+        "samples": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN},
+        "seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0},
+        "wires": {
+            "type": "array",
+            "maxItems": WIRES,
+            "items": {"type": "string", "pattern": rf"^\s*{_SIGNAL}\s*->\s*{_SIGNAL}\s*$"},
+        },
+        "probes": {"type": "array", "items": _probe()},
+        "measures": _measures(),
+        "study": {"$ref": "#/$defs/study", "not": {"required": ["graph"]}},
+        "exports": {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
+            "additionalProperties": {"type": "string", "pattern": f"^{_SIGNAL}$"},
+        },
+        "integration": _integration(),
+        "loops": {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{_PATH}$"},
+            "additionalProperties": _loop(),
+        },
+        "blocks": {
+            "type": "object",
+            "minProperties": 1,
+            "maxProperties": BLOCKS,
+            "propertyNames": {"pattern": f"^{_PATH}$"},
+            "additionalProperties": {"oneOf": [{"$ref": f"#/$defs/{quote(name)}"} for name in (*kinds, *_parts(rate))]},
+        },
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "proofmass graph",
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
+        "required": ["blocks"],
+        "not": {"required": ["samples", "duration"]},
+        "additionalProperties": False,
+        "$defs": {
+            "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
+            **{name: _block(kind, rate) for name, kind in kinds.items()},
+            **_parts(rate),
+            "study": study_schema(LARGEST_STUDY),
+        },
+    }
+
+
+def _block(kind: type[Block], rate: Schema) -> Schema:
+    known = facts(kind)
+    properties: dict[str, Schema] = {"kind": {"const": known["kind"], "description": known["doc"]}}
+    if not known["continuous"]:
+        properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
+    properties |= {name: _parameter(parameter) for name, parameter in known["parameters"].items()}
+    return {
+        "title": known["kind"],
+        "description": known["doc"],
+        "type": "object",
+        "properties": properties,
+        "required": ["kind"],
+        "additionalProperties": False,
+    }
+
+
+def _integration() -> Schema:
+    values: dict[str, Schema] = {name: {"enum": list(choices)} for name, choices in CHOICES.items()}
+    values["accuracy"] = {"type": "number", "minimum": FINEST, "maximum": COARSEST}
+    values["substeps"] = {"type": "integer", "minimum": 1, "maximum": MOST_SUBSTEPS}
+    values["event_tolerance"] = _quantity({"type": "number", "exclusiveMinimum": 0})
+    return {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in INTEGRATION_KEYS.items()},
+        "additionalProperties": False,
+    }
+
+
+def _measures() -> Schema:
+    values: dict[str, Schema] = {
+        "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
+        "statistic": {"enum": list(STATISTICS)},
+        "from": _quantity({"type": "number", "minimum": 0}),
+        "percent": _quantity({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 100}),
+        "tau": _quantity({"type": "number", "minimum": 0}),
+        "target": _quantity({"type": "number"}),
+        "within": _quantity({"type": "number", "exclusiveMinimum": 0}),
+    }
+    options = {key for keys in OPTIONS.values() for key in keys}
+    measure = {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_KEYS.items()},
+        "required": ["signal", "statistic"],
+        "additionalProperties": False,
+        "allOf": [
+            {
+                "if": {"properties": {"statistic": {"const": statistic}}, "required": ["statistic"]},
+                "then": {
+                    "required": list(OPTIONS.get(statistic, ())),
+                    "properties": dict.fromkeys(sorted(options - set(OPTIONS.get(statistic, ()))), False),
+                },
+            }
+            for statistic in STATISTICS
+        ],
+    }
+    return {
+        "type": "object",
+        "propertyNames": {"pattern": f"^{NAME.pattern}$"},
+        "additionalProperties": measure,
+    }
+
+
+def _parts(rate: Schema) -> dict[str, Schema]:
+    """Blocks that are graphs: from a file, or a table that holds what a file would hold."""
+    values: dict[str, Schema] = {
+        "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
+        "rate": rate,
+        "count": {"type": "integer", "minimum": 1, "maximum": BLOCKS},
+    }
+    inside = {"description": "A parameter that the graph exports, or one inside it by its path."}
+    return {
+        "graph from a file": {
+            "type": "object",
+            "properties": {key: {"description": doc, **values[key]} for key, doc in PART_KEYS.items()},
+            "required": ["graph"],
+            "not": {"anyOf": [{"required": [key]} for key in ("kind", "blocks")]},
+            "patternProperties": {f"^{_PATH}$": inside},
+            "additionalProperties": False,
+        },
+        "graph": {
+            "type": "object",
+            "properties": {key: {"$ref": f"#/properties/{key}"} for key in TOP_KEYS},
+            "required": ["blocks"],
+            "not": {"required": ["samples", "duration"]},
+            "additionalProperties": False,
+        },
+    }
+
+
+def _loop() -> Schema:
+    least = _quantity({"type": "number", "minimum": 0})
+    values = {key: {"type": "string", "pattern": f"^{_SIGNAL}$"} if key == "open_at" else least for key in LOOP_KEYS}
+    return {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in LOOP_KEYS.items()},
+        "required": ["open_at"],
+        "additionalProperties": False,
+    }
+
+
+def _parameter(parameter: Mapping[str, Any]) -> Schema:
+    about = {"description": _description(parameter), "default": parameter["default"]}
+    bounds = {word: parameter[fact] for fact, word in _BOUNDS.items() if fact in parameter}
+    if "choices" in parameter:
+        return about | {"enum": parameter["choices"]}
+    if parameter["type"] == "list":
+        entry = _quantity({"type": "number"} | bounds)
+        return about | {"type": "array", "minItems": 1, "items": entry}
+    if parameter["type"] == "format":
+        return about | {"type": "string", "pattern": _FORMAT}
+    value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
+    if parameter["type"] == "str":
+        return about | value | {"maxLength": TEXT_LENGTH}
+    return about | (value if parameter["type"] == "bool" else _quantity(value))
+
+
+def _description(parameter: Mapping[str, Any]) -> str:
+    """Doc, unit and bounds, as an editor shows them beside the key."""
+    unit = parameter["unit"].replace("{", "").replace("}", "")
+    bounds = [f"{sign} {parameter[fact]:g}" for fact, sign in _SIGNS.items() if fact in parameter]
+    more = [f"in {unit}" if unit not in ("", "1") else "", " and ".join(bounds)]
+    about = ", ".join(part for part in more if part)
+    doc = str(parameter["doc"])
+    return f"{doc.rstrip('.')} ({about})." if about else doc
+
+
+def _quantity(number: Schema) -> Schema:
+    """A number in the declared unit, or a string of a number and a unit."""
+    return {"anyOf": [number, {"$ref": "#/$defs/quantity"}]}
+
+
+def _probe() -> Schema:
+    signal = {"type": "string", "pattern": f"^{_SIGNAL}$"}
+    table = {
+        "type": "object",
+        "properties": {"signal": signal, "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN}},
+        "required": ["signal"],
+        "additionalProperties": False,
+    }
+    return {"anyOf": [signal, table]}

@@ -1,0 +1,1 @@
+"""What a study is: spread, drift, sweeps, epochs and limits, and its files."""

@@ -1,0 +1,47 @@
+"""Everything that is wrong with a file: its graph, and the study in it or of it."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from proofmass.blocks.declaration.catalog import Own
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_table
+from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import STUDY, graph_of_study, is_study, study_of_table
+
+
+class Checked(NamedTuple):
+    """The graph of a file and the study in it, where they could be read, and all problems with their places."""
+
+    graph: Graph | None
+    problems: list[Problem]
+    study: Study | None = None
+
+
+def check_file(path: Path, own: Own | None = None) -> Checked:
+    """What is wrong with a graph file or a study file."""
+    try:
+        return _check_table(*read_table(path), own, path)
+    except ModelError as error:
+        return Checked(None, list(error.problems))
+
+
+def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Checked:
+    """What is wrong with a TOML text; file names in it start from `folder`."""
+    try:
+        return _check_table(*parsed(text, file, folder), own, None)
+    except ModelError as error:
+        return Checked(None, list(error.problems))
+
+
+def _check_table(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Checked:
+    graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
+    problems, study = check(graph), None
+    if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
+        try:
+            study = study_of_table(data, place, graph)
+        except ModelError as error:
+            problems += error.problems
+    return Checked(graph, problems, study)

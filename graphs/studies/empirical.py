@@ -1,0 +1,74 @@
+"""An empirical distribution: one column of a CSV file beside the study, a measured lot say."""
+
+import csv
+import hashlib
+import math
+from collections.abc import Iterable
+from contextlib import suppress
+from decimal import Decimal
+from fractions import Fraction
+
+from proofmass.blocks.declaration.problem import shown
+from proofmass.blocks.declaration.units import UnitError, convert_exactly
+from proofmass.graphs.files.part_files import PartError, file_inside
+from proofmass.graphs.model.hints import like
+from proofmass.graphs.studies.table_entries import TableError
+
+LARGEST_FILE = 1 << 22  # bytes
+MOST_VALUES = 100_000
+COLUMN = "value"  # of the files that are written here
+
+
+def read_column(file: object, column: object, folder: str, unit: str) -> tuple[float, ...]:
+    """The numbers of a column in ascending order, in the unit; its head may say its own: `offset [mV]`.
+
+    Raises `TableError`.
+    """
+    try:
+        path = file_inside(file, folder)
+    except PartError as error:
+        raise TableError(str(error), "file", shown(file), hint=error.hint) from None
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise TableError("the file is too large", "file", shown(file), f"at most {LARGEST_FILE >> 20} MiB")
+        rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines(), strict=True, skipinitialspace=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise TableError(f"cannot be read: {error}", "file", shown(file)) from None
+    heads = [_head(head) for head in rows[0]] if rows else []
+    names = [name for name, _ in heads]
+    if column not in names:
+        hint = like(str(column), names, "its columns")
+        raise TableError("the file has no such column", "column", shown(column), hint=hint)
+    place = names.index(str(column))
+    try:
+        scale = convert_exactly(f"1 {heads[place][1]}", unit) if heads[place][1] else Fraction(1)
+    except UnitError as error:
+        raise TableError(f"{path.name}, line 1: {error}", "column", shown(heads[place][1]), hint=error.hint) from None
+    values = [_value(row, place, number, scale, path.name) for number, row in enumerate(rows[1:], 2) if row]
+    if not 1 <= len(values) <= MOST_VALUES:
+        raise TableError("holds no list of values", "file", f"{len(values)} rows", f"1 to {MOST_VALUES:,} rows")
+    return tuple(sorted(values))
+
+
+def column_file(values: Iterable[float]) -> tuple[str, bytes]:
+    """A CSV file of which a column holds the values, named by the SHA-256 of what is in it."""
+    content = "\n".join([COLUMN, *map(repr, values), ""]).encode()
+    return f"{hashlib.sha256(content).hexdigest()}.csv", content
+
+
+def _head(text: str) -> tuple[str, str]:
+    name, _, unit = text.partition("[")
+    return name.strip(), unit.strip().removesuffix("]")
+
+
+def _value(row: list[str], place: int, line: int, scale: Fraction, file: str) -> float:
+    """A decimal, read exactly and rounded once."""
+    text = row[place].strip() if place < len(row) else ""
+    with suppress(ValueError, OverflowError):
+        number = float(text)
+        if number and math.isfinite(number) and scale != 1:
+            over, under = Decimal(text).as_integer_ratio()
+            number = over * scale.numerator / (under * scale.denominator)
+        if math.isfinite(number):
+            return number
+    raise TableError(f"{file}, line {line}: not a number", "file", shown(text))

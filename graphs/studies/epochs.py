@@ -1,0 +1,82 @@
+"""The epochs of a study: ages at which every sensor is looked at, and which of them calibrate it.
+
+A calibration is a run like any other: what it measures becomes parameters of the later epochs, until the next one. That
+is how the contents of registers outlive a run.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from proofmass.blocks.declaration.problem import shown
+from proofmass.blocks.declaration.units import UnitError
+from proofmass.graphs.model.keys import RECALIBRATION_KEYS
+from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.studies.table_entries import TableError, checked_table
+
+NEVER = "never"
+MOST_EPOCHS = 100_000
+AGES_EXAMPLE = 'write ages = ["0 h", "1 year"], or every = "1 month" and until = "10 year"'
+RECALIBRATION_EXAMPLE = 'write { every = "1 year", carried = { "gain.initial" = "gain_found" } }'
+_SLACK = 1e-9  # of an interval, for ages that are rounded
+
+
+@dataclass(frozen=True)
+class Recalibration:
+    """When sensors are calibrated, and which parameters keep which measures of that run.
+
+    The first epoch always calibrates: it is the factory's. Each interval is a point that every sensor is tried at.
+    """
+
+    every: tuple[float, ...] = (math.inf,)  # seconds; infinite: never again
+    carried: Mapping[str, str] = field(default_factory=lambda: MappingProxyType(dict[str, str]()))  # parameter: measure
+
+    def at(self, ages: tuple[float, ...], interval: float) -> tuple[bool, ...]:
+        """Per epoch, whether its run calibrates: the first, and each an interval or more after the last that did."""
+        last, found = -math.inf, list[bool]()
+        for age in ages:
+            due = bool(self.carried) and (not found or age - last >= interval * (1.0 - _SLACK))
+            last = age if due else last
+            found.append(due)
+        return tuple(found)
+
+    def text(self) -> list[str]:
+        """What decides over the bits of a run, a line each."""
+        lines = [f"recalibration.carried.{name} = {measure}" for name, measure in sorted(self.carried.items())]
+        return [f"recalibration.every = {list(self.every)}", *lines] if lines else []
+
+
+def regular_ages(table: Mapping[str, Any]) -> tuple[float, ...]:
+    """Ages from a new sensor on, in seconds: `{ every = "1 month", until = "10 year" }`; raises `TableError`."""
+    step, last = (_duration(table, key) for key in ("every", "until"))
+    if step == 0 or last / step > MOST_EPOCHS:
+        expected = f"above 0 s, and at most {MOST_EPOCHS:,} epochs in all"
+        raise TableError("out of range", "every", shown(table["every"]), expected)
+    return tuple(float(number * step) for number in range(int(last / step) + 1))
+
+
+def read_intervals(table: Mapping[str, Any]) -> tuple[float, ...]:
+    """The intervals of a table `[recalibration]`, in seconds; raises `TableError`."""
+    example = 'write every = "1 year", or every = ["never", "1 year", "1 month"] to compare'
+    given = table.get("every", ())
+    intervals = [given] if isinstance(given, str | int | float) else given
+    if not isinstance(intervals, list | tuple) or not intervals:
+        raise TableError("must say how often", "every", shown(given), hint=example)
+    read = [math.inf if entry == NEVER else float(_duration({"every": entry}, "every")) for entry in intervals]
+    if min(read) <= 0.0 or len(set(read)) < len(read):
+        raise TableError("intervals must differ and be above 0 s", "every", shown(given), hint=example)
+    return tuple(read)
+
+
+def recalibration_table(given: object) -> Mapping[str, Any]:
+    """A table `[recalibration]` of which all keys are known; raises `TableError`."""
+    return checked_table(given, RECALIBRATION_KEYS, RECALIBRATION_EXAMPLE)
+
+
+def _duration(table: Mapping[str, Any], key: str) -> Any:
+    try:
+        return read_duration(table[key])
+    except UnitError as error:
+        raise TableError(str(error), key, shown(table[key]), hint=error.hint) from None

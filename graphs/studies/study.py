@@ -1,0 +1,230 @@
+"""A Monte Carlo study of a graph: many sensors, drawn, swept over a grid and aged from epoch to epoch."""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+from proofmass.blocks.arithmetic.counter_random import normal_quantile
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import LARGEST_SEED, NOWHERE, Graph, Place, split
+from proofmass.graphs.studies.ageing import Drift, read_drift
+from proofmass.graphs.studies.correlation import Correlation
+from proofmass.graphs.studies.designs import Design, stream_of
+from proofmass.graphs.studies.distributions import Spread, read_spread
+from proofmass.graphs.studies.epochs import Recalibration
+from proofmass.graphs.studies.study_tables import Limit, StudyTables
+from proofmass.graphs.studies.table_entries import read_values
+
+LARGEST_STUDY = 2**32  # runs times epochs: a word of the counter of the noise
+Tables = Mapping[str, Any]
+NOTHING: Tables = MappingProxyType({})
+
+
+@dataclasses.dataclass(frozen=True, init=False)
+class Study:
+    """A graph with the spread, sweep and drift of its parameters; run k is a pure function of it, seed and k.
+
+    The tables are those of a study file: `spread={"adc.reference": {"normal": "200 ppm", "relative": True}}`. Run k is
+    sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is repeated at
+    each epoch, an age at which its drifting parameters have moved on, with what calibrations before it have left.
+    `design` is one of `DESIGNS`.
+
+    Raises `ModelError` with every problem.
+    """
+
+    graph: Graph
+    runs: int  # sensors
+    seed: int
+    design: str
+    spread: Mapping[str, Spread]
+    correlation: Correlation
+    sweep: Mapping[str, tuple[float, ...]]
+    epochs: tuple[float, ...]  # ages in seconds
+    drift: Mapping[str, Drift]
+    recalibration: Recalibration
+    margins: str  # time of the operating point at which margins are measures too; "" measures none
+    limits: Mapping[str, Limit]
+    stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
+    written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
+    place: Place = dataclasses.field(compare=False, repr=False)
+
+    def __init__(
+        self,
+        graph: Graph,
+        *,
+        runs: int = 100,
+        seed: int = 0,
+        design: str = "random",
+        spread: Tables = NOTHING,
+        correlation: Tables = NOTHING,
+        sweep: Tables = NOTHING,
+        epochs: Tables = NOTHING,
+        drift: Tables = NOTHING,
+        recalibration: Tables = NOTHING,
+        margins: str | float = "",
+        limits: Tables = NOTHING,
+        stop: Tables = NOTHING,
+        place: Place = NOWHERE,
+    ) -> None:
+        read = StudyTables(checked(graph), margins)
+        folder = (place if place is not NOWHERE else graph.place).folder
+        spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
+        ages = read.ages(epochs)
+        values = {
+            "graph": graph,
+            "runs": runs,
+            "seed": seed,
+            "design": read.design(design, spreads),
+            "spread": spreads,
+            "correlation": read.correlation(correlation, spreads, design),
+            "sweep": read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
+            "epochs": ages,
+            "drift": read.parameters("drift", drift, read_drift),
+            "recalibration": read.recalibration(recalibration),
+            "margins": read.margins,
+            "limits": read.limits(limits, ages),
+            "stop": read.stop(stop),
+            "written": MappingProxyType(read.written),
+            "place": place,
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        read.problems += [*self._bad_numbers(), *self._moved_twice()]
+        if read.problems:
+            raise ModelError([self.placed(problem) for problem in read.problems])
+
+    def changed(self, *, runs: int, seed: int) -> "Study":
+        """The study with other numbers; raises `ModelError`."""
+        made = object.__new__(Study)
+        for field in dataclasses.fields(self):
+            object.__setattr__(
+                made, field.name, {"runs": runs, "seed": seed}.get(field.name, getattr(self, field.name))
+            )
+        problems = list(made._bad_numbers())
+        if problems:
+            raise ModelError(problems)
+        return made
+
+    def placed(self, problem: Problem) -> Problem:
+        """A problem with the file and line that its key has in this study."""
+        return problem if problem.file else problem.at(*self.place.find(problem.path))
+
+    def _bad_numbers(self) -> Iterator[Problem]:
+        for key, value, least, most in (("runs", self.runs, 1, LARGEST_STUDY), ("seed", self.seed, 0, LARGEST_SEED)):
+            if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+                expected = f"an integer from {least} to {most:g}"
+                yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+                return
+        size = self.runs * self.points * len(self.epochs)
+        if size > LARGEST_STUDY:
+            expected = f"at most {LARGEST_STUDY:g} runs, points and epochs multiplied"
+            yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
+        if not self.graph.measures and not self.margins:
+            hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
+            hint += ', or margins = "0 s" to the study of a graph with loops'
+            file, key = self.graph.place.file, "measures"
+            yield Problem(
+                message="the graph has no measures: a study would keep nothing", file=file, key=key, hint=hint
+            )
+
+    def _moved_twice(self) -> Iterator[Problem]:
+        for name in self.recalibration.carried:
+            for table in ("spread", "sweep", "drift"):
+                if name in getattr(self, table):
+                    message = "a calibration sets it: nothing else can move it"
+                    yield Problem(message=message, key=f'{table}."{name}"', path=(table, name))
+
+    @cached_property
+    def points(self) -> int:
+        """Points of the sweep, and intervals between calibrations, multiplied."""
+        return math.prod(len(values) for values in self.sweep.values()) * len(self.recalibration.every)
+
+    def unit_of(self, name: str) -> str:
+        """Unit of a parameter, by its name in the flat graph."""
+        block = self.flat.blocks[split(name)[0]]
+        return short_unit(block.unit_of(block.parameters[split(name)[1]]))
+
+    def name_of(self, name: str) -> str:
+        """A parameter as the study writes it, by its name in the flat graph: exported names stay."""
+        return self.written.get(name, name)
+
+    @cached_property
+    def flat(self) -> Graph:
+        """The graph without subgraphs."""
+        return flatten(self.graph)
+
+    def point(self, run: int) -> dict[str, float]:
+        """What the parameters of the sweep are in a run; the last one moves fastest."""
+        number, chosen = run % self.points // len(self.recalibration.every), dict[str, float]()
+        for name, values in reversed(list(self.sweep.items())):
+            number, place = divmod(number, len(values))
+            chosen[name] = values[place]
+        return dict(reversed(chosen.items()))
+
+    def recalibrated_every(self, run: int) -> float:
+        """Seconds between the calibrations of a run; of all that a study tries it moves fastest."""
+        return self.recalibration.every[run % len(self.recalibration.every)]
+
+    def calibrated(self, run: int) -> tuple[bool, ...]:
+        """Per epoch, whether a run calibrates there."""
+        return self.recalibration.at(self.epochs, self.recalibrated_every(run))
+
+    @cached_property
+    def designed(self) -> Design:
+        """The deviates of the sensors."""
+        return Design(self.design, tuple(sorted(self.spread)), self.runs, self.seed)
+
+    def peer(self, run: int) -> int:
+        """The run whose noise and drift a run shares: its own number, but for the groups of Saltelli's design."""
+        return run // self.points // self.designed.group * self.points + run % self.points
+
+    def drawn(self, run: int) -> list[dict[str, float]]:
+        """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what calibrations left."""
+        sensor, swept = run // self.points, self.point(run)
+        at = [dict(swept) for _ in self.epochs]
+        deviates = {name: self.designed.deviate(sensor, name) for name in self.spread}
+        normals = self.correlation.applied({n: normal_quantile(deviates[n]) for n in self.correlation.names})
+        for name in dict.fromkeys([*self.spread, *self.drift]):
+            block, parameter = split(name)
+            value: float = swept[name] if name in swept else getattr(self.flat.blocks[block], parameter)
+            if name in normals:
+                value = self.spread[name].of_normal(value, normals[name])
+            elif name in self.spread:
+                value = self.spread[name].at(value, deviates[name])
+            aged = [value] * len(self.epochs)
+            if name in self.drift:
+                drifting = self.peer(run) // self.points
+                aged = self.drift[name].aged(value, self.epochs, self.seed, drifting, stream_of("drift", name))
+            for epoch, now in zip(at, aged, strict=True):
+                epoch[name] = now
+        return at
+
+    def blocks(self, values: Mapping[str, float]) -> dict[str, Block]:
+        """The blocks that have these parameters; raises `ModelError` for a value out of bounds."""
+        changes: dict[str, dict[str, float]] = {}
+        for signal, value in values.items():
+            name, parameter = split(signal)
+            changes.setdefault(name, {})[parameter] = value
+        made = {}
+        for name, changed in changes.items():
+            block = self.flat.blocks[name]
+            made[name] = type(block)(**({p: getattr(block, p) for p in block.parameters} | changed))
+        return made
+
+    def text(self) -> str:
+        """Everything that decides over the bits of a run, a line each: what a ledger compares."""
+        lines = [f"seed = {self.seed}", f"epochs = {list(self.epochs)}", f"design = {self.design}"]
+        if self.design == "latin_hypercube":
+            lines.append(f"runs = {self.runs}")  # the strata depend on it
+        lines += [f"correlation.{first}.{second} = {value}" for first, second, value in self.correlation.pairs]
+        for table in ("spread", "sweep", "drift"):
+            lines += [f"{table}.{name} = {entry}" for name, entry in sorted(getattr(self, table).items())]
+        lines += [*self.recalibration.text(), *([f"margins = {self.margins}"] if self.margins else [])]
+        return "\n".join(lines) + "\n"

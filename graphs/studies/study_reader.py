@@ -1,0 +1,79 @@
+"""A study from a TOML file: one that names its graph, or a graph file with a table `[study]` in it."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from proofmass.blocks.declaration.catalog import Own
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.files.part_files import PartError, PartFiles
+from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
+from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.hints import like
+from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
+from proofmass.graphs.model.limits import PROBLEMS
+from proofmass.graphs.studies.study import Study
+
+STUDY = "study"
+
+
+def read_study(path: str | Path, own: Own | None = None) -> Study:
+    """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key."""
+    return _study_of_file(*read_table(Path(path)), own, Path(path))
+
+
+def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
+    """The study of a TOML text; file names in it start from `folder`."""
+    return _study_of_file(*parsed(text, file, folder), own)
+
+
+def _study_of_file(data: dict[str, Any], place: Place, own: Own | None, path: Path | None = None) -> Study:
+    graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
+    return study_of_table(data, place, graph)
+
+
+def is_study(data: dict[str, Any]) -> bool:
+    """Whether a parsed file is a study that names its graph; otherwise it is a graph."""
+    return "blocks" not in data and not data.keys().isdisjoint(STUDY_KEYS.keys() - TOP_KEYS.keys())
+
+
+def graph_of_study(data: dict[str, Any], place: Place, own: Own | None) -> Graph:
+    """The graph that a parsed study names; raises `ModelError`."""
+    files = PartFiles(lambda part, _files, _depth: read_graph(part, own))
+    if "graph" not in data:
+        hint = 'add graph = "FILE.toml" at the top'
+        raise ModelError([Problem(message="the study names no graph", file=place.file, key="graph", hint=hint)])
+    try:
+        return files.graph(data["graph"], place.folder, 0)
+    except PartError as error:
+        file, line = place.find(("graph",))
+        got = shown(data["graph"])
+        problem = Problem(message=str(error), file=file, line=line, key="graph", got=got, hint=error.hint)
+        raise ModelError([problem]) from None
+
+
+def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
+    """The study in a parsed file, of its graph; raises `ModelError`."""
+    table: Any = data
+    allowed = set(STUDY_KEYS)
+    if not is_study(data):
+        table, place = data.get(STUDY), dataclasses.replace(place, top=(STUDY,))
+        allowed -= {"graph"}
+    if not isinstance(table, dict):
+        hint = 'add [study] and below it runs = 100, or write a file of its own: graph = "FILE.toml"'
+        raise ModelError([Problem(message="the graph has no study", file=place.file, key=STUDY, hint=hint)])
+    problems = [
+        Problem(message="unknown key", key=key, got=shown(key), hint=like(key, allowed, "the keys"), path=(key,))
+        for key in table
+        if key not in allowed
+    ]
+    given = {key: value for key, value in table.items() if key in allowed and key != "graph"}
+    study = None
+    try:
+        study = Study(graph, place=place, **given)
+    except ModelError as error:
+        problems += error.problems
+    if problems or study is None:
+        placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
+        raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line))[:PROBLEMS])
+    return study

@@ -1,0 +1,300 @@
+"""The tables of a study, read into values; everything that is wrong with them is collected."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.problem import Problem, shown
+from proofmass.blocks.declaration.units import UnitError, same_unit
+from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.hints import like
+from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
+from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
+from proofmass.graphs.model.measures import measure_unit
+from proofmass.graphs.model.names import Missing, find_any
+from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.studies.correlation import Correlation, correlation_of, read_coefficient
+from proofmass.graphs.studies.designs import DESIGNS
+from proofmass.graphs.studies.distributions import Spread
+from proofmass.graphs.studies.epochs import (
+    AGES_EXAMPLE,
+    RECALIBRATION_EXAMPLE,
+    Recalibration,
+    read_intervals,
+    recalibration_table,
+    regular_ages,
+)
+from proofmass.graphs.studies.table_entries import TableError, checked_table, read_quantity
+
+Entry = TypeVar("Entry")
+
+
+@dataclasses.dataclass(frozen=True)
+class Limit:
+    """What a measure of a good sensor keeps from an age on, in its unit; `change` is relative to the value there."""
+
+    at_least: float = -math.inf
+    at_most: float = math.inf
+    change: float = math.inf
+    start: float = 0.0  # age in seconds
+
+    def counted(self, ages: Sequence[float]) -> int:
+        """The first epoch that counts."""
+        return next((epoch for epoch, age in enumerate(ages) if age >= self.start), len(ages))
+
+    def kept(self, values: Sequence[float]) -> bool:
+        """Whether the values of one sensor, of the epochs that count, stay within; a run that failed does not."""
+        inside = all(self.at_least <= value <= self.at_most for value in values)
+        largest = self.change * abs(values[0]) if math.isfinite(self.change) else math.inf
+        return inside and all(abs(value - values[0]) <= largest for value in values)
+
+
+def _decibels(table: Mapping[str, Any], key: str) -> float:
+    """A limit of a gain margin."""
+    try:
+        return read_requirement(table[key], "dB")
+    except UnitError as error:
+        raise TableError(str(error), key, shown(table[key]), hint=error.hint) from None
+
+
+def _fixed(key: str, parameter: Parameter) -> TableError:
+    """Why a parameter that is no floating-point number cannot vary."""
+    kind = {int: "an integer", bool: "true or false", str: "a text"}.get(parameter.kind, "no single number")
+    hint = "it may decide over sizes and over what is compiled, which all runs of a study share: make a study of each"
+    return TableError(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
+
+
+def _start(table: Mapping[str, Any], ages: Sequence[float]) -> float:
+    """The age from which on a limit counts."""
+    try:
+        start = float(read_duration(table.get("from", 0)))
+    except UnitError as error:
+        raise TableError(str(error), "from", shown(table["from"]), hint=error.hint) from None
+    if start > ages[-1]:
+        raise TableError("no epoch is so old", "from", shown(table["from"]), f"at most {ages[-1]:g} s")
+    return start
+
+
+def _verdict(table: Mapping[str, Any], key: str) -> Any:
+    """A limit of the verdict on a loop: the number of a word."""
+    if isinstance(table[key], str) and table[key] not in VERDICTS:
+        expected = ", ".join(map(shown, VERDICTS))
+        raise TableError("there is no such verdict", key, shown(table[key]), expected)
+    return VERDICTS.get(table[key], table[key]) if isinstance(table[key], str) else table[key]
+
+
+class StudyTables:
+    """Reads the tables of a study and collects what is wrong with them."""
+
+    def __init__(self, graph: Graph, margins: object) -> None:
+        self.graph, self.flat = graph, flatten(graph)
+        self.problems: list[Problem] = []
+        self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
+        self.margins = self._operating_point(margins)
+
+    def _operating_point(self, given: object) -> str:
+        """The time at which margins are wanted, as a text; "" where none are."""
+        if given == "":
+            return ""
+        try:
+            if given != SETTLED:
+                read_duration(given)
+            if not self.flat.loops:
+                raise TableError("the graph names no loops", hint='add [loops.main] to it with open_at = "dac.voltage"')
+        except UnitError as error:
+            hint = f'write a time, as "20 ms", or "{SETTLED}"'
+            self._refuse(TableError(str(error), got=shown(given), hint=hint), "margins")
+        except TableError as error:
+            self._refuse(error, "margins")
+        return given if isinstance(given, str) else f"{given} s"
+
+    def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
+        """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
+        made: dict[str, Entry] = {}
+        for key, entry in self._entries(table, given):
+            name = self._flat_name(key)
+            found = self._parameter(table, key, name)
+            if found is None:
+                continue
+            block, parameter = found
+            with_unit = block.unit_of(parameter)
+            try:
+                if name in made:
+                    raise TableError("the parameter is named twice")
+                made[name] = read(entry, with_unit)
+                self.written.setdefault(name, key)
+            except TableError as error:
+                self._refuse(error, table, key)
+        return MappingProxyType(made)
+
+    def ages(self, given: object) -> tuple[float, ...]:
+        """Ages in seconds; a study without epochs looks at new sensors."""
+        if given == {}:
+            return (0.0,)
+        table = given if isinstance(given, Mapping) else {}
+        ages = table["ages"] if set(table) == {"ages"} else None
+        if set(table) == {"every", "until"}:
+            try:
+                return regular_ages(table)
+            except TableError as error:
+                self._refuse(error, "epochs")
+            return (0.0,)
+        if not isinstance(ages, list | tuple) or not ages:
+            self._refuse(TableError("must hold a list of ages", got=shown(given), hint=AGES_EXAMPLE), "epochs")
+            return (0.0,)
+        read = []
+        for number, age in enumerate(ages):
+            try:
+                read.append(float(read_duration(age)))
+            except UnitError as error:
+                self._refuse(TableError(str(error), got=shown(age), hint=error.hint), "epochs", "ages", str(number))
+        if sorted(set(read)) != read:
+            self._refuse(TableError("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
+        return tuple(read) or (0.0,)
+
+    def recalibration(self, given: object) -> Recalibration:
+        """When calibrations take place, and which parameters keep which measures."""
+        if given == {}:
+            return Recalibration()
+        try:
+            table = recalibration_table(given)
+            every = read_intervals(table)
+        except TableError as error:
+            self._refuse(error, "recalibration")
+            return Recalibration()
+        carried = self.parameters("recalibration.carried", table.get("carried", {}), self._carried)
+        if not carried and not self.problems:
+            self._refuse(TableError("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE), "recalibration")
+        return Recalibration(every, carried)
+
+    def _carried(self, measure: object, unit: str) -> str:
+        if not isinstance(measure, str):
+            raise TableError("must be the name of a measure", got=shown(measure))
+        if not same_unit(self._unit(measure), unit):
+            raise TableError("has another unit than the parameter", got=self._unit(measure), expected=unit)
+        return measure
+
+    def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
+        """Limits of measures."""
+        made: dict[str, Limit] = {}
+        for name, entry in self._entries("limits", given):
+            try:
+                unit = self._unit(name)
+                table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
+                start = _start(table, ages)
+                table = {key: value for key, value in table.items() if key != "from"}
+                if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
+                    table = {key: _verdict(table, key) for key in table}
+                units = {key: "1" if key == "change" else unit for key in table}
+                table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
+                least = {key: 0.0 if key == "change" else -math.inf for key in table}
+                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
+                if limit.at_least > limit.at_most:
+                    raise TableError("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
+                made[name] = limit
+            except TableError as error:
+                self._refuse(error, "limits", name)
+        return MappingProxyType(made)
+
+    def stop(self, given: object) -> Mapping[str, float]:
+        """Half widths of confidence intervals, each in the unit of its measure."""
+        made: dict[str, float] = {}
+        for name, entry in self._entries("stop", given):
+            try:
+                made[name] = read_quantity({name: entry}, name, self._unit(name), at_least=0.0)
+            except TableError as error:
+                self._refuse(error, "stop", *(() if error.key else (name,)))
+        return MappingProxyType(made)
+
+    def design(self, given: object, spread: Mapping[str, Spread]) -> str:
+        """How sensors are drawn."""
+        if given not in DESIGNS:
+            hint = like(str(given), DESIGNS, "the designs")
+            self._refuse(TableError("there is no such design", got=shown(given), hint=hint), "design")
+        elif given != "random" and not spread:
+            self._refuse(TableError("there is nothing to draw", got=shown(given), hint=STUDY_KEYS["spread"]), "design")
+        return str(given)
+
+    def correlation(self, given: object, spread: Mapping[str, Spread], design: object) -> Correlation:
+        """Coefficients between parameters that are spread normally."""
+        pairs = []
+        for key, others in self._entries("correlation", given):
+            try:
+                if not isinstance(others, Mapping):
+                    raise TableError("must be a table", got=shown(others), hint='write { "adc.reference" = 0.5 }')
+                for other in others:
+                    coefficient = read_coefficient(others, other)
+                    pairs.append((self._flat_name(key), self._flat_name(other), coefficient))
+            except TableError as error:
+                self._refuse(error, "correlation", key)
+        if pairs and design == "saltelli":
+            self._refuse(TableError("its indices are those of independent parameters", got=shown(design)), "design")
+        try:
+            return correlation_of(pairs, spread)
+        except TableError as error:
+            self._refuse(error, "correlation")
+        return Correlation()
+
+    def _flat_name(self, key: str) -> str:
+        return inside(self.graph, self.graph.exports.get(key, key))
+
+    def _unit(self, name: str) -> str:
+        """Unit of a measure; raises `TableError`."""
+        if name not in self._units:
+            hint = f"{like(name, self._units, 'the measures')} else add {name} to [measures]"
+            raise TableError("there is no such measure", got=shown(name), hint=hint)
+        return self._units[name]
+
+    @cached_property
+    def _units(self) -> dict[str, str]:
+        """Unit of each measure, the margins of loops included where they are measured."""
+        units = {}
+        for name, measure in self.flat.measures.items():
+            block, port = split(measure.signal)
+            unit = self.flat.blocks[block].unit_of(self.flat.blocks[block].outputs[port])
+            units[name] = measure_unit(measure.statistic, unit)
+        if self.margins:
+            units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
+        return units
+
+    def _entries(self, table: str, given: object) -> Iterator[tuple[str, Any]]:
+        if not isinstance(given, Mapping):
+            hint = STUDY_KEYS[table.partition(".")[0]]
+            self._refuse(TableError("must be a table", got=shown(given), hint=hint), table)
+            return
+        yield from ((str(key), entry) for key, entry in given.items())
+
+    def _parameter(self, table: str, key: str, name: str) -> tuple[Block, Parameter] | None:
+        """Block and parameter of a name, where it is a number that no wire drives."""
+        found = find_any(self.flat, name, self.graph)
+        driver = next((wire.source for wire in self.flat.wires if wire.target == name), "")
+        if isinstance(found, Missing):
+            self._refuse(TableError(found.message, got=shown(key), hint=found.hint), table, key)
+        elif not isinstance(found[1], Parameter):
+            numbers = [n for n, p in found[0].parameters.items() if p.kind is float]
+            hint = like(split(name)[1], numbers, f"parameters of {split(name)[0]}")
+            self._refuse(TableError("is a port, not a parameter", got=shown(key), hint=hint), table, key)
+        elif found[1].kind is not float:
+            self._refuse(_fixed(key, found[1]), table, key)
+        elif found[0].digital():
+            hint = "its numbers are part of its circuit: make a study of each"
+            self._refuse(TableError("the block works in fixed point", got=shown(key), hint=hint), table, key)
+        elif driver:
+            message, hint = f"is driven by {driver}: a value would change nothing", f"vary {split(driver)[0]} instead"
+            self._refuse(TableError(message, got=shown(key), hint=hint), table, key)
+        else:
+            return found[0], found[1]
+        return None
+
+    def _refuse(self, error: TableError, *path: str) -> None:
+        path = (*path[0].split("."), *path[1:], *([error.key] if error.key else []))
+        key = ".".join(f'"{part}"' if "." in part else part for part in path)
+        self.problems.append(
+            Problem(message=str(error), key=key, got=error.got, expected=error.expected, hint=error.hint, path=path)
+        )

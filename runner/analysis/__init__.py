@@ -1,0 +1,1 @@
+"""Answers from a graph without a run of its own: linearisation, margins, limit cycles."""

@@ -1,0 +1,1 @@
+"""Relays and quantisers: describing functions and limit cycles."""

@@ -1,0 +1,95 @@
+"""Describing functions: the gain of a nonlinear block for a sine of some amplitude, of which the fundamental counts.
+
+    N(A) = 1 / (pi A) integral over a turn of y(A sin t) (sin t + j cos t) dt
+
+in closed form for a relay, with hysteresis, a saturation, a dead zone and a quantiser (Gelb and Vander Velde,
+Multiple-Input Describing Functions, 1968, appendix B), and by quadrature for any other block without memory. Sines are
+about the middle of the characteristic, which is odd about it.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.electronics.comparator import Comparator
+from proofmass.blocks.signals.relay import Relay
+from proofmass.blocks.signals.saturation import Saturation
+from proofmass.runner.plan.constants import constants_of
+
+Describing = Callable[[float], complex]
+_POINTS = 1 << 10  # of a turn, for blocks without a closed form
+
+
+def relay(amplitude: float, size: float, hysteresis: float = 0.0) -> complex:
+    """Of a relay of +-size that switches at +-hysteresis; 0 where the amplitude does not reach that.
+
+    >>> abs(relay(1.0, math.pi / 4.0))
+    1.0
+    """
+    if amplitude <= hysteresis or amplitude <= 0.0:
+        return 0.0
+    late = hysteresis / amplitude
+    return 4.0 * size / (math.pi * amplitude) * complex(math.sqrt(1.0 - late * late), -late)
+
+
+def saturation(amplitude: float, limit: float, slope: float = 1.0) -> float:
+    """Of a gain that is limited to inputs of +-limit.
+
+    >>> saturation(0.5, 1.0), round(saturation(2.0, 1.0), 6)
+    (1.0, 0.608998)
+    """
+    if amplitude <= limit:
+        return slope
+    part = limit / amplitude
+    return slope * 2.0 / math.pi * (math.asin(part) + part * math.sqrt(1.0 - part * part))
+
+
+def dead_zone(amplitude: float, width: float, slope: float = 1.0) -> float:
+    """Of a gain that lets nothing through between +-width: what a saturation leaves.
+
+    >>> dead_zone(0.5, 1.0), round(dead_zone(2.0, 1.0), 6)
+    (0.0, 0.391002)
+    """
+    return slope - saturation(amplitude, width, slope)
+
+
+def quantiser(amplitude: float, step: float, levels: float = math.inf) -> float:
+    """Of a quantiser with a level at zero: relays that switch at odd halves of a step, at most `levels` to each side.
+
+    >>> quantiser(0.4, 1.0), round(quantiser(100.0, 1.0), 3)
+    (0.0, 1.0)
+    """
+    switched = min(math.floor(amplitude / step + 0.5), levels)
+    parts = (((2 * k - 1) * step / (2.0 * amplitude)) ** 2 for k in range(1, int(switched) + 1))
+    return 4.0 * step / (math.pi * amplitude) * sum(math.sqrt(max(1.0 - part, 0.0)) for part in parts)
+
+
+def describing_function(block: Block, input: str, output: str, period: float) -> Describing:
+    """N(A) of a block from an input to an output; raises ValueError where it has none."""
+    if isinstance(block, Relay):
+        size, width = 0.5 * (block.on - block.off), 0.5 * (block.upper - block.lower)
+        return lambda amplitude: relay(amplitude, size, width)
+    if isinstance(block, Comparator):
+        return lambda amplitude: relay(amplitude, 1.0, 0.5 * block.hysteresis)
+    if isinstance(block, Saturation) and block.lowest == -block.highest:
+        return lambda amplitude: saturation(amplitude, block.highest)
+    behaviour = block.output_functions[output]
+    if block.continuous() or block.state_class() is not None or not {*behaviour.arguments} <= {*block.inputs}:
+        raise ValueError("has a memory, so that its describing function is not known")
+    constants = constants_of(block, block, period)
+    given = [block.inputs[name].default or 0.0 for name in behaviour.arguments]
+    place, function = behaviour.arguments.index(input), behaviour.function
+    before, after = given[:place], given[place + 1 :]
+    t = (np.arange(_POINTS) + 0.5) * (2.0 * math.pi / _POINTS)
+
+    @cache
+    def by_quadrature(amplitude: float) -> complex:
+        swing = (amplitude * np.sin(t)).tolist()
+        y = np.array([float(function(constants, *before, x, *after)) for x in swing])
+        y -= y.mean()
+        return complex(np.mean(y * np.sin(t)), np.mean(y * np.cos(t))) * 2.0 / amplitude
+
+    return by_quadrature

@@ -1,0 +1,182 @@
+"""Limit cycles of a loop with one nonlinear block: predicted by its describing function, and as simulated.
+
+    N(A) L(j w) = -1
+
+L is the rest of the loop, linearised with the block as a gain of one. In a sampled loop w goes to half the rate, where
+the samples of a sine are +-A and a relay's fundamental is that of them: N(A) = y(A) / A.
+"""
+
+import cmath
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.runner.analysis.limit_cycles.describing import Describing
+from proofmass.runner.analysis.limit_cycles.quasi_linear import describing_of, ends, replaced
+from proofmass.runner.analysis.linearisation.linearise import open_loop
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.margins.frequencies import sweep
+from proofmass.runner.planning.plan import plan
+
+_AMPLITUDES = np.geomspace(1e-9, 1e9, 1801)  # that are tried
+PERIODS = 200  # of a simulated limit cycle
+_brentq: Any = scipy.optimize.brentq
+
+
+@dataclass(frozen=True)
+class LimitCycle:
+    """An oscillation of the input of a block: its amplitude, in the unit of that, and its frequency."""
+
+    amplitude: float
+    frequency: float  # Hz
+
+    def as_data(self) -> dict[str, float]:
+        """The numbers by name."""
+        return asdict(self)
+
+
+def predicted(graph: Graph, name: str) -> list[LimitCycle]:
+    """All that the describing function of a block admits, the slowest first; raises `ModelError`."""
+    flat = flatten(graph)
+    describing = describing_of(flat, name)
+    linear = plan(replaced(flat, {name: 1.0}))
+    system = open_loop(linear, (name, "output"))
+    w = sweep(system)
+    found = []
+    for branch in _branches(describing):
+        found += list(_crossed(system, w, branch))
+    if not system.continuous:
+        found += list(_at_half_the_rate(system, describing))
+    apart: list[LimitCycle] = []
+    for cycle in sorted(found, key=lambda cycle: (cycle.frequency, cycle.amplitude)):
+        if not apart or not _alike(cycle, apart[-1]):
+            apart.append(cycle)
+    return apart
+
+
+def unit_of(graph: Graph, name: str) -> str:
+    """Unit of the amplitudes."""
+    flat = flatten(graph)
+    block = flat.blocks[name]
+    return block.unit_of(block.inputs[ends(flat, name)[0]])
+
+
+def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = None) -> LimitCycle | None:
+    """That of a run from tick 0: the fundamental of the input of a block in the second half; None where it rests.
+
+    The run is as long as the graph says, or `PERIODS` of the slowest of some predicted cycles.
+    """
+    from proofmass.runner.run.simulate import simulate
+
+    flat = flatten(graph)
+    entry, _ = ends(flat, name)
+    source = next(wire.source for wire in flat.wires if wire.target == f"{name}.{entry}")
+    lone = Graph(**{**_fields(flat), "probes": (Probe(source),), "measures": {}})
+    slowest = min((cycle.frequency for cycle in cycles or ()), default=1.0)
+    trace = simulate(lone, duration=None if cycles is None else f"{PERIODS / slowest} s")[source]
+    values, times = np.asarray(trace.values, dtype=float), np.asarray(trace.times, dtype=float)
+    values, times = values[len(values) // 2 :], times[len(times) // 2 :]
+    middle = 0.5 * (values.max() + values.min()) if len(values) else 0.0
+    swing = values - middle
+    up = np.flatnonzero((swing[:-1] < 0.0) & (swing[1:] >= 0.0))
+    if len(up) < 2:
+        return None
+    crossed = times[up] + (times[up + 1] - times[up]) * -swing[up] / (swing[up + 1] - swing[up])
+    frequency = (len(crossed) - 1) / float(crossed[-1] - crossed[0])
+    whole = slice(int(up[0]) + 1, int(up[-1]) + 1)
+    turn = np.exp(-2j * math.pi * frequency * times[whole])
+    half = len(values) > 1 and abs(frequency * 2.0 * (times[1] - times[0]) - 1.0) < 1e-9
+    amplitude = abs(complex(np.mean(swing[whole] * turn))) * (1.0 if half else 2.0)
+    return LimitCycle(amplitude, frequency)
+
+
+def _fields(graph: Graph) -> dict[str, Any]:
+    return {name: getattr(graph, name) for name in graph.__dataclass_fields__}
+
+
+@dataclass(frozen=True)
+class _Branch:
+    """A range of amplitudes in which |N| falls, or rises, so that each size of it is there once."""
+
+    describing: Describing
+    amplitudes: Array
+    values: Complex
+
+    def amplitude(self, size: float) -> float | None:
+        """Where |N| is of a size."""
+        apart = np.abs(self.values) - size
+        at = np.flatnonzero(apart[:-1] * apart[1:] <= 0.0)
+        if not len(at):
+            return None
+        low, high = (math.log(float(v)) for v in self.amplitudes[at[0] : at[0] + 2])
+        ends = [abs(self.describing(math.exp(x))) - size for x in (low, high)]
+        if ends[0] * ends[1] > 0.0:  # but for the rounding of the logarithm
+            return float(self.amplitudes[at[0] + int(abs(ends[1]) < abs(ends[0]))])
+        return float(math.exp(_brentq(lambda x: abs(self.describing(math.exp(x))) - size, low, high)))
+
+    def angles(self, sizes: Array) -> Array:
+        """arg N where |N| is of some sizes, by interpolation; NaN where it is not."""
+        order = np.argsort(np.abs(self.values))
+        known = np.log(np.abs(self.values[order]))
+        return np.interp(np.log(sizes), known, np.angle(self.values[order]), left=np.nan, right=np.nan)
+
+
+def _branches(describing: Describing) -> Iterator[_Branch]:
+    values = np.array([describing(float(a)) for a in _AMPLITUDES], dtype=complex)
+    told = np.flatnonzero(np.abs(values) > 0.0)
+    sizes = np.abs(values[told])
+    steps = np.sign(np.round(np.diff(sizes) / sizes[:-1], 12))
+    begin = 0
+    for i in range(1, len(steps) + 1):
+        if i == len(steps) or steps[i] != steps[begin]:
+            if steps[begin]:
+                kept = told[begin : i + 1]
+                yield _Branch(describing, _AMPLITUDES[kept], values[kept])
+            begin = i
+
+
+def _crossed(system: OpenLoop, w: Array, branch: _Branch) -> Iterator[LimitCycle]:
+    """Where the phase of N L is -180 deg once the amplitude makes its size 1."""
+    response = system.response(w)
+    with np.errstate(divide="ignore"):
+        turns = np.angle(-response) + branch.angles(1.0 / np.abs(response))
+    turns = (turns + math.pi) % (2.0 * math.pi) - math.pi
+
+    def phase(at: float) -> float:
+        value = complex(system.response(at))
+        amplitude = branch.amplitude(1.0 / abs(value))
+        return math.nan if amplitude is None else cmath.phase(-branch.describing(amplitude) * value)
+
+    for i in np.flatnonzero((turns[:-1] * turns[1:] <= 0.0) & (np.abs(np.diff(turns)) < 1.0)):
+        low, high = float(w[i]), float(w[i + 1])
+        if not phase(low) * phase(high) <= 0.0:
+            continue
+        at = float(_brentq(phase, low, high, xtol=1e-14, rtol=1e-12))
+        amplitude = branch.amplitude(1.0 / abs(complex(system.response(at))))
+        if amplitude is not None:
+            yield LimitCycle(amplitude, at / (2.0 * math.pi))
+
+
+def _at_half_the_rate(system: OpenLoop, describing: Describing) -> Iterator[LimitCycle]:
+    """The cycle of two samples of a relay: the fundamental of +-y is y itself, not 4 y / pi."""
+    w = math.pi / system.sample
+    value = complex(system.response(w)).real
+    if value >= 0.0 or not math.isfinite(value):
+        return
+    size = abs(describing(1.0)) * math.pi / 4.0  # of a relay; others have their own cycles below half the rate
+    alike = abs(describing(7.0)) * 7.0 * math.pi / 4.0
+    if abs(alike - size) < 1e-9 * size:
+        yield LimitCycle(-size * value, 0.5 / system.sample)
+
+
+def _alike(first: LimitCycle, second: LimitCycle) -> bool:
+    return abs(first.frequency - second.frequency) < 1e-6 * first.frequency and (
+        abs(first.amplitude - second.amplitude) < 1e-6 * first.amplitude
+    )

@@ -1,0 +1,1 @@
+"""Operating points, exact period maps, and the open loops made of them."""

@@ -1,0 +1,155 @@
+"""Loops among continuous blocks, opened at a wire between them: a linear system in continuous time.
+
+    x' = A x + B u,   y = C x + D u
+
+u is what readers of the wire are given, y what its source makes of it; A, B, C and D are the exact derivatives of the
+functions of the group at the operating point. What discrete blocks give the group is held: loops through them are open.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.continuous.algebraic import NoSolutionError
+from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual_groups import DualStages
+from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.plan.groups import Group
+from proofmass.runner.plan.keys import WireOf
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.stages import Context
+from proofmass.runner.reference.interpret import Interpreter, TickError
+
+_MOVED = 1e-6  # relative change of a linearisation from one tick to the next, from which on it is noted
+
+
+def analog_group(plan: Plan, node: Node) -> Group | None:
+    """The group within which a wire is read; None where only discrete blocks read it."""
+    for solver in plan.solvers:
+        inside = set(solver.group.nodes)
+        readers = {(name, "") for (name, _), source in plan.schedule.drivers.items() if source == node}
+        members = {name for name, _ in readers} & set(solver.group.members)
+        if node in inside and members:
+            return solver.group
+    return None
+
+
+def analog_map(plan: Plan, group: Group, node: Node, tick: int) -> PeriodMap:
+    """The loop opened at a wire within a group, about what the graph is like in a tick; its `period` is 0.
+
+    Raises `ModelError` where the group cannot be linearised, or the wire be cut.
+    """
+    for loop in group.loops:
+        if node in loop.nodes:
+            raise ModelError([plan.graph.placed(_within(node, loop.tears[0]))])
+    memory = memory_at(plan, tick)
+    found = _linearised(plan, group, node, memory)
+    later = _linearised(plan, group, node, Forward(plan, memory).to(tick + 1))
+    size = np.maximum(np.abs(found.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
+    moved = np.abs(found.matrix - later.matrix)[:, :-1]
+    change = float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
+    notes = [_moving(tick, change)] if change > _MOVED else []
+    behind = _behind(plan, node)
+    held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
+    if held:
+        notes.append(f"loops through discrete blocks are open here: held are {', '.join(held)}")
+    return replace(found, notes=tuple(notes))
+
+
+class _Instant(Interpreter):
+    """The reference engine at the start of a tick, once its outputs are known."""
+
+    def known(self) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
+        self._compute(self._memory.tick)
+        return self._constants, self._memory.wires
+
+
+class _CutStages(DualStages):
+    """The functions of a group, one of whose wires is cut: `back` is what its source gives."""
+
+    def __init__(self, plan: Plan, group: Group, node: Node, column: int) -> None:
+        super().__init__(plan, group, by_parameters=False)
+        self._cut, self._column = self._place(WireOf(*node)), column
+        self.back: Any = 0.0
+
+    def _called(self, call: Any, known: list[Any]) -> Any:
+        value = super()._called(call, known)
+        if call.result != self._cut:
+            return value
+        self.back = value
+        return plain(value) + dual(0.0, {self._column: 1.0}, SIGNALS)
+
+
+def _linearised(plan: Plan, group: Group, node: Node, memory: Memory) -> PeriodMap:
+    n, time = len(group.states), memory.tick * plan.period
+    try:
+        constants, wires = _Instant(replace(plan, probes=()), plan.graph.seed, 0, memory.copy()).known()
+    except TickError as error:
+        raise ModelError([plan.graph.placed(_not_linear(error.at, str(error.value)))]) from error
+    held = [float(getattr(memory.states[block], field)) for block, field in group.states]
+    moving = [j for j, kind in enumerate(group.kinds) if kind is float]
+    seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) if j in moving else value for j, value in enumerate(held)]
+    stages, rates = _CutStages(plan, group, node, n), [0.0] * n
+    inputs = [wires[wire] for wire in group.inputs]
+    still, guesses = [0.0] * len(group.ramps), [plain(wires[tear]) for tear in group.guesses]
+    try:
+        stages.rates(Context(constants, inputs, still, guesses, time), time, seeded, rates)
+        if stages.unsolved:
+            raise NoSolutionError(stages.unsolved)
+    except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:
+        raise ModelError([plan.graph.placed(_not_linear(stages.at, str(error)))]) from error
+    rows = [*(rates[j] for j in moving), stages.back]
+    matrix = np.zeros((len(rows), len(moving) + 2))
+    for row, value in enumerate(rows):
+        slopes = slopes_of(value, SIGNALS)
+        matrix[row] = [*(plain(slopes.get(j, 0.0)) for j in (*moving, n)), plain(value_of(value, SIGNALS))]
+        if not np.isfinite(matrix[row]).all():
+            at = f"{group.states[moving[row]][0]}.derivative" if row < len(moving) else ".".join(node)
+            raise ModelError([plan.graph.placed(_not_linear(at, NO_SLOPE))])
+    states = tuple((*group.states[j], -1) for j in moving)
+    return PeriodMap(states, ((*node, 0),), ((*node, 0),), matrix, {}, 0.0, tick=memory.tick, time=time)
+
+
+def _behind(plan: Plan, node: Node) -> set[str]:
+    """Blocks that a wire acts on, at once or by way of others."""
+    import networkx
+
+    from proofmass.runner.analysis.linearisation.period_map import plan_graph
+
+    return set(networkx.descendants(plan_graph(plan), node[0]))
+
+
+def _moving(tick: int, change: float) -> str:
+    if tick == 0:
+        return 'tick 0 is a start-up, from which the loop changes: ask for --at settled, or a time, as in --at "0.1 s"'
+    return f"the operating point moves: the linearisation changes by {100.0 * change:.1g} % in a tick"
+
+
+def _within(node: Node, tear: Node) -> Problem:
+    signal = ".".join(node)
+    return Problem(
+        message=f"{signal} lies in a loop that Newton's method solves: its value follows from the others",
+        key=signal,
+        expected="an output that is not solved together with others",
+        hint=f"open the loop elsewhere, or put a LowPass behind {'.'.join(tear)}",
+        path=("blocks", node[0]),
+    )
+
+
+def _not_linear(at: str, got: str) -> Problem:
+    name, _, what = at.rpartition(".")
+    return Problem(
+        message=f"cannot be linearised: {what} has no derivative here",
+        key=f"blocks.{name}",
+        got=got,
+        expected="arithmetic, comparisons and functions of math on what signals move",
+        hint="linearise at another time",
+        path=("blocks", name),
+    )

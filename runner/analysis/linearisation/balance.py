@@ -1,0 +1,23 @@
+"""States scaled by powers of two so that rows and columns of a transition matrix are alike: metres beside codes.
+
+Parlett and Reinsch, Numerische Mathematik 13, 1969, 293. LAPACK is asked itself, since `scipy.linalg.matrix_balance`
+takes scales beyond 2^63 for integers.
+"""
+
+from typing import Any
+
+import numpy as np
+import scipy.linalg.lapack
+
+from proofmass.runner.analysis.linearisation.period_map import Array
+
+_lapack: Any = scipy.linalg.lapack
+_gebal = _lapack.dgebal
+
+
+def balanced(a: Array) -> tuple[Array, Array]:
+    """S^-1 A S and the diagonal of S."""
+    if len(a) < 2:
+        return a, np.ones(len(a))
+    value, _, _, scale, _ = _gebal(a, scale=1, permute=0)
+    return value, scale

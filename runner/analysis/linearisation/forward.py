@@ -1,0 +1,106 @@
+"""A graph run to its operating point: in plain Python at first, in machine code once that takes long."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.graph import LARGEST_RUN
+from proofmass.runner.plan.memory import Engine, Memory, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.run.engines import choose, make_engine
+from proofmass.runner.run.faults import failed, name_fault
+
+if TYPE_CHECKING:
+    from proofmass.runner.targets.native import CompiledPlan
+
+Progress = Callable[[int, int], None]  # ticks done, and of how many
+
+INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
+_CHUNK = 0.05  # seconds from one report of progress to the next
+
+
+class Forward:
+    """A run that goes on as far as it is wanted. Plain Python and machine code give the same bits."""
+
+    def __init__(self, plan: Plan, memory: Memory | None = None, progress: Progress | None = None) -> None:
+        self._original, self._plan, self._progress = plan, replace(plan, probes=()), progress
+        begin = memory or start(plan)
+        self._compiled = _Latest.compiled if _Latest.plan is plan else None
+        self._engine = self._python(begin) if self._compiled is None else self._machine_code(begin)
+        self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine that runs it now."""
+        return self._engine.name
+
+    def to(self, last: int, of: int = 0) -> Memory:
+        """What moves at the start of the tick `last`; raises `TickError` in a tick before it that fails."""
+        if self._engine.name == "python" and choose(self._plan, last - self.tick, "auto") == "compiled":
+            self._compile()
+        while self.tick < last:
+            if self._progress:
+                self._progress(self.tick, max(of, last))
+            first, following, before = self.tick, min(self.tick + self._chunk, last), self._engine.snapshot()
+            began = time.perf_counter()
+            if not self._engine.advance(following, ()):
+                name_fault(self._plan, self._plan.graph.seed, 0, before(), following)
+            taken = time.perf_counter() - began
+            self.tick = following
+            if taken < _CHUNK / 2:
+                self._chunk *= 2
+            elif taken > 2 * _CHUNK:
+                self._chunk = max(self._chunk // 2, 1)
+            self._spent += taken
+            left = taken / (self.tick - first) * (max(of, last) - self.tick)
+            if self._engine.name == "python" and self._spent > INTERPRETED < left:
+                self._compile()
+        return self._engine.memory().copy()
+
+    def _compile(self) -> None:
+        if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # what has values of over 64 bits cannot
+            self._engine = self._machine_code(self._engine.memory())
+
+    def _python(self, memory: Memory) -> Engine:
+        return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory)
+
+    def _machine_code(self, memory: Memory) -> Engine:
+        from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
+
+        self._compiled = self._compiled or CompiledPlan(self._plan)
+        if _Latest.plan is self._original:
+            _Latest.compiled = self._compiled
+        return CompiledLoop(self._plan, self._plan.graph.seed, 0, memory, self._compiled)
+
+
+class _Latest:
+    """The last plan that was run, with its machine code, and where it got to: it is most often asked for again."""
+
+    plan: Plan | None = None
+    memory: Memory | None = None
+    compiled: "CompiledPlan | None" = None
+
+
+def memory_at(plan: Plan, tick: int, progress: Progress | None = None) -> Memory:
+    """The memory at the start of a tick, after a run from tick 0; raises `ModelError` where that fails."""
+    if _Latest.plan is not plan:
+        _Latest.plan, _Latest.memory, _Latest.compiled = plan, None, None
+    if tick == 0:
+        return start(plan)
+    known = _Latest.memory
+    try:
+        reached = Forward(plan, known if known and known.tick <= tick else None, progress).to(tick)
+    except TickError as error:
+        raise ModelError([failed(plan, error)]) from error
+    _Latest.memory = reached
+    return reached.copy()
+
+
+def keep(plan: Plan, memory: Memory) -> None:
+    """Remember where a plan has got to."""
+    if _Latest.plan is not plan:
+        _Latest.plan, _Latest.compiled = plan, None
+    _Latest.memory = memory

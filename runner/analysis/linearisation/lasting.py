@@ -1,0 +1,75 @@
+"""The modes of a linear map that do not decay, and the map without them.
+
+They are told apart with the projector on their invariant subspaces, V (W V)^-1 W (Golub and Van Loan, Matrix
+Computations, 7.6).
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.open_loop import Complex
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.poles import judged
+
+_UNSEEN = 1e-9  # of what a mode could pass on, if it passed on all
+_schur: Any = scipy.linalg.schur
+
+
+class Lasting:
+    """The modes of a matrix that do not decay."""
+
+    def __init__(self, a: Array) -> None:
+        _, poles = judged(a, True)
+        count = sum(pole.verdict != "stable" for pole in poles)
+        self.largest = abs(poles[0].value) if poles else 0.0
+        self._right = self._left = np.zeros((len(a), 0), dtype=complex)
+        self.others = np.eye(len(a))
+        if not count:
+            return
+        alike, scale = balanced(a)
+        least = 0.5 * (abs(poles[count - 1].value) + (abs(poles[count].value) if count < len(poles) else 0.0))
+        right, left = _invariant(alike, least), _invariant(alike.T, least).conj()
+        self._scale, self._alike = scale, alike
+        self._right, self._left = right, np.linalg.solve(left.T @ right, left.T).T
+        within = np.real(self._right @ self._left.T)
+        self.others = np.eye(len(a)) - within * scale[:, None] / scale
+
+    def passes(self, into: Array, out: Array) -> bool:
+        """Whether they pass anything on from one of some inputs to one of some outputs."""
+        out = np.atleast_2d(out)
+        if not self._right.shape[1]:
+            return False
+        reached, shown = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
+        within = self._left.T @ self._alike @ self._right
+        most = np.outer(np.linalg.norm(out * self._scale, axis=1), np.linalg.norm(into / self._scale[:, None], axis=0))
+        for _ in range(len(within)):
+            if np.any(np.abs(shown @ reached) > _UNSEEN * most):
+                return True
+            reached = within @ reached
+        return False
+
+    def without(self, a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
+        """The system of the other modes, in coordinates of their invariant subspace."""
+        if not self._right.shape[1]:
+            return a, b, c
+        alike = self.others / self._scale[:, None] * self._scale
+        basis = np.linalg.svd(alike)[0][:, : len(a) - self._right.shape[1]]
+        into = basis.T @ alike @ (b / self._scale[:, None])
+        return basis.T @ self._alike @ basis, into, (c * self._scale) @ basis
+
+    def holders(self, names: Sequence[str]) -> list[str]:
+        """The blocks that move in them."""
+        part = np.linalg.norm(self._right, axis=1)
+        order = np.argsort(-part, kind="stable")
+        return list(dict.fromkeys(names[int(i)] for i in order if part[i] >= 0.1 * part[order[0]]))
+
+
+def _invariant(a: Array, least: float) -> Complex:
+    """An orthonormal basis of what belongs to eigenvalues beyond a size."""
+    _, turned, count = _schur(a, output="complex", sort=lambda value: abs(value) > least)
+    basis: Complex = turned[:, :count]
+    return basis

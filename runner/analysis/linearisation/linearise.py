@@ -1,0 +1,198 @@
+"""A graph as a linear sampled system: between two wires, or around a loop that is opened at a wire."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import UnitError
+from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.graph import Graph, read_duration, split
+from proofmass.graphs.model.hints import like
+from proofmass.graphs.model.loops import SETTLED, Loop
+from proofmass.graphs.model.names import Missing, find_output
+from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
+from proofmass.runner.analysis.linearisation.find_loops import Found, find_loops
+from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.orbit import map_at, variation
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.plan.groups import Group
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+if TYPE_CHECKING:
+    import control
+
+_NAMED = 12  # outputs in a message
+
+
+def linearise(
+    graph: Graph,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+    *,
+    loop: str = "",
+    at: str | float | Fraction = 0.0,
+    minimal: bool = False,
+) -> "control.StateSpace":
+    """The linearised sampled system of a graph, for python-control, exact for what is held between ticks.
+
+    `inputs` are outputs of blocks, "acceleration.output", to whose values the inputs of the system are added; `outputs`
+    are what is observed. With `loop`, the name of a loop or an output at which to open one, the system is the open
+    loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after which all
+    blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
+
+    The operating point is what the graph is like at the time `at`, by a run from tick 0, or where its loops have
+    "settled". Quantisers count as gain one, limits as what they are at the operating point. States that do not lie
+    between inputs and outputs are left out. With `minimal`, modes that do not decay are too, where no input reaches
+    them or no output shows them: an integrator behind a difference, the phase of an oscillation. The states that are
+    left are then not those of blocks.
+
+    Raises `ModelError` with the block that cannot be linearised.
+    """
+    planned = plan(graph)
+    if loop:
+        _, node = one_loop(planned, graph, loop)
+        return to_control(open_loop(planned, node, tick_at(planned, at)).map, negated=True, minimal=minimal)
+    wires = [[node_of(planned, graph, signal) for signal in signals] for signals in (inputs, outputs)]
+    return to_control(map_at(planned, *wires, tick=tick_at(planned, at)).between(), minimal=minimal)
+
+
+def to_control(found: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
+    """The map as a StateSpace; its names have colons, since python-control takes no dots: `dac:voltage`."""
+    import control
+
+    states, inputs, outputs = (
+        [name.replace(".", ":") for name in found.names(ends)] for ends in (found.states, found.inputs, found.outputs)
+    )
+
+    a, b, c, d = found.parts()
+    if minimal and found.period:
+        lasting = Lasting(a)
+        if not lasting.passes(b, c):
+            a, b, c = lasting.without(a, b, c)
+            states = states if len(a) == found.order else []
+    sign = -1.0 if negated else 1.0
+    return control.StateSpace(
+        a,
+        b,
+        sign * c,
+        sign * d,
+        found.period,
+        states=states or None,
+        inputs=inputs,
+        outputs=[f"{name} back" for name in outputs] if negated else outputs,
+        remove_useless_states=False,
+    )
+
+
+def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = False) -> OpenLoop:
+    """The loop through an output, opened there; in continuous time where only continuous blocks lie in it."""
+    group = analog_group(planned, node)
+    if group is not None:
+        analog = analog_map(planned, group, node, tick).between()
+        if not any(part.any() for part in (analog.parts()[1], analog.parts()[3])):
+            raise ModelError([planned.graph.placed(_not_within(planned, group, node))])
+        return OpenLoop(analog, continuous=True)
+    whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
+    found = replace(whole.between(), later=())
+    if not any(part.any() for part in (found.parts()[1], found.parts()[3])):
+        signal = ".".join(node)
+        problem = Problem(
+            message=f"what goes in at {signal} does not come back",
+            key=signal,
+            expected="a loop in which every block passes small changes on",
+            hint="a limit may be reached there, or a signal be compared, not computed with; another time may do: --at",
+            path=("blocks", node[0]),
+        )
+        raise ModelError([planned.graph.placed(problem)])
+    if not whole.later or any(later.states != whole.states for later in whole.later):
+        return OpenLoop(found)
+    kept = [whole.states.index(state) for state in found.states]
+    closed, *after = (np.real(OpenLoop(one).closed()) for one in (found, *(later.kept(kept) for later in whole.later)))
+    return OpenLoop(found, variation=variation(closed, after))
+
+
+def loops_of(planned: Plan) -> dict[str, Loop]:
+    """The loops of a graph, those that it names or else all that are found in its wires; refused where they cross."""
+    if planned.graph.loops:
+        return dict(planned.graph.loops)
+    found = find_loops(planned)
+    problems = [_crossing(part) for part in found if not part.open_at]
+    if not found:
+        hint = "margins are those of a loop: wire the output of a controller back to what it controls"
+        problems = [Problem(message="the graph has no loop", key="wires", hint=hint, path=("wires",))]
+    if problems:
+        raise ModelError([planned.graph.placed(problem) for problem in problems])
+    return {part.open_at[0]: Loop(open_at=part.open_at[0]) for part in found}
+
+
+def one_loop(planned: Plan, graph: Graph, wanted: str) -> tuple[str, Node]:
+    """Name and output of the loop of a name, or opened at an output."""
+    loops = planned.graph.loops
+    if wanted in loops:
+        return wanted, node_of(planned, graph, loops[wanted].open_at)
+    if "." in wanted:
+        return wanted, node_of(planned, graph, wanted)
+    hint = like(wanted, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
+    raise ModelError([Problem(message="there is no such loop", key="loops", got=wanted, hint=hint)])
+
+
+def node_of(planned: Plan, graph: Graph, signal: str) -> Node:
+    """Block and port of an output that is one number; raises `ModelError`."""
+    flat = inside(graph, signal)
+    found = find_output(planned.graph, flat, graph)
+    if isinstance(found, Missing):
+        raise ModelError([Problem(message=found.message, key=signal, hint=found.hint)])
+    if found[1].shape or found[1].dtype is bool:
+        message = "not an output that is one number"
+        raise ModelError([Problem(message=message, key=signal, hint="choose an output of type float or int")])
+    return split(flat)
+
+
+def tick_at(planned: Plan, at: str | float | Fraction) -> int:
+    """The base tick of a time, or of the rest of the loops."""
+    if at == SETTLED:
+        return settled_tick(planned)
+    try:
+        return int(read_duration(at) * planned.schedule.base_rate)
+    except UnitError as error:
+        raise ModelError(
+            [Problem(message=str(error), key="at", got=str(at), hint=f'write a time, as "20 ms", or "{SETTLED}"')]
+        ) from None
+
+
+def _crossing(found: Found) -> Problem:
+    """Loops that share wires: which one is meant must be said."""
+    first, more = found.ports[0], len(found.ports) - _NAMED
+    some = ", ".join([*found.ports[:_NAMED], *([f"and {more} more"] if more > 0 else [])])
+    return Problem(
+        message="loops share wires here, and no wire opens them all",
+        key="loops",
+        got=some,
+        expected="one output for each loop that margins are wanted of; the other loops stay closed meanwhile",
+        hint=f'add [loops.NAME] with open_at = "{first}", or say --loop {first}',
+        path=("wires",),
+    )
+
+
+def _not_within(planned: Plan, group: Group, node: Node) -> Problem:
+    """Between continuous blocks signals are not held: no sampled loop can be cut there."""
+    signal = ".".join(node)
+    wires = planned.schedule.drivers.items()
+    readers = [f"{name}.{entry}" for (name, entry), source in wires if source == node and name in group.members]
+    cuts = [cut for part in find_loops(planned) if signal in part.ports for cut in part.open_at]
+    return Problem(
+        message=f"no loop among continuous blocks goes through {signal}, and between them nothing is sampled",
+        key=signal,
+        got=", ".join(sorted(readers)),
+        expected="an output whose values are sampled or held",
+        hint=f"open the loop at {' or '.join(cuts[:3])}" if cuts else "open the loop at a discrete block",
+        path=("blocks", node[0]),
+    )

@@ -1,0 +1,159 @@
+"""A loop opened at a wire, as a sampled system: frequency response, closed-loop poles, sensitivity.
+
+L is what comes back to the wire for what goes in, with the sign turned, as is usual for negative feedback: the loop is
+stable where the zeros of det(I + L) lie inside the unit circle. Where slower blocks lie in the loop, L is lifted: one
+period of the loop holds `per_period` values of the wire.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg
+
+from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+
+Complex = npt.NDArray[np.complex128]
+_schur: Any = scipy.linalg.schur
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """L(z) = C (z I - A)^-1 B + D, z = exp(j w T) over the common period T; z = j w where it is `continuous`.
+
+    `variation` is by how much the closed transition matrix changes from one period to the next at the operating point,
+    entry by entry; None where it does not.
+    """
+
+    map: PeriodMap
+    continuous: bool = False
+    variation: Array | None = None
+
+    @property
+    def matrices(self) -> tuple[Array, Array, Array, Array]:
+        """A, B, C and D, with the sign of negative feedback."""
+        return self._negated(self.map.matrix)
+
+    def slopes(self, parameter: str) -> tuple[Array, Array, Array, Array]:
+        """Derivatives of the matrices by a parameter."""
+        return self._negated(self.map.slopes[parameter])
+
+    def _negated(self, matrix: Array) -> tuple[Array, Array, Array, Array]:
+        a, b, c, d = self.map.parts(matrix)
+        return a, b, -c, -d
+
+    @property
+    def per_period(self) -> int:
+        """Values of the wire in one period."""
+        return len(self.map.inputs)
+
+    @property
+    def sample(self) -> float:
+        """Seconds between two values of the wire."""
+        return self.map.period / self.per_period
+
+    def single(self) -> tuple[Array, Array, Array, float] | None:
+        """A, b, c and d of the one L that decides on stability, det(I + L) = 1 + L; None where no single one does.
+
+        It does where a period has one value of the wire, where one of several values is read or given, and where all
+        are read alike, as by an average.
+        """
+        a, b, c, d = self.matrices
+        found = _factored(np.vstack([b, d]))
+        if found is not None:
+            column, row = found
+            return a, column[: len(a)], row @ c, float(row @ column[len(a) :])
+        found = _factored(np.hstack([c, d]).T)
+        if found is not None:
+            row, column = found
+            return a, b @ column, row[: len(a)], float(row[len(a) :] @ column)
+        return None
+
+    def closed(self, factor: complex = 1.0) -> npt.NDArray[Any]:
+        """The transition matrix over a period of the loop closed through an extra factor at the wire."""
+        a, b, c, d = self.matrices
+        return a - factor * b @ np.linalg.solve(np.eye(len(d)) + factor * d, c)
+
+    @cached_property
+    def poles(self) -> Complex:
+        """Poles of the closed loop over its period, the slowest first."""
+        poles = np.linalg.eigvals(self.closed()).astype(complex)
+        return poles[np.argsort(-np.abs(poles))]
+
+    @cached_property
+    def open_poles(self) -> Complex:
+        """Poles of the open loop over its period."""
+        return np.linalg.eigvals(self.matrices[0]).astype(complex)
+
+    def radius(self, factor: complex = 1.0) -> float:
+        """Largest size of a closed-loop pole; below 1 the loop is stable."""
+        return float(np.max(np.abs(np.linalg.eigvals(self.closed(factor))), initial=0.0))
+
+    def lifted(self, w: Array) -> Complex:
+        """L over the period, a matrix for each angular frequency."""
+        return self._open_transfer(self._points(w))
+
+    def response(self, w: Array | float) -> Complex:
+        """What comes back at the frequency that goes in, as a network analyser measures it; w in rad/s."""
+        w = np.asarray(w, dtype=float)
+        times = np.arange(self.per_period) * self.sample
+        turn = np.exp(1j * w.reshape(-1, 1) * times)
+        value: Complex = np.einsum("wi,wij,wj->w", turn.conj(), self.lifted(w.ravel()), turn) / self.per_period
+        return value.reshape(w.shape)
+
+    def complementary(self, w: Array) -> Complex:
+        """T = L (I + L)^-1 over the period, from the closed loop, so that poles of L on the unit circle do not hurt."""
+        return self._closed_transfer(self._points(w))
+
+    def _points(self, w: Array) -> Complex:
+        """Where on the boundary of stability the frequencies lie."""
+        s: Complex = 1j * np.asarray(w, dtype=float)
+        return s if self.continuous else np.asarray(np.exp(s * self.map.period), dtype=complex)
+
+    @cached_property
+    def _open_transfer(self) -> "_Transfer":
+        return _Transfer(*self.matrices)
+
+    @cached_property
+    def _closed_transfer(self) -> "_Transfer":
+        _, b, c, d = self.matrices
+        inverse = np.linalg.inv(np.eye(len(d)) + d)
+        return _Transfer(self.closed(), b @ inverse, inverse @ c, d @ inverse)
+
+
+def _factored(matrix: Array) -> tuple[Array, Array] | None:
+    """A column and a row whose product the matrix is, to rounding; None where there are none."""
+    sizes = np.abs(matrix).max(axis=0, initial=0.0)
+    column = matrix[:, int(np.argmax(sizes))]
+    largest = int(np.argmax(np.abs(column)))
+    if column[largest] == 0.0:
+        return column, np.zeros(matrix.shape[1])
+    row = matrix[largest] / column[largest]
+    product = np.outer(column, row)
+    return (column, row) if np.all(np.abs(matrix - product) <= 4.0 * np.finfo(float).eps * np.abs(product)) else None
+
+
+class _Transfer:
+    """c (z - a)^-1 b + d for many z, by the Schur form of a: only triangular systems are left to solve.
+
+    States are scaled by powers of two first (`balanced`), since the Schur form is exact to the norm of a only.
+    """
+
+    def __init__(self, a: npt.NDArray[Any], b: npt.NDArray[Any], c: npt.NDArray[Any], d: npt.NDArray[Any]) -> None:
+        self._form, self._into, self._out, self._direct = a, b, c, d
+        if len(a):
+            alike, scale = balanced(a)
+            self._form, turn = _schur(alike, output="complex")
+            self._into, self._out = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
+
+    def __call__(self, z: Complex) -> Complex:
+        size, width = len(self._form), self._direct.shape[1]
+        x = np.zeros((size, len(z) * width), dtype=complex)
+        for i in range(size - 1, -1, -1):
+            known = (self._form[i, i + 1 :] @ x[i + 1 :]).reshape(-1, width) + self._into[i]
+            x[i] = (known / (z - self._form[i, i])[:, None]).ravel()
+        value: Complex = (self._out @ x).reshape(-1, len(z), width).transpose(1, 0, 2) + self._direct
+        return value

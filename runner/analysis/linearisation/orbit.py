@@ -1,0 +1,370 @@
+"""Linear maps about operating points that are what they claim: the orbit closes, moves slowly, or makes no difference.
+
+A map of one common period is linear and time-invariant where the graph is the same in every period. Where carriers are
+mixed it depends on how they stand, and repeats only if they fit the period. So the map is compared with those of later
+periods. Where they differ, it may be taken
+
+- over k periods, where the orbit comes back after so many: that is exact, the map of k periods does not change; or
+- over one, where it changes little in 1 / w, w being the lowest gain crossover: a loop that is frozen in its motion.
+
+Else the time-invariant map would be that of no loop, and is refused. Tick 0 is not refused, since a graph starts there
+from what it is given: what is not at rest is noted.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import (
+    Array,
+    PeriodMap,
+    blocks_of_map,
+    common_period,
+    period_map,
+)
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+
+SAME = 1e-9  # relative change of a map that is rounding
+FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
+LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
+_LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
+_BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
+_TRIES = 6  # of numbers of periods
+_STILL = 1e-3  # of its size, below which the swing of a number is dither
+_NEAR = 1e-3  # distance of a pole from the boundary of stability
+_NEGLIGIBLE = 1e-9  # part of a map, of all of it
+
+
+@dataclass(frozen=True)
+class _Point:
+    """The operating point of one map: over how many periods it is taken, and what is to be said of it."""
+
+    map: PeriodMap
+    periods: int
+    notes: tuple[str, ...] = ()
+    later: tuple[PeriodMap, ...] = ()
+
+
+def map_at(
+    plan: Plan,
+    inputs: Sequence[Node],
+    outputs: Sequence[Node],
+    *,
+    cut: bool = False,
+    everything: bool = False,
+    by_parameters: bool = False,
+    tick: int = 0,
+) -> PeriodMap:
+    """As `period_map`, over as many periods as its orbit takes to close; raises `ModelError` where it does not."""
+    wanted = (tuple(inputs), tuple(outputs), cut, everything, tick)
+    if _Latest.plan is not plan or _Latest.wanted != wanted:
+        point = _Search(plan, inputs, outputs, cut, everything, tick).point()
+        _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, point
+    point = _Latest.point
+    found = point.map
+    if by_parameters:
+        found = period_map(
+            plan,
+            inputs,
+            outputs,
+            cut=cut,
+            everything=everything,
+            by_parameters=True,
+            tick=tick,
+            periods=point.periods,
+        )
+    return replace(found, notes=point.notes, later=point.later)
+
+
+class _Latest:
+    """The last point, since it is asked for again with the derivatives by parameters."""
+
+    plan: Plan | None = None
+    wanted: Any = None
+    point: _Point
+
+
+class _Search:
+    """Looks for the periods over which a map can be taken."""
+
+    def __init__(
+        self, plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], cut: bool, everything: bool, tick: int
+    ) -> None:
+        self._plan, self._inputs, self._outputs = plan, inputs, outputs
+        self._cut, self._everything = cut, everything
+        self._ticks = common_period(plan, inputs, outputs, everything)
+        self._period = self._ticks * plan.period
+        self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
+        self._first = tick - tick % self._ticks
+        self._names = sorted(blocks_of_map(plan, inputs, outputs, everything)[0])
+        self._memories = [memory_at(plan, self._first)]
+        self._run = Forward(plan, self._memories[0])
+
+    def point(self) -> _Point:
+        """The map, over how many periods it is, and what is to be said of it."""
+        found = self._map(self._after(0))
+        if not self._moves():
+            return _Point(found, 1)
+        maps = dict[int, PeriodMap]()
+        for look in _LOOKS:
+            maps[look] = self._map(self._after(look))
+            if look == 1 and _change(found, maps[look]) <= SAME:
+                return _Point(found, 1)
+        change, later = self._drift(found, maps, 1, found), tuple(maps.values())
+        if change <= NOTED:
+            return _Point(found, 1, (), later)
+        if self._first == 0:
+            return _Point(found, 1, (self._start_up(),), later)
+        if change <= FROZEN:
+            return _Point(found, 1, _moving(change), later)
+        orbit = self._orbit()
+        closed = self._closed(found, orbit)
+        if closed is None:
+            raise ModelError([self._plan.graph.placed(self._refused(orbit, found))])
+        return closed
+
+    def _drift(self, found: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
+        """By how much the map of a period, `first` and `later`, changes in the time of the lowest crossover of `found`.
+
+        Between wires it is the time of the slowest pole.
+        """
+        crossovers = self._crossovers(found)
+        last = 1.0 / (2.0 * self._period * periods)
+        f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
+        z = np.asarray(np.exp(2j * math.pi * f * self._period))
+        speed = max(_effect(first, after, z) / number for number, after in later.items())  # a period
+        if crossovers:
+            return speed / (2.0 * math.pi * crossovers[0] * self._period)
+        rates = np.abs(np.log(np.linalg.eigvals(found.between().parts()[0]).astype(complex) + 1e-300)) / periods
+        return speed / float(np.min(rates, where=rates > SAME, initial=1.0))
+
+    def _after(self, periods: int) -> Memory:
+        """What moves, so many periods after the operating point."""
+        while len(self._memories) <= periods:
+            self._memories.append(self._run.to(self._first + len(self._memories) * self._ticks))
+        return self._memories[periods]
+
+    def _map(self, memory: Memory, periods: int = 1) -> PeriodMap:
+        return period_map(
+            self._plan,
+            self._inputs,
+            self._outputs,
+            cut=self._cut,
+            everything=self._everything,
+            memory=memory.copy(),
+            periods=periods,
+        )
+
+    def _moves(self) -> bool:
+        """Whether anything that the map could depend on changes: states, or wires in the last tick of a period."""
+        before, once, twice = map(self._after, range(3))
+        if dict(_states(once, self._names)) != dict(_states(before, self._names)):
+            return True
+        return dict(_wires(once, self._names)) != dict(_wires(twice, self._names))
+
+    def _crossovers(self, found: PeriodMap) -> list[float]:
+        """Where |L| of a loop is about 1, in Hz."""
+        if not self._cut:
+            return []
+        system = OpenLoop(found.between())
+        w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
+        above = np.abs(system.response(w)) > 1.0
+        return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
+
+    def _closed(self, first: PeriodMap, orbit: "_Orbit") -> _Point | None:
+        """The map over so many periods that the orbit comes back."""
+        for periods in orbit.returns():
+            found = self._map(self._after(0), periods)
+            change = self._drift(found, {periods: self._map(self._after(periods))}, periods, first)
+            if change <= FROZEN:
+                once, whole = _time(self._period), _time(periods * self._period)
+                note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
+                later = self._map(self._after(periods), periods)
+                return _Point(found, periods, (note, *_moving(change)), (later,))
+        return None
+
+    def _orbit(self) -> "_Orbit":
+        later = map(self._after, range(1, 2 + self._most))
+        return _Orbit([dict(_states(m, self._names)) | dict(_wires(m, self._names)) for m in later])
+
+    def _start_up(self) -> str:
+        return 'tick 0 is a start-up, from which the loop changes: ask for --at settled, or a time, as in --at "0.1 s"'
+
+    def _refused(self, orbit: "_Orbit", found: PeriodMap) -> Problem:
+        name, part, step = orbit.fastest()
+        turning = any(True for _ in orbit.turning)
+        crossed = ", ".join(f"{f:.3g} Hz" for f in self._crossovers(found)[:4])
+        crossed = crossed and f", which would put crossovers at {crossed}"
+        period, longest = _time(self._period), _time(self._most * self._period)
+        return Problem(
+            message=f"the operating point does not repeat in {period}, the period of the schedule",
+            key=f"blocks.{name}",
+            got=f"{part} changes by {step:.2g} of its swing from one period to the next{crossed}",
+            expected=f"an orbit that closes in {period}, or in up to {longest}"
+            if turning
+            else "an operating point at rest",
+            hint=f"choose rates so that a whole number of carrier periods fits {period}, or model the loop at baseband"
+            if turning
+            else "take a later time, or --at settled",
+            path=("blocks", name),
+        )
+
+
+class _Orbit:
+    """Numbers of a graph at the ends of successive periods."""
+
+    def __init__(self, rows: Sequence[Mapping[Any, float]]) -> None:
+        keys = sorted(set(rows[0]).intersection(*rows))
+        values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
+        swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
+        steps = np.diff(values, axis=0)
+        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases and counts, and what settles
+        moving = swing > _STILL * size
+        self._keys, self._values, self._swing = keys, values, swing
+        self.turning = np.flatnonzero(moving & ~straight)
+        self._moving = np.flatnonzero(moving)
+
+    def returns(self) -> Iterator[int]:
+        """Numbers of periods after which all that goes to and fro is closer to where it was than ever before."""
+        chosen = self.turning
+        if not len(chosen):
+            return
+        miss = (np.abs(self._values[1:, chosen] - self._values[0, chosen]) / self._swing[chosen]).max(axis=1)
+        best = np.minimum.accumulate(miss)
+        closer = np.flatnonzero((miss < _BACK) & (miss < np.concatenate([[np.inf], best[:-1]])))
+        yield from (int(i) + 1 for i in closer[:_TRIES])
+
+    def fastest(self) -> tuple[str, str, float]:
+        """Block and number that moves most from one period to the next, and the part of its swing."""
+        chosen = self.turning if len(self.turning) else self._moving
+        steps = np.abs(np.diff(self._values[:, chosen], axis=0)).max(axis=0) / self._swing[chosen]
+        name, part, index = self._keys[chosen[int(np.argmax(steps))]]
+        return name, f"{name}.{part}" + (f"[{index}]" if index >= 0 else ""), float(np.max(steps))
+
+
+def _states(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
+    """The numbers that blocks hold."""
+    for name in names:
+        state = memory.states[name]
+        if state is not None:
+            yield from (((name, field, -1), value) for field, value in zip(state._fields, state, strict=True))
+    for (name, buffer), held in memory.buffers.items():
+        if name in names and isinstance(held, list):
+            yield from (((name, buffer, i), value) for i, value in enumerate(held))
+
+
+def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
+    for (name, port), held in memory.wires.items():
+        if name in names and not isinstance(held, list):
+            yield (name, port, -1), held
+
+
+def variation(closed: Array, later: Sequence[Array]) -> Array:
+    """By how much the entries of a closed transition matrix change, as far as that moves its poles near the boundary.
+
+    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
+    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
+    """
+    moved = np.abs(later[0] - closed)
+    eigen: Any = scipy.linalg.eig
+    poles, left, right = eigen(closed, left=True, right=True)
+    bounds = np.einsum("ki,kl,li->i", np.abs(left), moved, np.abs(right))
+    shifts = np.max(
+        [
+            np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - closed, right)) / periods
+            for periods, matrix in zip(_LOOKS, later, strict=False)
+        ],
+        axis=0,
+    )
+    distances = np.abs(1.0 - np.abs(poles))
+    near = distances <= max(_NEAR, float(np.min(distances, initial=1.0)))
+    parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
+    return np.asarray(moved * min(float(np.max(parts, initial=0.0)), 1.0))
+
+
+def _change(first: PeriodMap, second: PeriodMap) -> float:
+    """How far two maps differ: the largest relative change of what one block does to another, in balanced units."""
+    if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
+        return math.inf
+    kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]
+    first, second = first.kept(kept), second.kept(kept)
+    n, eye = first.order, np.zeros_like(first.matrix[:, :-1])
+    eye[:n, :n] = np.eye(n)
+    one, two = first.matrix[:, :-1] - eye, second.matrix[:, :-1] - eye
+    size = np.maximum(np.abs(one), np.abs(two))
+    rows, columns = _scales(size, n)
+    size, moved = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
+    whole = float(np.linalg.norm(size))
+    down, across = _groups(first.states, first.outputs), _groups(first.states, first.inputs)
+    changes = [
+        float(np.linalg.norm(moved[np.ix_(r, c)])) / part
+        for r in down
+        for c in across
+        if (part := float(np.linalg.norm(size[np.ix_(r, c)]))) > _NEGLIGIBLE * whole
+    ]
+    return max(changes, default=0.0)
+
+
+def _effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
+    """The largest relative change of a response where what one block does to another is as in the second map."""
+    if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
+        return math.inf
+    kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]
+    first, second = first.kept(kept), second.kept(kept)
+    before, changes = _responses(first, first.matrix, z), [0.0]
+    for r in _groups(first.states, first.outputs):
+        for c in _groups(first.states, first.inputs):
+            pair = np.ix_(r, c)
+            if (first.matrix[pair] != second.matrix[pair]).any():
+                mixed = first.matrix.copy()
+                mixed[pair] = second.matrix[pair]
+                after = _responses(first, mixed, z)
+                size = np.maximum(np.linalg.norm(before, axis=(1, 2)), np.linalg.norm(after, axis=(1, 2)))
+                moved = np.linalg.norm(after - before, axis=(1, 2))
+                changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
+    return max(changes)
+
+
+def _responses(found: PeriodMap, matrix: Array, z: Complex) -> Complex:
+    """The response of a map at points of the unit circle."""
+    a, b, c, d = found.parts(matrix)
+    return np.array([c @ np.linalg.solve(point * np.eye(len(a)) - a, b.astype(complex)) + d for point in z])
+
+
+def _scales(size: Array, n: int) -> tuple[Array, Array]:
+    """Factors of rows and columns which make them alike: units of the states do not count."""
+    square = np.zeros((max(size.shape), max(size.shape)))
+    square[: len(size), : size.shape[1]] = size
+    _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
+    scale = np.asarray(scale, dtype=float)
+    return 1.0 / scale[: len(size)], scale[: size.shape[1]]
+
+
+def _groups(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> list[list[int]]:
+    """Places of the states of each block, and of the values of each wire."""
+    groups: dict[Any, list[int]] = {}
+    for place, (name, _, _) in enumerate(states):
+        groups.setdefault(name, []).append(place)
+    for place, (name, port, _) in enumerate(ends):
+        groups.setdefault((name, port), []).append(len(states) + place)
+    return list(groups.values())
+
+
+def _moving(change: float) -> tuple[str, ...]:
+    return (f"the operating point moves: the loop is wrong by some {100.0 * change:.1g} %",) if change > NOTED else ()
+
+
+def _time(seconds: float) -> str:
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if seconds >= size * (1.0 - 1e-12):
+            return f"{seconds / size:.6g} {unit}"
+    return f"{seconds * 1e9:.6g} ns"

@@ -1,0 +1,283 @@
+"""The linear map of one common period of a graph: what a small change of states and inputs does, exactly.
+
+    x[n+1] = A x[n] + B u[n] + step,   y[n] = C x[n] + D u[n] + level
+
+x are deviations from an operating point. One period is the least time after which all blocks tick together again; u
+and y hold an entry for each tick of their wires in it (lifting: Meyer and Burrus, IEEE Trans. Circuits and Systems
+22, 1975, 162).
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import networkx
+import numpy as np
+import numpy.typing as npt
+
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.analysis.linearisation.forward import memory_at
+from proofmass.runner.derivatives.dual import NO_SLOPE, dual, slopes_of, value_of
+from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
+from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.interpret import TickError
+
+Array = npt.NDArray[np.float64]
+Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
+LONGEST_PERIOD = 100_000  # base ticks
+
+
+@dataclass(frozen=True)
+class PeriodMap:
+    """Rows [A B step] and below them [C D level]; `slopes` are the derivatives of it all by each parameter."""
+
+    states: tuple[Entry, ...]
+    inputs: tuple[Entry, ...]
+    outputs: tuple[Entry, ...]
+    matrix: Array
+    slopes: Mapping[str, Array]
+    period: float  # seconds
+    tick: int = 0  # of the operating point, in base ticks
+    time: float = 0.0  # the same in seconds
+    undefined: tuple[str, ...] = ()  # parameters by which there is no finite derivative
+    notes: tuple[str, ...] = ()  # what is to be said of the operating point
+    later: "tuple[PeriodMap, ...]" = ()  # maps that follow it, where they are others
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.states)
+
+    def names(self, entries: Sequence[Entry]) -> list[str]:
+        """Names of states, inputs or outputs; those of a wire are numbered where a period holds several."""
+        several = {entry[:2] for entry in entries if entry[2] > 0}
+        return [f"{name}.{part}" + (f"[{i}]" if (name, part) in several else "") for name, part, i in entries]
+
+    def parts(self, of: Array | None = None) -> tuple[Array, Array, Array, Array]:
+        """A, B, C and D of the map, or of one of its slopes."""
+        matrix, n = self.matrix if of is None else of, self.order
+        return matrix[:n, :n], matrix[:n, n:-1], matrix[n:, :n], matrix[n:, n:-1]
+
+    def kept(self, states: Sequence[int]) -> "PeriodMap":
+        """The map with these states alone."""
+        n, (rows, columns) = self.order, self.matrix.shape
+        r, c = [*states, *range(n, rows)], [*states, *range(n, columns)]
+        slopes = {name: slope[np.ix_(r, c)] for name, slope in self.slopes.items()}
+        return replace(
+            self, states=tuple(self.states[i] for i in states), matrix=self.matrix[np.ix_(r, c)], slopes=slopes
+        )
+
+    def between(self) -> "PeriodMap":
+        """The map without states that no input reaches, or that reach no output: counters, noise, coefficients."""
+        return self.kept(sorted(_reached(self._edges.T, self.order) & _reached(self._edges, self.order)))
+
+    def seen(self) -> "PeriodMap":
+        """The map without states that reach no output."""
+        return self.kept(sorted(_reached(self._edges, self.order)))
+
+    @cached_property
+    def _edges(self) -> Array:
+        """A square pattern of what each row depends on: states first, then inputs as causes or outputs as effects."""
+        pattern = np.abs(self.matrix)
+        for slope in self.slopes.values():
+            pattern = pattern + np.abs(slope)
+        n, ends = self.order, max(len(self.inputs), len(self.outputs))
+        square = np.zeros((n + ends, n + ends))
+        square[:n, : n + len(self.inputs)] = pattern[:n, :-1]
+        square[n : n + len(self.outputs), :n] = pattern[n:, :n]
+        return square
+
+
+def _reached(edges: Array, order: int) -> set[int]:
+    """States from which the entries behind the states can be reached, where row i depends on column j."""
+    found = np.zeros(len(edges), dtype=bool)
+    found[order:] = True
+    while True:
+        grown = found | (edges[found] != 0.0).any(axis=0)
+        if (grown == found).all():
+            return set(np.flatnonzero(found[:order]).tolist())
+        found = grown
+
+
+def period_map(
+    plan: Plan,
+    inputs: Sequence[Node],
+    outputs: Sequence[Node],
+    *,
+    cut: bool = False,
+    everything: bool = False,
+    by_parameters: bool = False,
+    tick: int = 0,
+    periods: int = 1,
+    memory: Memory | None = None,
+) -> PeriodMap:
+    """Linearise what lies between some wires, at what the graph is like in a base tick (or the period it lies in).
+
+    The map is that of so many common `periods`. With a `memory` the tick is that of it.
+
+    `inputs` are added to what their wires carry, or replace it where they are `cut`. The states are those of the blocks
+    on paths from inputs to outputs, or of `everything` that the outputs depend on.
+
+    Raises `ModelError` with the block that cannot be linearised.
+    """
+    upstream, moving = blocks_of_map(plan, inputs, outputs, everything)
+    ticks = _common_period(plan, moving, [*inputs, *outputs])
+    memory = memory or memory_at(plan, tick - tick % ticks)
+    ticks *= periods
+    if by_parameters:
+        plan = differentiated(plan)
+    counted: set[str] = set()  # blocks whose integers are bits or indices, not numbers: they keep their values
+    while True:
+        begin = _with_start_slopes(memory, plan) if by_parameters else memory.copy()
+        seeded = _seed(plan, begin, sorted(moving), counted)
+        values = [_held(begin, entry) for entry in seeded]
+        engine = DualTicks(plan, begin, upstream, inputs, outputs, cut, by_parameters)
+        try:
+            engine.advance(begin.tick + ticks, ())
+        except TickError as error:
+            name, _, what = error.at.rpartition(".")
+            if name in counted or name not in moving:
+                raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
+            counted.add(name)
+            continue
+        return replace(
+            _read(engine, seeded, values, inputs, outputs, ticks * plan.period),
+            tick=memory.tick,
+            time=memory.tick * plan.period,
+        )
+
+
+def common_period(plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool = False) -> int:
+    """Base ticks of the period of a map."""
+    return _common_period(plan, blocks_of_map(plan, inputs, outputs, everything)[1], [*inputs, *outputs])
+
+
+def blocks_of_map(
+    plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool
+) -> tuple[set[str], set[str]]:
+    """Blocks that the outputs depend on, and those of them that the map has the states of."""
+    upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
+    return upstream, upstream if everything else upstream & _downstream(plan, inputs)
+
+
+def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
+    """Which block is read by which, driven parameters included."""
+    wiring: networkx.DiGraph[str] = networkx.DiGraph()
+    wiring.add_nodes_from(plan.blocks)
+    wiring.add_edges_from((source, target) for (target, _), (source, _) in plan.schedule.drivers.items())
+    return wiring
+
+
+def _downstream(plan: Plan, inputs: Sequence[Node]) -> set[str]:
+    """Blocks that the wires reach."""
+    wiring = plan_graph(plan)
+    readers = {target for (target, _), source in plan.schedule.drivers.items() if source in inputs}
+    return readers.union(*(networkx.descendants(wiring, name) for name in readers))
+
+
+def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Node]) -> int:
+    """Base ticks after which the blocks, and the outputs that they read, tick together again."""
+    read = {source for (target, _), source in plan.schedule.drivers.items() if target in blocks}
+    strides = {plan.stride(node) for node in (*read, *ends) if node[0] in blocks or node in ends}
+    ticks = math.lcm(*strides, *(plan.schedule.divisors[name] for name in blocks))
+    if ticks > LONGEST_PERIOD:
+        message = "the blocks tick together too seldom to be linearised over one common period"
+        expected, hint = f"at most {LONGEST_PERIOD:,} base ticks", "make the rates ratios of small numbers"
+        raise ModelError([Problem(message=message, key="rate", got=f"{ticks:,}", expected=expected, hint=hint)])
+    return ticks
+
+
+def _with_start_slopes(memory: Memory, plan: Plan) -> Memory:
+    """A copy in which what still has its start value has the derivatives of that by the parameters."""
+    begin, started = memory.copy(), start(plan)
+    for name, state in begin.states.items():
+        if state is not None:
+            fields = zip(state, started.states[name], strict=True)
+            begin.states[name] = type(state)(*(first if first == now else now for now, first in fields))
+    for node, held in begin.buffers.items():
+        if isinstance(held, list):
+            fields = zip(held, started.buffers[node], strict=True)
+            begin.buffers[node] = [first if first == now else now for now, first in fields]
+    return begin
+
+
+def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) -> list[Entry]:
+    """Give every number of the states and buffers of blocks a direction of its own."""
+    seeded: list[Entry] = []
+
+    def moved(value: Any, kind: type, entry: Entry) -> Any:
+        if kind is bool or (kind in (int, FixedValue) and entry[0] in counted):
+            return value
+        seeded.append(entry)
+        return value + dual(0.0, {entry: 1.0}, SIGNALS)
+
+    for name in names:
+        state = begin.states[name]
+        if state is not None:
+            kinds = state.__annotations__
+            made = (moved(getattr(state, field), kinds[field], (name, field, -1)) for field in state._fields)
+            begin.states[name] = type(state)(*made)
+        for buffer, declared in plan.blocks[name].buffers.items():
+            if (name, buffer) not in plan.recorded:
+                held = begin.buffers[name, buffer]
+                begin.buffers[name, buffer] = [moved(v, declared.dtype, (name, buffer, i)) for i, v in enumerate(held)]
+    return seeded
+
+
+def _read(
+    engine: DualTicks,
+    seeded: list[Entry],
+    values: list[Any],
+    inputs: Sequence[Node],
+    outputs: Sequence[Node],
+    period: float,
+) -> PeriodMap:
+    """The map from what the dual numbers are after a period."""
+    memory = engine.memory()
+    rows = [_held(memory, entry) for entry in seeded]
+    rows += [value for node in outputs for value in engine.recorded[node]]
+    order = {node: number for number, node in enumerate(inputs)}
+    injected = sorted(engine.injected, key=lambda key: (order[key[:2]], key[2]))
+    columns = {key: number for number, key in enumerate([*seeded, *injected])}
+    matrix = np.zeros((len(rows), len(columns) + 1))
+    slopes: dict[str, Array] = {}
+
+    def put(row: int, column: int, number: Any, less: Any = 0.0) -> None:
+        matrix[row, column] = value_of(number) - value_of(less)
+        for name, slope in slopes_of(number - less).items():
+            slopes.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope
+
+    for row, value in enumerate(rows):
+        before = values[row] if row < len(seeded) else 0.0
+        put(row, -1, value_of(value, SIGNALS), value_of(before, SIGNALS))
+        for key, slope in slopes_of(value, SIGNALS).items():
+            put(row, columns[key], slope)
+    for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
+        name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
+        raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
+    ends = tuple((*node, number) for node in outputs for number in range(len(engine.recorded[node])))
+    undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
+    slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
+    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined)
+
+
+def _held(memory: Memory, entry: Entry) -> Any:
+    name, field, index = entry
+    return getattr(memory.states[name], field) if index < 0 else memory.buffers[name, field][index]
+
+
+def _not_linear(name: str, what: str, got: str) -> Problem:
+    return Problem(
+        message=f"cannot be linearised: {what} has no derivative here",
+        key=f"blocks.{name}",
+        got=got,
+        expected="arithmetic, comparisons and functions of math on what signals move",
+        hint="open the loop so that this block lies outside, or linearise at another time",
+        path=("blocks", name),
+    )

@@ -1,0 +1,173 @@
+"""The scalar open loop as an exact quotient of polynomials, L = N / D, from the numbers of its state space.
+
+A double is a fraction with a power of two below, so that N and D are known exactly:
+
+    D(z) = det(z - A),   N(z) = det(z - A + B C) - (1 - d) D(z).
+
+Sampled loops are turned onto the axis s = j t by z = (1 + s) / (1 - s), t = tan(w T / 2), as in Franklin, Powell and
+Workman, Digital Control of Dynamic Systems, 6.3, so that all that follows is said once, for both kinds of loops. The
+integers have thousands of bits; FLINT (flintlib.org) does their arithmetic.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+import numpy as np
+
+from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.period_map import Array
+
+Polynomial = Any  # flint.fmpz_poly, which has no types of its own
+LARGEST_ORDER = 160  # of systems whose polynomials are looked at; that takes ten seconds
+BITS = 512  # of all that is not exact; far beyond what cancels in loops of some hundred states
+
+
+@dataclass(frozen=True)
+class Rational:
+    """N / D on the frequency axis, both of formal degree `degree`; `sampled` loops have a point at infinity: z = -1."""
+
+    numerator: Polynomial
+    denominator: Polynomial
+    degree: int
+    sampled: bool
+
+    @property
+    def closed(self) -> Polynomial:
+        """N + D, whose zeros are the closed-loop poles on this axis."""
+        return self.numerator + self.denominator
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """N / D in the variable of the state space: z of a sampled loop, s of a continuous one."""
+
+    numerator: Polynomial
+    denominator: Polynomial
+
+    @property
+    def closed(self) -> Polynomial:
+        """N + D, whose zeros are the closed-loop poles."""
+        return self.numerator + self.denominator
+
+    def on_axis(self, sampled: bool) -> Rational:
+        """The same on the frequency axis."""
+        degree = max(self.numerator.degree(), self.denominator.degree(), 0)
+        if not sampled:
+            return Rational(self.numerator, self.denominator, degree, False)
+        return Rational(_turned(self.numerator, degree), _turned(self.denominator, degree), degree, True)
+
+
+def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer:
+    """The quotient of a single input and a single output; common factors are left in."""
+    n = len(a)
+    scaled, into, out = _scaled(a, b.reshape(n), c.reshape(n))
+    matrix, below = _integers(scaled)
+    column, below_column = _integers(into.reshape(n, 1))
+    row, below_row = _integers(out.reshape(1, n))
+    bits = max(below, below_column + below_row)
+    matrix *= 2 ** (bits - below)
+    product = column * row * 2 ** (bits - below_column - below_row)
+    denominator = _unscaled(matrix.charpoly() if n else flint.fmpz_poly([1]), bits)
+    closed = _unscaled((matrix - product).charpoly() if n else flint.fmpz_poly([1]), bits)
+    passed, below_passed = fraction_of(d)
+    unit = 2**below_passed
+    numerator, denominator = unit * (closed - denominator) + passed * denominator, unit * denominator
+    content = math.gcd(int(numerator.content()), int(denominator.content()))
+    return Transfer(_divided(numerator, content), _divided(denominator, content))
+
+
+def characteristic(a: Array) -> Polynomial:
+    """det(z - A), but for a power of two."""
+    matrix, bits = _integers(_scaled(a, np.zeros(len(a)), np.zeros(len(a)))[0])
+    return _unscaled(matrix.charpoly(), bits) if len(a) else flint.fmpz_poly([1])
+
+
+def fraction_of(value: float) -> tuple[int, int]:
+    """An integer m and k >= 0 with value = m / 2^k."""
+    numerator, denominator = float(value).as_integer_ratio()
+    return numerator, denominator.bit_length() - 1
+
+
+def even_and_odd(polynomial: Polynomial) -> tuple[Polynomial, Polynomial]:
+    """e and o in p(j t) = e(t^2) + j t o(t^2)."""
+    coefficients = polynomial.coeffs()
+    parts = [flint.fmpz_poly([value * (-1) ** i for i, value in enumerate(coefficients[start::2])]) for start in (0, 1)]
+    return parts[0], parts[1]
+
+
+def square(polynomial: Polynomial) -> Polynomial:
+    """|p(j t)|^2 as a polynomial in t^2."""
+    even, odd = even_and_odd(polynomial)
+    return even * even + odd * odd * flint.fmpz_poly([0, 1])
+
+
+def positive_roots(polynomial: Polynomial) -> list[Any]:
+    """The real roots above zero, each once, smallest first, as balls that are proved to hold one root each."""
+    if polynomial.degree() < 1:
+        return []
+    precise()
+    roots = [root.real for root, _ in polynomial.complex_roots() if root.imag.is_zero() and root.real > 0]
+    return sorted(roots, key=lambda root: float(root.log()))
+
+
+def roots(polynomial: Polynomial) -> list[Any]:
+    """All roots, as often as they are, as balls that are proved to hold them."""
+    if polynomial.degree() < 1:
+        return []
+    precise()
+    return [root for root, times in polynomial.complex_roots() for _ in range(times)]
+
+
+def coprime(first: Polynomial, second: Polynomial) -> tuple[Polynomial, Polynomial, Polynomial]:
+    """Both without their common factor, and that factor."""
+    common = first.gcd(second)
+    if common.degree() < 1:
+        return first, second, flint.fmpz_poly([1])
+    return first // common, second // common, common
+
+
+def precise() -> None:
+    """Set the precision of balls; always the same, so that it matters to nobody who sets it."""
+    flint.ctx.prec = BITS
+
+
+def _scaled(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
+    """The same system with states scaled by powers of two: no bit of the result changes, and integers stay short."""
+    if len(a) < 2:
+        return a, b, c
+    alike, scale = balanced(a)
+    into, out = b / scale, c * scale
+    same = (alike != 0.0).sum() == (a != 0.0).sum() and np.array_equal(into * scale, b)
+    return (alike, into, out) if same and np.array_equal(out / scale, c) else (a, b, c)
+
+
+def _integers(matrix: Array) -> tuple[Any, int]:
+    """The matrix as integers over one power of two."""
+    parts: Sequence[Sequence[tuple[int, int]]] = [[fraction_of(value) for value in row] for row in matrix]
+    bits = max((below for row in parts for _, below in row), default=0)
+    return flint.fmpz_mat(
+        len(parts), matrix.shape[1], [top << (bits - below) for row in parts for top, below in row]
+    ), bits
+
+
+def _unscaled(characteristic: Polynomial, bits: int) -> Polynomial:
+    """det(z - M), but for a power of two, from det(x - 2^bits M)."""
+    return flint.fmpz_poly([value << (bits * i) for i, value in enumerate(map(int, characteristic.coeffs()))])
+
+
+def _divided(polynomial: Polynomial, content: int) -> Polynomial:
+    return polynomial if content in (0, 1) else flint.fmpz_poly([value // content for value in polynomial.coeffs()])
+
+
+def _turned(polynomial: Polynomial, degree: int) -> Polynomial:
+    """(1 - s)^degree p((1 + s) / (1 - s)), by Horner's rule."""
+    up, down = flint.fmpz_poly([1, 1]), flint.fmpz_poly([1, -1])
+    value, power = flint.fmpz_poly([0]), flint.fmpz_poly([1])
+    coefficients = polynomial.coeffs()
+    for coefficient in reversed([*coefficients, *[0] * (degree + 1 - len(coefficients))]):
+        value = value * up + coefficient * power
+        power *= down
+    return value

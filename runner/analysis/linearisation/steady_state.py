@@ -1,0 +1,74 @@
+"""The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
+
+x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay, and that the input and the
+constants do not reach or that the output does not show, are projected out first (`lasting`): an integrator behind a
+difference, the phase of an oscillation.
+"""
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.plan.planned import Plan
+
+
+class SteadyState:
+    """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
+
+    def __init__(self, planned: Plan, found: PeriodMap, target: Node) -> None:
+        n = found.order
+        moved = found.matrix.copy()
+        moved[:n, :n] -= np.eye(n)
+        slopes = sum((np.abs(slope[:n]) for slope in found.slopes.values()), np.zeros_like(moved[:n]))
+        moving = np.flatnonzero(((moved[:n] != 0.0) | (slopes != 0.0)).any(axis=1))
+        self._found = found.kept([int(i) for i in moving])
+        self._rows = sum(entry[:2] == target for entry in found.outputs)
+        a, b, c, _, step, _, given = self._parts(self._found.matrix)
+        lasting = Lasting(a)
+        if lasting.passes(np.column_stack([b, step - b * given]), c):
+            raise ModelError([planned.graph.placed(self._does_not_settle(target, lasting))])
+        rest = lasting.others
+        self._inverse = rest @ np.linalg.inv(np.eye(len(a)) - rest @ a)
+        self._by_input = self._inverse @ b
+        self._at_zero = self._inverse @ (step - b * given)
+
+    def values(self) -> tuple[float, float]:
+        """Scale factor and bias."""
+        _, _, c, d, _, level, given = self._parts(self._found.matrix)
+        return float(c @ self._by_input) + d, float(c @ self._at_zero) + level - d * given
+
+    @property
+    def size(self) -> float:
+        """Of what the bias is the difference: the output at the operating point, and the input's part of it."""
+        _, _, _, _, _, level, given = self._parts(self._found.matrix)
+        return abs(level) + abs(self.values()[0] * given)
+
+    def slopes(self, parameter: str) -> tuple[float, float]:
+        """Derivatives of scale factor and bias."""
+        _, b, c, d, _, _, given = self._parts(self._found.matrix)
+        da, db, dc, dd, dstep, dlevel, dgiven = self._parts(self._found.slopes[parameter])
+        by_input = self._inverse @ (da @ self._by_input + db)
+        at_zero = self._inverse @ (da @ self._at_zero + dstep - db * given - b * dgiven)
+        scale = dc @ self._by_input + c @ by_input + dd
+        bias = dc @ self._at_zero + c @ at_zero + dlevel - dd * given - d * dgiven
+        return float(scale), float(bias)
+
+    def _parts(self, matrix: Array) -> tuple[Array, Array, Array, float, Array, float, float]:
+        """A, B for all values of the input alike, C, D, step and level of the mean output, and the input itself."""
+        n, rows = self._found.order, self._rows
+        mean = matrix[n : n + rows].mean(axis=0)
+        whole = matrix[:n, n:-1].sum(axis=1)
+        given = float(matrix[n + rows :, -1].mean())
+        return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), given
+
+    def _does_not_settle(self, target: Node, lasting: Lasting) -> Problem:
+        signal, holders = ".".join(target), lasting.holders([entry[0] for entry in self._found.states])
+        return Problem(
+            message=f"{signal} does not settle: it has no scale factor and no bias",
+            key=signal,
+            got=f"a mode that does not decay, of size {lasting.largest:.6g}, in {', '.join(holders)}",
+            hint="a loop is unstable or open, or an integrator is fed by something constant",
+            path=("blocks", target[0]),
+        )

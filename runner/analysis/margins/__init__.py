@@ -1,0 +1,1 @@
+"""Margins of loops: crossings, figures, sensitivities, pictures."""

@@ -1,0 +1,136 @@
+"""Where something happens on the frequency axis: crossovers and peaks as real roots, proved to be all.
+
+On the axis s = j t a polynomial is e(y) + j t o(y), y = t^2, so that |N|^2 - |D|^2, the imaginary part of N conj(D) and
+the slope of |D|^2 / |N + D|^2 are polynomials in y with integer coefficients. Their positive roots are separated by
+certified arithmetic (Arb: Johansson, IEEE Trans. Computers 66, 2017, 1281): none is missed, none invented, however
+narrow a resonance or however near to each other two crossovers are.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+
+from proofmass.runner.analysis.linearisation.rational import (
+    Polynomial,
+    Rational,
+    coprime,
+    even_and_odd,
+    positive_roots,
+    precise,
+    square,
+)
+
+_FLAT = 1e-12
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A frequency and L there: its size, and the phase that is left until -1, arg(-L)."""
+
+    w: float  # rad/s, of a sampled loop relative to one period: rad
+    size: float
+    lag: float  # rad, in (-pi, pi]
+
+
+def gain_crossings(loop: Rational) -> list[Crossing]:
+    """Where |L| = 1, between rest and half the rate.
+
+    A first crossover up to which |L| is 1 but for rounding is none: filters pass what is slow unchanged.
+    """
+    difference = square(loop.numerator) - square(loop.denominator)
+    found = positive_roots(difference)
+    at_rest = rest(loop)
+    if found and at_rest is not None and abs(at_rest.size - 1.0) < _FLAT:
+        largest = max(abs(abs(_value(loop, found[0].sqrt() * part)) - 1) for part in (0.1, 0.5, 0.9))
+        found = found[1:] if largest < _FLAT else found
+    return [_crossing(loop, y) for y in found]
+
+
+def phase_crossings(loop: Rational) -> list[Crossing]:
+    """Where L is negative, half the rate included."""
+    (ne, no), (de, do) = even_and_odd(loop.numerator), even_and_odd(loop.denominator)
+    turned = no * de - ne * do
+    real = ne * de + flint.fmpz_poly([0, 1]) * no * do
+    separate = turned
+    if turned.degree() < 0:  # L is real everywhere: no frequency is one where it crosses
+        separate = flint.fmpz_poly([1])
+    while (common := separate.gcd(real)).degree() > 0:  # where L is zero or infinite it has no sign
+        separate = separate // common
+    found = [_crossing(loop, y) for y in positive_roots(separate) if real(y) < 0]
+    last = half_rate(loop)
+    return [*found, last] if last is not None and last.lag == 0.0 else found
+
+
+def rest(loop: Rational) -> Crossing | None:
+    """L at rest, or None where it is infinite there."""
+    bottom, top = int(loop.denominator[0]), int(loop.numerator[0])
+    return None if bottom == 0 else _real(0.0, top, bottom)
+
+
+def half_rate(loop: Rational) -> Crossing | None:
+    """L at half the rate of a sampled loop, or None where it is infinite there or the loop is continuous."""
+    bottom, top = int(loop.denominator[loop.degree]), int(loop.numerator[loop.degree])
+    return None if bottom == 0 or not loop.sampled else _real(math.pi, top, bottom)
+
+
+def largest_ratio(loop: Rational, above: Polynomial, below: Polynomial) -> tuple[float, float]:
+    """Frequency and value of the largest |above / below| on the axis, the ends included; infinite at a pole."""
+    precise()
+    top, bottom, _ = coprime(square(above), square(below))
+    poles = positive_roots(bottom)
+    if poles or bottom[0] == 0:
+        return (_frequency(loop, poles[0]) if poles else 0.0), math.inf
+    slope = top.derivative() * bottom - top * bottom.derivative()
+    candidates = [(0.0, _root_of(int(top[0]), int(bottom[0])))]
+    if loop.sampled:
+        degree = max(top.degree(), bottom.degree())
+        ends = int(top[degree]), int(bottom[degree])
+        if ends[1] == 0:
+            return math.pi, math.inf
+        candidates.append((math.pi, _root_of(*ends)))
+    candidates += [(_frequency(loop, y), float((top(y) / bottom(y)).sqrt())) for y in positive_roots(slope)]
+    return max(candidates, key=lambda pair: pair[1])
+
+
+def first_fall(loop: Rational, above: Polynomial, below: Polynomial) -> float | None:
+    """The first frequency at which |above / below| is 3 dB less than at rest."""
+    precise()
+    at_rest = int(above[0]) ** 2, int(below[0]) ** 2
+    if at_rest[0] == 0 or at_rest[1] == 0:
+        return None
+    difference = 2 * at_rest[1] * square(above) - at_rest[0] * square(below)
+    found = positive_roots(difference)
+    return _frequency(loop, found[0]) if found else None
+
+
+def _crossing(loop: Rational, y: Any) -> Crossing:
+    value = _value(loop, y.sqrt())
+    return Crossing(_frequency(loop, y), float(abs(value)), float((-value).arg()))
+
+
+def value_at(loop: Rational, t: float) -> complex:
+    """L at s = j t."""
+    precise()
+    return complex(_value(loop, flint.arb(t)))
+
+
+def _value(loop: Rational, t: Any) -> Any:
+    s = flint.acb(0, t)
+    return loop.numerator(s) / loop.denominator(s)
+
+
+def _frequency(loop: Rational, y: Any) -> float:
+    t = y.sqrt()
+    return float(2 * t.atan()) if loop.sampled else float(t)
+
+
+def _real(w: float, top: int, bottom: int) -> Crossing:
+    precise()
+    value = flint.fmpq(top, bottom)
+    return Crossing(w, float(abs(flint.arb(value))), 0.0 if value < 0 else math.pi)
+
+
+def _root_of(top: int, bottom: int) -> float:
+    return float(flint.arb(flint.fmpq(top, bottom)).sqrt())

@@ -1,0 +1,157 @@
+"""Frequencies at which something happens, refined until rounding ends it."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.rational import Rational
+from proofmass.runner.analysis.margins.crossings import value_at
+from proofmass.runner.analysis.margins.figures import Figures
+
+_PER_DECADE = 60
+_MOST_TURNS = 64  # of the circle that a picture shows in detail
+_DENSITIES = (4, 16)  # points for each pole and turn, evenly spaced: of many turns and of few
+_TOLD = 1e8  # condition number up to which floating point tells L well
+_DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
+_ROUNDING = 1e-12
+_ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
+Measure = Callable[[Complex], Array]
+
+
+def sweep(system: OpenLoop) -> Array:
+    """Angular frequencies up to half the rate of the wire, denser about open- and closed-loop poles, for pictures."""
+    period = 1.0 if system.continuous else system.map.period
+    poles = np.concatenate([system.open_poles, system.poles])
+    logs: Complex = poles if system.continuous else np.log(poles[np.abs(poles) > 1e-6])
+    corners = np.abs(logs)[np.abs(logs) > 1e-12] / period
+    last = 1e3 * float(np.max(corners, initial=1.0)) if system.continuous else math.pi / system.sample
+    lowest = 1e-3 * min(float(np.min(corners, initial=last)), last)
+    turns = min(system.per_period, _MOST_TURNS)
+    density = min(max(256 // turns, _DENSITIES[0]), _DENSITIES[1])
+    points = [np.geomspace(lowest, last, 2 + int(_PER_DECADE * math.log10(last / lowest)))]
+    if not system.continuous:
+        points.append(np.linspace(0.0, last, density * (len(poles) + 16) * turns)[1:])
+    for log in logs[np.abs(logs.real) < density / _DENSITIES[1]]:
+        for turn in range(turns):
+            centre = (abs(log.imag) + 2.0 * math.pi * turn) / period
+            points.append(centre + max(abs(log.real), 1e-9 * abs(log)) / period * _ABOUT_A_POLE)
+    w = np.unique(np.concatenate(points))
+    w = w[(w >= lowest) & (w <= last)]
+    on_boundary = logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag / period
+    distance = np.abs(w[:, None] - on_boundary)
+    far: Array = w[np.min(distance / w[:, None], axis=1, initial=2.0) > 1e-9]  # from where L is infinite
+    return far
+
+
+def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures) -> None:
+    """Compare the polynomials of a loop with its state space; raises `ArithmeticError` where they disagree.
+
+    Each is looked at between the crossovers and at some frequencies of the whole range; where floating point cannot
+    tell L there, it is not asked.
+    """
+    single = system.single()
+    if single is None or not len(single[0]):
+        return
+    a, b, c, d = single
+    period = 1.0 if system.continuous else system.map.period
+    corners = [2.0 * math.pi * v * period for v in (*figures.gain_crossovers, *figures.phase_crossovers)]
+    marks = np.unique([1e-4, *corners, math.pi])
+    angles = np.sqrt(marks[:-1] * marks[1:])
+    z = 1j * angles if system.continuous else np.exp(1j * angles)
+    matrices = z[:, None, None] * np.eye(len(a)) - a
+    told = np.linalg.cond(matrices) < _TOLD
+    if not np.any(told):
+        return
+    swept = np.linalg.solve(matrices[told], np.broadcast_to(b.reshape(-1, 1), (int(told.sum()), len(a), 1)))
+    states = swept[:, :, 0]
+    values = states @ c + d
+    for angle, value in zip(angles[told], values, strict=True):
+        t = angle if system.continuous else math.tan(0.5 * angle)
+        exact = value_at(axis, t)
+        if abs(exact - value) > _DISAGREEING * max(abs(value), abs(exact), 1e-3):
+            raise ArithmeticError(
+                f"margins of {name}: L at {angle / period / (2.0 * math.pi):.6g} Hz is {value:.6g} by its state space, "
+                f"{exact:.6g} by its polynomials"
+            )
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What a system answers on a grid of frequencies, and how it is found between them."""
+
+    answer: Callable[[Array], Complex]
+    w: Array
+    values: Complex
+
+    @classmethod
+    def on(cls, w: Array, answer: Callable[[Array], Complex]) -> "Samples":
+        """The answers on a grid."""
+        return cls(answer, w, answer(w))
+
+    def up_to(self, w: float) -> "Samples":
+        """The part below a frequency."""
+        return replace(self, w=self.w[self.w < w], values=self.values[self.w < w])
+
+
+def crossings(samples: Samples, measure: Measure) -> list[float]:
+    """Frequencies at which a measure of the answer is zero, those between two points where it only dips too."""
+    w, values = _with_dips(samples, measure)
+    size = np.abs(samples.answer(w)) if samples.values.ndim == 1 else 1.0
+    told = np.flatnonzero((np.abs(values) > _ROUNDING * size) & np.isfinite(values))  # of the others no sign is known
+    curve, w, values = _curve(samples, measure), w[told], values[told]
+    places = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
+    return [zero_between(curve, float(w[i]), float(w[i + 1])) for i in places]
+
+
+def highest(samples: Samples, measure: Measure) -> tuple[float, float]:
+    """Frequency and value at which a measure of the answer is largest."""
+    w, values, curve = samples.w, measure(samples.values), _curve(samples, measure)
+    best = int(np.argmax(values))
+    found = (float(w[best]), float(values[best]))
+    for i in map(int, np.flatnonzero(values >= 0.98 * values[best])):
+        before, after = max(i - 1, 0), min(i + 1, len(w) - 1)
+        if values[i] >= max(values[before], values[after]):
+            found = max(found, _refined(curve, float(w[before]), float(w[after])), key=lambda pair: pair[1])
+    return found
+
+
+def _with_dips(samples: Samples, measure: Measure) -> tuple[Array, Array]:
+    """The points, and where the measure comes nearest to zero between points of one sign."""
+    w, values, curve = samples.w, measure(samples.values), _curve(samples, measure)
+    size = np.abs(values)
+    inner = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] < size[2:])) + 1
+    inner = inner[(np.sign(values[inner - 1]) == np.sign(values[inner + 1]))]
+    added = [_refined(lambda v: -abs(curve(v)), float(w[i - 1]), float(w[i + 1]))[0] for i in inner]
+    joined = np.concatenate([w, added])
+    order = np.argsort(joined)
+    return joined[order], np.concatenate([values, [curve(v) for v in added]])[order]
+
+
+def _curve(samples: Samples, measure: Measure) -> Callable[[float], float]:
+    return lambda w: float(measure(samples.answer(np.array([w])))[0])
+
+
+def _refined(curve: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    options = {"xatol": 1e-10 * high}
+    found = _optimize().minimize_scalar(lambda v: -curve(v), bounds=(low, high), method="bounded", options=options)
+    return float(found.x), -float(found.fun)
+
+
+def zero_between(function: Callable[[float], float], low: float, high: float) -> float:
+    """The zero of a function that changes its sign between two places, but for rounding."""
+    ends = (function(low), function(high))
+    if ends[0] * ends[1] >= 0.0:
+        return low if abs(ends[0]) < abs(ends[1]) else high
+    return float(_optimize().brentq(function, low, high, xtol=1e-14, rtol=1e-14))
+
+
+def _optimize() -> Any:
+    """scipy.optimize, imported late: half of what the command `margins` would take to start, and few loops want it."""
+    import scipy.optimize
+
+    return scipy.optimize

@@ -1,0 +1,211 @@
+"""The figures of a loop opened at a wire that has several values in a common period, of which more than one matters.
+
+No single L exists: L is the matrix of the lifted system (`open_loop`), S and T are matrices whose size is the largest
+singular value. Gain and phase margin are the factor and the turn at the wire that put a pole of the closed period on
+the unit circle; the delay margin is the number of whole samples before the first that does, or 64. Crossovers are those
+of what comes back at the frequency that goes in, looked for by a sweep.
+
+A factor f (1 + e) at the wire leaves the loop stable while |e| < 1 / max |T|, by the small-gain theorem (Zhou, Doyle
+and Glover, Robust and Optimal Control, 9.2): steps of that size miss nothing on the way to the first critical factor.
+"""
+
+import cmath
+import itertools
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures
+from proofmass.runner.analysis.margins.frequencies import Samples, crossings, sweep
+
+LARGEST_DELAY = 64  # samples
+MOST_VALUES = 128  # of the wire in a period
+_SURPLUS = 1e-2  # by which a norm is bounded from above
+_NEAR_AXIS = 1e-5  # of an eigenvalue that counts as imaginary; one too many does no harm
+_PEAK = 1e-9  # to which the height of a peak is found
+_SHORTEST = 1e-11  # step towards a critical factor
+_MOST_STEPS = 2000
+_OUTSIDE = 1.0 + 1e-12
+
+
+def figures_of(system: OpenLoop, open_at: str, stable: bool) -> Figures:
+    """All figures of a loop; the margins only of a stable one. Raises `ModelError` for too many values in a period."""
+    if system.per_period > MOST_VALUES:
+        problem = Problem(
+            message=f"the loop has too many values of {open_at} in its common period",
+            key=open_at,
+            got=f"{system.per_period:,}, of which more than one matters",
+            expected=f"at most {MOST_VALUES}",
+            hint="open the loop at its slowest wire, where a period has one value",
+        )
+        raise ModelError([problem])
+    w = sweep(system)
+    response = Samples.on(w, system.response)
+    gains = crossings(response, lambda values: np.abs(values) - 1.0)
+    phases = _phase_crossovers(system, response)
+    hertz = 1.0 / (2.0 * math.pi)
+    every = Figures(
+        gain_crossovers=tuple(v * hertz for v in gains),
+        gain_crossover_phases=tuple(float(np.angle(-system.response(v))) for v in gains),
+        phase_crossovers=tuple(v * hertz for v in phases),
+        phase_crossover_gains=tuple(float(np.abs(system.response(v))) for v in phases),
+    )
+    if not stable:
+        return every
+    up, down = (_critical_factor(system, sign) for sign in (1.0, -1.0))
+    at, peak = largest(system, 1.0)
+    return every.with_values(
+        gain_margin=up,
+        gain_reduction=down,
+        phase_margin=_critical_turn(system),
+        delay_margin=delay_margin(system),
+        disk_margin=1.0 / largest(system, 0.5)[1],
+        sensitivity_peak=peak,
+        sensitivity_peak_frequency=at * hertz,
+        bandwidth=_bandwidth(system, w),
+        stable_gains=((down or 0.0, up or math.inf),),
+    )
+
+
+def delay_margin(system: OpenLoop) -> float:
+    """Seconds of whole samples before the first that makes the loop unstable."""
+    for samples in range(1, LARGEST_DELAY + 1):
+        if _delayed_radius(system, samples) >= _OUTSIDE:
+            return (samples - 1) * system.sample
+    return LARGEST_DELAY * system.sample
+
+
+def largest(system: OpenLoop, offset: float, factor: complex = 1.0) -> tuple[float, float]:
+    """Angular frequency and value of the largest |offset - T|, T = f L (I + f L)^-1, between rest and half the rate."""
+    closed = _Closed(system, factor, offset)
+    at, size = closed.largest(closed.corners(), _PEAK)
+    return abs(at) / system.map.period, size
+
+
+class _Closed:
+    """offset - T as a system in s, for a factor at the wire."""
+
+    def __init__(self, system: OpenLoop, factor: complex, offset: float) -> None:
+        _, b, c, d = system.matrices
+        eye = np.eye(len(d))
+        inverse = np.linalg.inv(eye + factor * d)
+        self.parts: tuple[Complex, ...] = (
+            system.closed(factor).astype(complex),
+            (b @ inverse).astype(complex),
+            -factor * inverse @ c,
+            offset * eye - factor * d @ inverse,
+        )
+        self._flat = self._continuous()
+
+    def largest(self, angles: Iterable[float], slack: float) -> tuple[float, float]:
+        """Angle w T and value of the largest size, but for a part of it, from some angles at which it may be large.
+
+        Bruinsma and Steinbuch, Systems and Control Letters 14, 1990, 287, on the plane s = (z - 1) / (z + 1): between
+        the angles at which a level is crossed, eigenvalues of a Hamiltonian matrix, a higher one is looked for.
+        """
+        best, at = max((self.size(angle), angle) for angle in angles)
+        while True:
+            places = self.crossed((1.0 + slack) * best)
+            between = [0.5 * (low + high) for low, high in itertools.pairwise(places)]
+            size, angle = max(((self.size(angle), angle) for angle in between), default=(0.0, 0.0))
+            if size <= best:
+                return at, best
+            best, at = size, angle
+
+    def size(self, angle: float) -> float:
+        """The largest singular value at w T."""
+        a, b, c, d = self.parts
+        return float(np.linalg.norm(c @ np.linalg.solve(cmath.exp(1j * angle) * np.eye(len(a)) - a, b) + d, 2))
+
+    def corners(self) -> list[float]:
+        """Angles w T at which it may be large: of its poles, and the ends."""
+        poles = np.linalg.eigvals(self.parts[0]) if len(self.parts[0]) else np.zeros(0)
+        return [0.0, math.pi, *(float(np.angle(pole)) for pole in poles if pole != 0.0)]
+
+    def crossed(self, level: float) -> list[float]:
+        """Angles w T at which a singular value is at a level, in order, around the whole circle."""
+        a, b, c, d = self._flat
+        if not len(a):
+            return []
+        inner = d.conj().T @ d - level**2 * np.eye(d.shape[1])
+        into = np.linalg.solve(inner, np.hstack([d.conj().T @ c, b.conj().T]))
+        n = len(a)
+        back = np.vstack([b, -c.conj().T @ d])
+        hamiltonian = np.block([[a, np.zeros((n, n))], [-c.conj().T @ c, -a.conj().T]]) - back @ into
+        values = np.linalg.eigvals(hamiltonian)
+        near = values[np.abs(values.real) <= _NEAR_AXIS * (np.abs(values) + 1e-3)]
+        angles = sorted(2.0 * math.atan(float(value.imag)) for value in near)
+        return [*angles, angles[0] + 2.0 * math.pi] if angles else []
+
+    def _continuous(self) -> tuple[Complex, ...]:
+        a, b, c, d = self.parts
+        inverse = np.linalg.inv(np.eye(len(a)) + a)
+        root = math.sqrt(2.0)
+        return inverse @ (a - np.eye(len(a))), root * inverse @ b, root * c @ inverse, d - c @ inverse @ b
+
+
+def _critical_factor(system: OpenLoop, sign: float) -> float | None:
+    found = _first_critical(
+        system, lambda x: complex(math.exp(sign * x)), math.log(LARGEST_FACTOR), lambda norm: math.log1p(1.0 / norm)
+    )
+    return None if found is None else math.exp(sign * found)
+
+
+def _critical_turn(system: OpenLoop) -> float | None:
+    return _first_critical(
+        system, lambda x: cmath.exp(-1j * x), math.pi, lambda norm: 2.0 * math.asin(min(0.5 / norm, 1.0))
+    )
+
+
+def _first_critical(
+    system: OpenLoop, factor: Callable[[float], complex], last: float, safe_step: Callable[[float], float]
+) -> float | None:
+    """The least x at which a factor puts a pole on the unit circle, by steps within which none can."""
+    x = 0.0
+    for _ in range(_MOST_STEPS):
+        closed = _Closed(system, factor(x), 0.0)
+        norm = closed.largest(closed.corners(), _SURPLUS)[1] * (1.0 + _SURPLUS)
+        step = safe_step(norm) if norm > 0.0 else last
+        x += step
+        if x >= last:
+            return None
+        if step <= _SHORTEST * max(x, 1.0):
+            return x
+    raise ArithmeticError("a critical factor was not reached")
+
+
+def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
+    """Where the response is real and negative; at half the rate of the wire it is real by nature."""
+    ends = [math.pi / system.sample]
+    found = crossings(response.up_to(ends[0] * (1.0 - 1e-9)), lambda values: values.imag) + ends
+    return [v for v in found if system.response(v).real < 0.0]
+
+
+def _delayed_radius(system: OpenLoop, samples: int) -> float:
+    """Largest pole with the wire delayed by some of its samples: a register for each."""
+    a, b, c, d = system.matrices
+    n, p = len(a), system.per_period
+    # What the wire brings in a period is the last entries of a queue: the registers, then what comes back.
+    queue = np.vstack([np.hstack([np.zeros((samples, n)), np.eye(samples)]), np.hstack([c, np.zeros((p, samples))])])
+    for row in range(p):  # u[row] = -queue[row], and what comes back in the same period may depend on it
+        queue[samples + row] -= d[row, :row] @ queue[:row] if row else 0.0
+    state = np.hstack([a, np.zeros((n, samples))]) - b @ queue[:p]
+    return float(np.max(np.abs(np.linalg.eigvals(np.vstack([state, queue[p:]])))))
+
+
+def _bandwidth(system: OpenLoop, w: Any) -> float | None:
+    """Where the closed loop first falls by 3 dB from what it is at rest."""
+
+    def size(matrices: Complex) -> Any:
+        return np.linalg.norm(matrices, 2, axis=(1, 2))
+
+    closed = Samples.on(np.array([0.0, *w]), system.complementary)
+    at_rest = float(size(closed.answer(np.zeros(1)))[0])
+    if at_rest == 0.0:
+        return None
+    fallen = crossings(closed, lambda values: size(values) / at_rest - math.sqrt(0.5))
+    return fallen[0] / (2.0 * math.pi) if fallen else None

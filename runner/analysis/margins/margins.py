@@ -1,0 +1,111 @@
+"""Stability margins of the loops of a graph, from its exact linearisation.
+
+The verdict comes from the closed-loop poles alone, of what the loop sees (`modes`). Of a stable loop:
+
+- gain margin: the factors next to 1, above and below, which put a pole on the unit circle, -1 / L where L is real;
+- phase margin: the least phase, of either sign, that does, |arg(-L)| where |L| = 1; delay margin: the least delay,
+  (arg(-L) modulo 2 pi) / w;
+- sensitivity peak Ms = max |S|, S = 1 / (1 + L); disk margin 2 / max |S - T| (Seiler, Packard and Gahinet, IEEE
+  Control Systems 40, 2020, 78), which holds for gain and phase together;
+- bandwidth: where |T| falls by 3 dB, T = L / (1 + L).
+
+Any loop has crossovers, a least distance of L from -1, and the factors at the wire with which it would be stable.
+
+Crossovers and peaks are real roots of polynomials that are known exactly (`rational`, `crossings`, `scalar`). Where a
+loop has several values of its wire in a common period and more than one of them matters, no single L exists: `lifted`.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judged
+from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, transfer
+from proofmass.runner.analysis.margins import lifted, scalar
+from proofmass.runner.analysis.margins.figures import Figures, decibels
+from proofmass.runner.analysis.margins.frequencies import check_by_sweep
+from proofmass.runner.analysis.margins.modes import Mode, seen
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margins(Figures):
+    """The figures of one loop, its verdict, and what that rests on."""
+
+    loop: str
+    open_at: str
+    verdict: Verdict
+    slowest: tuple[Pole, ...]  # closed-loop poles over its period that the loop sees, the slowest first
+    hidden: tuple[Mode, ...]  # modes that do not decay and that the loop does not see
+    period: float  # s; 0 of a continuous loop
+    sample: float  # s, of the wire
+    system: OpenLoop
+
+    @property
+    def stable(self) -> bool:
+        """Whether the verdict is "stable"."""
+        return self.verdict == "stable"
+
+    @property
+    def poles(self) -> Complex:
+        """Closed-loop poles over the period that the loop sees, the slowest first."""
+        return np.array([pole.value for pole in self.slowest], dtype=complex)
+
+    def __repr__(self) -> str:
+        """The loop, its verdict and its margins, in a line."""
+        numbers = {
+            "gain margin": self.gain_margin and f"{decibels(self.gain_margin):.2f} dB",
+            "phase margin": self.phase_margin and f"{math.degrees(self.phase_margin):.2f} deg",
+        }
+        shown = "".join(f", {name} {value}" for name, value in numbers.items() if value)
+        return f"<Margins of {self.loop}: {self.verdict}{shown}>"
+
+    def as_data(self) -> dict[str, Any]:
+        """The numbers as plain data, in the units of their names."""
+        samples = None if self.delay_margin is None or not self.sample else self.delay_margin / self.sample
+        return {
+            "loop": self.loop,
+            "open_at": self.open_at,
+            "stable": self.stable,
+            "verdict": self.verdict,
+            "operating_point": {"tick": self.system.map.tick, "time_s": self.system.map.time},
+            "notes": list(self.system.map.notes),
+            "hidden_modes": [str(mode) for mode in self.hidden],
+            **super().as_data(),
+            "delay_margin_samples": samples,
+            "period_s": self.period,
+            "sample_s": self.sample,
+            "poles": [[pole.value.real, pole.value.imag] for pole in self.slowest],
+            "pole_distances": [pole.distance for pole in self.slowest],
+        }
+
+
+def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
+    """All margins of an open loop."""
+    closed, sampled, period = np.real(system.closed()), not system.continuous, system.map.period
+    hidden: tuple[Mode, ...] = ()
+    single = system.single()
+    if single is None or len(closed) > LARGEST_ORDER:
+        verdict, poles = judged(closed, sampled, system.variation)
+        figures = lifted.figures_of(system, open_at, verdict == "stable")
+    else:
+        a, b, c, d = single
+        what = seen(transfer(a, b, c, d), system.matrices[:3], closed, system.map.states, sampled, system.variation)
+        verdict, poles, hidden = what.verdict, what.poles, what.hidden
+        figures = scalar.figures_of(what.transfer, sampled, period, verdict == "stable")
+        if system.per_period > 1 and verdict == "stable":
+            figures = figures.with_values(delay_margin=lifted.delay_margin(system))
+        check_by_sweep(system, loop, what.transfer.on_axis(sampled), figures)
+    return Margins(
+        **vars(figures),
+        loop=loop,
+        open_at=open_at,
+        verdict=verdict,
+        slowest=poles,
+        hidden=hidden,
+        period=period,
+        sample=system.sample,
+        system=system,
+    )

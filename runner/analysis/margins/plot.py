@@ -1,0 +1,167 @@
+"""Pictures of a loop: Bode, Nyquist and step response in one; and which parameters move what."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.linalg
+
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.margins.frequencies import sweep
+from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.sensitivity import Sensitivity
+from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE, prefix
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST_STEPS, _MOST_BARS = 4000, 15
+_POINTS = 600  # of the step response of a continuous loop
+
+
+def plot_margins(margins: Margins) -> "Figure":
+    """Magnitude and phase of L, L in the complex plane, and the closed loop's answer to a step at the wire."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(11.0, 7.2), facecolor=PAPER, layout="constrained")
+        figure.suptitle(_title(margins), size=12, weight="bold")
+        panels = figure.subplot_mosaic([["magnitude", "nyquist"], ["phase", "step"]])
+        w = sweep(margins.system)
+        response = margins.system.response(w)
+        _draw_bode(margins, panels["magnitude"], panels["phase"], w / (2.0 * math.pi), response)
+        _draw_nyquist(panels["nyquist"], response)
+        _draw_step(margins, panels["step"])
+    return figure
+
+
+def plot_sensitivities(found: list[Sensitivity]) -> "Figure":
+    """A tornado for each quantity: its change when a parameter grows by one percent, the strongest on top."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    drawn = [
+        (quantity, [e for e in quantity.effects if e.of_one_percent is not None][:_MOST_BARS]) for quantity in found
+    ]
+    heights = [0.8 + 0.24 * max(len(effects), 1) for _, effects in drawn]
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, sum(heights) + 0.5), facecolor=PAPER, layout="constrained")
+        panels = figure.subplots(len(drawn), 1, squeeze=False, height_ratios=heights)[:, 0]
+        for panel, (quantity, effects) in zip(panels, drawn, strict=True):
+            changes = [effect.of_one_percent or 0.0 for effect in effects]
+            factor, unit = prefix(quantity.unit, max(map(abs, changes), default=0.0))
+            places = range(len(effects))
+            colours = [BLUE if change > 0.0 else ORANGE for change in changes]
+            panel.barh(places, [change * factor for change in changes], color=colours, height=0.7)
+            panel.set_yticks(places, [effect.parameter for effect in effects])
+            panel.invert_yaxis()
+            panel.axvline(0.0, color=INK, linewidth=0.8)
+            panel.grid(visible=False, axis="y")
+            panel.set_xlabel(f"change for +1 % [{unit}]")
+            size, scaled = prefix(quantity.unit, abs(quantity.value))
+            named = f"{quantity.quantity} {quantity.value * size:.6g} {scaled if scaled != '1' else ''}"
+            panel.set_title(named, loc="left", size=10)
+    return figure
+
+
+def _title(margins: Margins) -> str:
+    if not margins.stable:
+        return f"{margins.loop}: unstable"
+    parts = {
+        "gain margin": margins.gain_margin and f"{20.0 * math.log10(margins.gain_margin):.2f} dB",
+        "phase margin": margins.phase_margin and f"{math.degrees(margins.phase_margin):.1f}°",
+        "delay margin": margins.delay_margin and _seconds(margins.delay_margin),
+    }
+    return f"{margins.loop}: " + ", ".join(f"{name} {value}" for name, value in parts.items() if value)
+
+
+def _seconds(time: float) -> str:
+    factor, unit = prefix("s", time)
+    return f"{time * factor:.4g} {unit}"
+
+
+def _draw_bode(
+    margins: Margins,
+    magnitude: "Axes",
+    phase: "Axes",
+    hertz: Array,
+    response: "np.ndarray[tuple[int], np.dtype[np.complex128]]",
+) -> None:
+    size = 20.0 * np.log10(np.maximum(np.abs(response), 1e-15))
+    angle = np.degrees(np.unwrap(np.angle(response)))
+    angle -= 360.0 * np.round((angle[0] + 90.0) / 360.0)
+    for panel, values in ((magnitude, size), (phase, angle)):
+        panel.semilogx(hertz, values, color=BLUE)
+        panel.set_xlim(hertz[0], hertz[-1])
+        panel.set_xlabel("frequency [Hz]")
+    magnitude.set_ylabel("|L| [dB]")
+    phase.set_ylabel("phase of L [deg]")
+    magnitude.axhline(0.0, color=INK, linewidth=0.8)
+    magnitude.set_ylim(max(size.min(), -120.0) - 5.0, min(size.max(), 120.0) + 5.0)
+    for turn in range(math.floor(angle.min() / 360.0), math.ceil(angle.max() / 360.0) + 1):
+        if angle.min() <= 360.0 * turn - 180.0 <= angle.max():
+            phase.axhline(360.0 * turn - 180.0, color=INK, linewidth=0.8)
+    low, high = max(angle.min(), -1080.0), min(angle.max(), 720.0)
+    phase.set_ylim(min(low, -190.0) - 10.0, max(high, -80.0) + 10.0)
+    for crossover in margins.gain_crossovers:
+        value = float(np.interp(crossover, hertz, angle))
+        phase.plot([crossover], [value], "o", color=ORANGE, markersize=5)
+        magnitude.plot([crossover], [0.0], "o", color=ORANGE, markersize=5)
+    for crossover in margins.phase_crossovers:
+        magnitude.plot([crossover], [float(np.interp(crossover, hertz, size))], "s", color=ORANGE, markersize=4)
+
+
+def _draw_nyquist(panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.complex128]]") -> None:
+    for half, style in ((response, "-"), (response.conj(), "--")):
+        panel.plot(half.real, half.imag, style, color=BLUE)
+    turn = np.linspace(0.0, 2.0 * math.pi, 200)
+    panel.plot(np.cos(turn), np.sin(turn), color=GRID)
+    panel.plot([-1.0], [0.0], "+", color=ORANGE, markersize=10, markeredgewidth=2)
+    panel.set_xlim(-2.5, 1.5)
+    panel.set_ylim(-2.0, 2.0)
+    panel.set_aspect("equal", adjustable="box")
+    panel.set_xlabel("real part of L")
+    panel.set_ylabel("imaginary part of L")
+
+
+def _draw_step(margins: Margins, panel: "Axes") -> None:
+    values = step_response(margins)
+    times = np.arange(len(values)) * (margins.sample or _tick(margins))
+    factor, unit = prefix("s", float(times[-1]) if len(times) > 1 else margins.sample)
+    if margins.sample:
+        panel.step(times * factor, values, where="post", color=BLUE)
+    else:
+        panel.plot(times * factor, values, color=BLUE)
+    panel.axhline(1.0, color=INK, linewidth=0.8)
+    panel.set_xlabel(f"time [{unit}]")
+    panel.set_ylabel("step response of L / (1 + L)")
+
+
+def _tick(margins: Margins) -> float:
+    """Seconds between the points of the step response of a continuous loop: a part of its slowest time constant."""
+    decay = abs(margins.poles[0].real) if len(margins.poles) else 1.0
+    return 6.0 / max(decay, 1e-9 * float(np.max(np.abs(margins.poles), initial=1.0))) / _POINTS
+
+
+def step_response(margins: Margins) -> Array:
+    """What comes back to the wire, in each of its ticks, for a unit step that is added there."""
+    system = margins.system
+    _, b, c, d = system.matrices
+    inverse = np.linalg.inv(np.eye(len(d)) + d)
+    closed, into, out, direct = np.real(system.closed()), b @ inverse, inverse @ c, d @ inverse
+    if system.continuous:
+        n, p = into.shape
+        both = np.zeros((n + p, n + p))
+        both[:n, :n], both[:n, n:] = closed, into
+        held = scipy.linalg.expm(both * _tick(margins))
+        closed, into, speed = held[:n, :n], held[:n, n:], 6.0 / _POINTS
+    else:
+        speed = abs(math.log(min(max(abs(margins.poles[0]) if len(margins.poles) else 0.5, 1e-3), 1e3)))
+    periods = min(max(int(6.0 / max(speed, 1e-9)), 8), _MOST_STEPS // system.per_period + 1)
+    x, ones, rows = np.zeros(len(closed)), np.ones(system.per_period), []
+    for _ in range(periods):
+        rows.append(out @ x + direct @ ones)
+        x = closed @ x + into @ ones
+    return np.concatenate(rows)

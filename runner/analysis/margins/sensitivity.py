@@ -1,0 +1,186 @@
+"""Exact derivatives of scale factor, bias and margins by every real parameter of a graph.
+
+Scale factor and bias are those of the settled graph, linear about its operating point: output = bias + scale factor
+times input. A margin moves with its parameter so that a closed-loop pole stays on the unit circle: with right and left
+vectors v, w of that pole, d pole = w* dA v / (w* v) (Golub and Van Loan, Matrix Computations, 7.2.2).
+"""
+
+import cmath
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import split
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.steady_state import SteadyState
+from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.plan.planned import Plan
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a parameter does to a quantity: the derivative, and the change for one percent of the parameter.
+
+    A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else there is none.
+    """
+
+    parameter: str
+    value: float
+    unit: str
+    derivative: float
+    of_one_percent: float | None
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """A quantity and all that moves it, the strongest first."""
+
+    quantity: str
+    unit: str
+    value: float
+    effects: tuple[Effect, ...]
+    undefined: tuple[str, ...] = ()  # parameters at a corner, or where the slope is infinite
+
+    def as_data(self) -> dict[str, Any]:
+        """The numbers as plain data."""
+        effects = [vars(effect) for effect in self.effects]
+        return {"quantity": self.quantity, "unit": self.unit, "value": self.value, "effects": effects} | (
+            {"undefined": list(self.undefined)} if self.undefined else {}
+        )
+
+
+def transfer_sensitivities(planned: Plan, source: Node, target: Node, tick: int = 0) -> tuple[Sensitivity, Sensitivity]:
+    """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
+    found = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
+    settled = SteadyState(planned, found, target)
+    scale, bias = settled.values()
+    slopes = {name: settled.slopes(name) for name in found.slopes}
+    units = [planned.blocks[name].unit_of(planned.blocks[name].outputs[port]) for name, port in (target, source)]
+    ratio = short_unit(f"({units[0]})/({units[1]})")
+    by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
+    return (
+        replace(_ranked(planned, "scale factor", ratio, scale, by_scale), undefined=found.undefined),
+        replace(_ranked(planned, "bias", units[0], bias, by_bias, settled.size), undefined=found.undefined),
+    )
+
+
+def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> list[Sensitivity]:
+    """Gain, phase and delay margin of a loop; `system` is its open loop with the derivatives by parameters."""
+    found = []
+    if margins.gain_margin is not None:
+        found.append(("gain margin", "dB", _by_gain(system, margins)))
+    if margins.phase_margin is not None and system.per_period == 1:
+        phase, delay = _by_phase(system, margins)
+        found += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
+    values = margins.as_data()
+    keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
+    ranked = [
+        _ranked(planned, f"{margins.loop}: {name}", unit, values[keys[name]], {p: slope(p) for p in system.map.slopes})
+        for name, unit, slope in found
+    ]
+    return [replace(quantity, undefined=system.map.undefined) for quantity in ranked]
+
+
+def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
+    """Derivative of the gain margin in decibels by each parameter."""
+    factor, frequency = margins.gain_margin or 1.0, margins.gain_margin_frequency
+    near = None if frequency is None else cmath.exp(2j * math.pi * frequency * system.map.period)
+    pole, vectors = _critical(system, factor, near)
+    by_gain = pole.conjugate() * vectors(_by_factor(system, factor))
+
+    def slope(parameter: str) -> float:
+        by_parameter = pole.conjugate() * vectors(_by_parameter(system, factor, parameter))
+        return -by_parameter.real / by_gain.real / factor * 20.0 / math.log(10.0)
+
+    return slope
+
+
+def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float], Callable[[str], float]]:
+    """Derivatives of phase margin, in degrees, and delay margin by each parameter."""
+    lags = [
+        (2.0 * math.pi * f, cmath.phase(-complex(system.response(2.0 * math.pi * f)))) for f in margins.gain_crossovers
+    ]
+
+    def moves(w: float, lag: float) -> Callable[[str], tuple[float, float]]:
+        turn = cmath.exp(-1j * lag)
+        pole, vectors = _critical(system, turn, cmath.exp(1j * w * system.map.period))
+        by_lag = pole.conjugate() * vectors(-1j * turn * _by_factor(system, turn))
+
+        def slopes(parameter: str) -> tuple[float, float]:
+            by_parameter = pole.conjugate() * vectors(_by_parameter(system, turn, parameter))
+            change = -by_parameter.real / by_lag.real
+            return change, (by_parameter.imag + by_lag.imag * change) / system.map.period
+
+        return slopes
+
+    nearest_phase = min(lags, key=lambda pair: abs(pair[1]))
+    nearest_delay = min(lags, key=lambda pair: (pair[1] % (2.0 * math.pi)) / pair[0])
+    of_phase, of_delay = moves(*nearest_phase), moves(*nearest_delay)
+    w, lag = nearest_delay[0], nearest_delay[1] % (2.0 * math.pi)
+
+    def phase(parameter: str) -> float:
+        return math.degrees(math.copysign(1.0, nearest_phase[1]) * of_phase(parameter)[0])
+
+    def delay(parameter: str) -> float:
+        change, shift = of_delay(parameter)
+        return change / w - lag * shift / (w * w)
+
+    return phase, delay
+
+
+def _critical(
+    system: OpenLoop, factor: complex, near: complex | None = None
+) -> tuple[complex, Callable[[Complex], complex]]:
+    """The closed-loop pole on the unit circle, and what a change of the closed matrix does to it."""
+    eigen: Any = scipy.linalg.eig  # its type does not tell what it returns with both vectors
+    poles, left, right = eigen(system.closed(factor), left=True, right=True)
+    distance = np.abs(np.abs(poles) - 1.0) if near is None else np.abs(poles - near)
+    at = int(np.argmin(distance))
+    w, v = left[:, at].conj(), right[:, at]
+    return complex(poles[at]), lambda change: complex(w @ change @ v / (w @ v))
+
+
+def _by_factor(system: OpenLoop, factor: complex) -> Complex:
+    """Derivative of the closed matrix by the factor at the wire."""
+    _, b, c, d = system.matrices
+    inverse = np.linalg.inv(np.eye(len(d)) + factor * d)
+    return np.asarray(-b @ inverse @ inverse @ c, dtype=complex)
+
+
+def _by_parameter(system: OpenLoop, factor: complex, parameter: str) -> Complex:
+    """Derivative of the closed matrix by a parameter."""
+    _, b, c, d = system.matrices
+    da, db, dc, dd = system.slopes(parameter)
+    inverse = np.linalg.inv(np.eye(len(d)) + factor * d)
+    change = db @ inverse @ c + b @ inverse @ dc - factor * b @ inverse @ dd @ inverse @ c
+    return np.asarray(da - factor * change, dtype=complex)
+
+
+def _ranked(
+    planned: Plan, quantity: str, unit: str, value: float, slopes: Mapping[str, float], size: float = 0.0
+) -> Sensitivity:
+    """The strongest effect first; what rounding leaves of numbers of some size counts as zero."""
+    effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
+    changes = {e: abs(e.derivative if e.of_one_percent is None else e.of_one_percent) for e in effects}
+    rounding = 1e-12 * max(abs(value), size, *(abs(e.of_one_percent or 0.0) for e in effects), 0.0)
+    kept = [effect for effect in effects if changes[effect] > rounding]
+    kept.sort(key=lambda e: (e.of_one_percent is None, -changes[e], e.parameter))
+    return Sensitivity(quantity, unit, value if abs(value) > rounding else 0.0, tuple(kept))
+
+
+def _effect(planned: Plan, key: str, slope: float) -> Effect:
+    name, entry = split(key)
+    parameter, _, index = entry.rstrip("]").partition("[")
+    block = planned.blocks[name]
+    value = getattr(block, parameter)
+    value = float(value[int(index)] if index else value)
+    unit = short_unit(block.unit_of(block.parameters[parameter]))
+    one_percent = 0.01 * abs(value) if value else 0.01 if unit == "1" else None
+    return Effect(key, value, unit, slope, None if one_percent is None else slope * one_percent)

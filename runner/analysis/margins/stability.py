@@ -1,0 +1,108 @@
+"""The margins of a graph's loops, and whether they are what the graph asks for."""
+
+import math
+from collections.abc import Iterator
+from fractions import Fraction
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import REQUIREMENTS, Loop
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.poles import Pole
+from proofmass.runner.analysis.margins.figures import decibels
+from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+
+def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -> Margins:
+    """The margins of one loop: by its name, by an output at which it is opened, or the only one that there is.
+
+    The graph is linearised at the time `at`, or where its loops have "settled". Raises `ModelError` where the loop
+    cannot be told or linearised.
+    """
+    planned = plan(graph)
+    found = all_margins(graph, planned, loop, at)
+    if len(found) > 1:
+        expected, hint = "the name of one", f'margins(graph, "{next(iter(found))}")'
+        message, got = "the graph has several loops", ", ".join(found)
+        raise ModelError(
+            [planned.graph.placed(Problem(message=message, key="loops", got=got, expected=expected, hint=hint))]
+        )
+    return next(iter(found.values()))
+
+
+def all_margins(graph: Graph, planned: Plan, loop: str = "", at: str | float | Fraction = 0.0) -> dict[str, Margins]:
+    """The margins of every loop by name, or of the one that is wanted."""
+    tick = tick_at(planned, at)
+    if loop:
+        name, node = one_loop(planned, graph, loop)
+        nodes = {name: node}
+    else:
+        nodes = {name: node_of(planned, graph, made.open_at) for name, made in loops_of(planned).items()}
+    return {name: margins_of(open_loop(planned, node, tick), name, ".".join(node)) for name, node in nodes.items()}
+
+
+def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:
+    """A problem for each margin that is not what its loop asks for."""
+    loops = {name: planned.graph.loops[name] for name in found if name in planned.graph.loops}
+    problems = [problem for name, loop in loops.items() for problem in _missed(name, loop, found[name])]
+    return [planned.graph.placed(problem) for problem in problems]
+
+
+def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
+    for key, wanted in loop.requirements.items():
+        path = ("loops", name, key)
+        if not got.stable:
+            yield Problem(
+                message=f"the loop is {got.verdict}",
+                key=f"loops.{name}.{key}",
+                got=_slowest(got.slowest[0], not got.system.continuous),
+                expected="a stable loop",
+                hint=_way_back(got),
+                path=path,
+            )
+            return
+        value, unit = attained(got, key), REQUIREMENTS[key]
+        peak = key == "sensitivity_peak"
+        if value <= wanted if peak else value >= wanted:
+            continue
+        yield Problem(
+            message=f"the {key.replace('_', ' ')} of the loop is not kept",
+            key=f"loops.{name}.{key}",
+            got=f"{value:.4g} {unit}",
+            expected=f"at {'most' if peak else 'least'} {wanted:g} {unit}",
+            hint=f"proofmass margins shows what limits it; it is opened at {got.open_at}",
+            path=path,
+        )
+
+
+def _slowest(pole: Pole, sampled: bool) -> str:
+    """The pole that decides: its size, or its distance from the boundary where the size would not show it."""
+    if pole.verdict == "marginal":
+        return f"a closed-loop pole on the boundary of stability, but for what rounding hides: {pole.uncertainty:.1g}"
+    if not sampled:
+        return f"a closed-loop pole at {pole.value:.6g} 1/s"
+    if abs(pole.distance) < 1e-5:
+        return f"a closed-loop pole {-pole.distance:.3g} outside the unit circle"
+    return f"a closed-loop pole of size {abs(pole.value):.6g}"
+
+
+def _way_back(got: Margins) -> str:
+    """How a loop that is not stable could become so."""
+    if not got.stable_gains:
+        return f"no factor at {got.open_at} makes it stable; proofmass margins shows its poles and crossovers"
+    low, high = got.stable_gains[-1]
+    limits = f"above {low:.4g}" if math.isinf(high) else f"between {low:.4g} and {high:.4g}"
+    return f"a factor {limits} at {got.open_at} makes it stable"
+
+
+def attained(got: Margins, key: str) -> float:
+    """A margin of a stable loop by the name and in the unit of its requirement; without limit it is infinite."""
+    if key == "gain_margin":
+        limits = [got.gain_margin, got.gain_reduction]
+        return min((abs(decibels(limit) or 0.0) for limit in limits if limit is not None), default=math.inf)
+    if key == "sensitivity_peak":
+        return decibels(got.sensitivity_peak) or 0.0
+    value = got.phase_margin if key == "phase_margin" else got.delay_margin
+    return math.inf if value is None else math.degrees(value) if key == "phase_margin" else value

@@ -1,0 +1,1 @@
+"""Exact derivatives by dual numbers."""

@@ -1,0 +1,237 @@
+"""Dual numbers: a value with its exact derivatives in any number of directions (Griewank and Walther 2008, chapter 3).
+
+    f(a + sum of s_i d_i) = f(a) + f'(a) sum of s_i d_i
+
+`slopes` holds what is not zero, by direction, so that a number which depends on nothing is a plain number. Levels nest:
+the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives mixed second
+derivatives, such as those of a transition matrix by a parameter.
+
+Quantisers count as their input, with the derivative one, in value too: `int`, `round`, `//`, `>>`,
+`rounding.round_half_even` and `rounding.round_down` of a dual number. What is counted with, `math.floor`, `math.ceil`,
+`math.trunc` and `rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
+`& | ^` are known for 0 and -1, which take, keep or turn all bits, and raise TypeError elsewhere. A register that wraps
+takes off a constant (`wrapped`).
+
+Where a function has no finite derivative, such as the square root at 0, the slope is `UNDEFINED`, which is not finite;
+what is multiplied by exactly 0 has lost it again.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Slopes = Mapping[Any, Any]  # by direction
+_NONE: Slopes = {}
+UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
+NO_SLOPE = "it has a corner here, or an infinite slope"
+_BITS = "is an operation on the bits of a number that signals move"
+
+
+class Dual:
+    """A value and its slopes; made by `dual`, which leaves plain what has no slopes."""
+
+    __slots__ = ("level", "slopes", "value")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, value: Any, slopes: Slopes, level: int) -> None:
+        self.value, self.slopes, self.level = value, slopes, level
+
+    def __repr__(self) -> str:
+        return f"Dual({self.value!r}, {dict(self.slopes)!r})"
+
+    def __add__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        return chained(level, a + b, (1.0, slopes), (1.0, others))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        return chained(level, a - b, (1.0, slopes), (-1.0, others))
+
+    def __rsub__(self, other: Any) -> Any:
+        return (-self) + other
+
+    def __mul__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        return chained(level, a * b, (b, slopes), (a, others))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        level, a, slopes, b, others = _pair(self, other)
+        ratio = a / b
+        return chained(level, ratio, (1.0 / b, slopes), (-ratio / b, others))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        ratio = other / self.value
+        return chained(self.level, ratio, (-ratio / self.value, self.slopes))
+
+    def __mod__(self, other: Any) -> Any:
+        return self - other * (plain(self) // plain(other))
+
+    def __rmod__(self, other: Any) -> Any:
+        return other - self * (plain(other) // plain(self))
+
+    __floordiv__ = __truediv__
+    __rfloordiv__ = __rtruediv__
+
+    def __pow__(self, exponent: int) -> Any:
+        if not isinstance(exponent, int):
+            raise TypeError("a power of a dual number needs an integer exponent")
+        if exponent == 0:
+            return plain(self) ** 0
+        return chained(self.level, self.value**exponent, (exponent * self.value ** (exponent - 1), self.slopes))
+
+    def __lshift__(self, bits: Any) -> Any:
+        return self * (1 << _plain_integer(bits, "<<"))
+
+    def __rshift__(self, bits: Any) -> Any:
+        return self / (1 << _plain_integer(bits, ">>"))
+
+    def __rlshift__(self, other: Any) -> Any:
+        raise TypeError(f"<< {_BITS}")
+
+    def __rrshift__(self, other: Any) -> Any:
+        raise TypeError(f">> {_BITS}")
+
+    def __and__(self, mask: Any) -> Any:
+        return self if _mask(mask, "&") else 0
+
+    def __or__(self, mask: Any) -> Any:
+        return -1 if _mask(mask, "|") else self
+
+    def __xor__(self, mask: Any) -> Any:
+        return -self - 1 if _mask(mask, "^") else self
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+    def __invert__(self) -> Any:
+        return -self - 1
+
+    # What the mantissa of a fixed-point value does in its own way (`blocks.arithmetic.fixed_point`): a rule of rounding
+    # divides by a power of two, which is read off a large one, and a register holds what is in its range.
+
+    def monotone(self, rule: Callable[[int], int]) -> Any:
+        """What a rule of rounding makes of it, unrounded."""
+        return self * (rule(1 << 200) / (1 << 200))
+
+    def held(self, lowest: int, highest: int, register: str) -> Any:
+        """Itself, where the register can hold it."""
+        if not lowest <= self <= highest:
+            raise OverflowError(f"{plain(self)} does not fit {register}")
+        return self
+
+    def wrapped(self, lowest: int, highest: int) -> Any:
+        """Itself, less the whole turns of a register that wraps."""
+        return self - (plain(self) - lowest) // (highest - lowest + 1) * (highest - lowest + 1)
+
+    def minimum(self, other: Any) -> Any:
+        """The lower of two numbers."""
+        return self if self <= other else other
+
+    def maximum(self, other: Any) -> Any:
+        """The higher of two numbers."""
+        return self if self >= other else other
+
+    def __neg__(self) -> Any:
+        return chained(self.level, -self.value, (-1.0, self.slopes))
+
+    def __pos__(self) -> Any:
+        return self
+
+    def __abs__(self) -> Any:
+        if plain(self) == 0:
+            return chained(self.level, abs(self.value), (UNDEFINED, self.slopes))
+        return -self if plain(self) < 0 else self
+
+    def __round__(self, digits: int | None = None) -> Any:
+        return self
+
+    def __bool__(self) -> bool:
+        return bool(plain(self))
+
+    def __eq__(self, other: object) -> bool:
+        return bool(plain(self) == plain(other))
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(plain(self) < plain(other))
+
+    def __le__(self, other: Any) -> bool:
+        return bool(plain(self) <= plain(other))
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(plain(self) > plain(other))
+
+    def __ge__(self, other: Any) -> bool:
+        return bool(plain(self) >= plain(other))
+
+
+def dual(value: Any, slopes: Slopes, level: int = 0) -> Any:
+    """A dual number, or the plain value where no slope is left.
+
+    >>> x = dual(3.0, {"x": 1.0})
+    >>> x * x + 2.0 * x
+    Dual(15.0, {'x': 8.0})
+    """
+    kept = {key: slope for key, slope in slopes.items() if isinstance(slope, Dual) or slope != 0.0}
+    return Dual(value, kept, level) if kept else value
+
+
+def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
+    """The chain rule: a value whose slopes are the sum of factors times slopes; what is times 0 is nothing."""
+    total: dict[Any, Any] = {}
+    for factor, slopes in terms:
+        if not isinstance(factor, Dual) and factor == 0.0:
+            continue
+        for key, slope in slopes.items():
+            total[key] = total[key] + factor * slope if key in total else factor * slope
+    return dual(value, total, level)
+
+
+def plain(number: Any) -> Any:
+    """The value behind a number, whatever its slopes.
+
+    >>> plain(dual(3.0, {"x": 1.0})), plain(2)
+    (3.0, 2)
+    """
+    while isinstance(number, Dual):
+        number = number.value
+    return number
+
+
+def slopes_of(number: Any, level: int = 0) -> Slopes:
+    """The slopes of a number on a level."""
+    if isinstance(number, Dual) and number.level > level:
+        return slopes_of(number.value, level)
+    return number.slopes if isinstance(number, Dual) and number.level == level else _NONE
+
+
+def value_of(number: Any, level: int = 0) -> Any:
+    """The number without the slopes of a level and those above."""
+    while isinstance(number, Dual) and number.level >= level:
+        number = number.value
+    return number
+
+
+def _plain_integer(number: Any, operation: str) -> int:
+    if not isinstance(number, int):
+        raise TypeError(f"{operation} {_BITS}")
+    return number
+
+
+def _mask(mask: Any, operation: str) -> int:
+    """All bits or none: what else there is takes a number apart."""
+    if not isinstance(mask, int) or mask not in (0, -1):
+        raise TypeError(f"{operation} {_BITS}")
+    return mask
+
+
+def _pair(a: Dual, b: Any) -> tuple[int, Any, Slopes, Any, Slopes]:
+    """Level, values and slopes of two numbers on the higher of their levels."""
+    if not isinstance(b, Dual):
+        return a.level, a.value, a.slopes, b, _NONE
+    level = max(a.level, b.level)
+    left, slopes = (a.value, a.slopes) if a.level == level else (a, _NONE)
+    right, others = (b.value, b.slopes) if b.level == level else (b, _NONE)
+    return level, left, slopes, right, others

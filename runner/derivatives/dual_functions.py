@@ -1,0 +1,208 @@
+"""The functions of blocks made to take dual numbers: copies that find `math`, `int` and `float` with derivatives.
+
+A copy shares the code of the function; only what it finds among its globals differs. Functions that it calls are
+copied too.
+"""
+
+import builtins
+import functools
+import math
+import types
+from collections.abc import Callable
+from typing import Any
+
+from proofmass.blocks.arithmetic import rounding
+from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain
+
+dual_math: Any = types.SimpleNamespace(**vars(math))  # what stands for `math`; filled below
+
+
+@functools.cache
+def for_duals(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, working on dual numbers and plain ones alike."""
+    if function in _REPLACED:
+        return _REPLACED[function]
+    if not isinstance(function, types.FunctionType):
+        return function
+    return _copy(function, {})
+
+
+def _copy(function: types.FunctionType, copies: dict[Any, Any]) -> Callable[..., Any]:
+    """A copy whose globals are filled afterwards, since functions may call themselves."""
+    found: dict[str, Any] = {"__builtins__": builtins}
+    made = types.FunctionType(function.__code__, found, function.__name__, function.__defaults__, function.__closure__)
+    made.__kwdefaults__ = function.__kwdefaults__
+    copies[function] = made
+    for name in _names(function.__code__):
+        value = function.__globals__.get(name, getattr(builtins, name, None))
+        if value is math:
+            found[name] = dual_math
+        elif isinstance(value, Callable) and value in _REPLACED:  # type: ignore[arg-type]
+            found[name] = _REPLACED[value]
+        elif isinstance(value, types.ModuleType):
+            found[name] = _Module(value)
+        elif isinstance(value, types.FunctionType):
+            found[name] = copies[value] if value in copies else _copy(value, copies)
+        elif name in function.__globals__:
+            found[name] = value
+    return made
+
+
+class _Module:
+    """A module whose functions take dual numbers."""
+
+    def __init__(self, module: types.ModuleType) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._module, name)
+        return for_duals(value) if callable(value) else value
+
+
+def _names(code: types.CodeType) -> set[str]:
+    inner = (_names(constant) for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return {*code.co_names}.union(*inner)
+
+
+def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A function of one number, with its derivative by the chain rule."""
+
+    def apply(x: Any) -> Any:
+        if not isinstance(x, Dual):
+            return function(x)
+        value = apply(x.value)
+        try:
+            return chained(x.level, value, (slope(x.value), x.slopes))
+        except ZeroDivisionError:  # as the square root at 0: there is a value, and no slope
+            return chained(x.level, value, (UNDEFINED, x.slopes))
+
+    return apply
+
+
+def _counting(function: Callable[[float], Any]) -> Callable[[Any], Any]:
+    return lambda x: function(plain(x))
+
+
+def _converting(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """`int` or `float`: a change of type, which for a dual number changes nothing."""
+    return lambda x=0, *more: x if isinstance(x, Dual) else kind(x, *more)
+
+
+def _hypot(*sides: Any) -> Any:
+    length = math.hypot(*map(plain, sides))
+    if length == 0.0:
+        return sum((abs(side) for side in sides), 0.0)  # a corner: undefined in every direction
+    return dual_math.sqrt(sum(side * side for side in sides))
+
+
+def _atan2(y: Any, x: Any) -> Any:
+    """Angle of (x, y), from the angle of the quarter that keeps the quotient small."""
+    if not isinstance(y, Dual) and not isinstance(x, Dual):
+        return math.atan2(y, x)
+    if plain(x) == plain(y) == 0:
+        return math.atan2(plain(y), plain(x)) + abs(y) + abs(x)  # the angle of no length: undefined
+    angle = dual_math.atan(y / x) if abs(x) >= abs(y) else -dual_math.atan(x / y)
+    return angle + (math.atan2(plain(y), plain(x)) - plain(angle))
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    if not isinstance(base, Dual) and not isinstance(exponent, Dual):
+        return math.pow(base, exponent)
+    if isinstance(exponent, Dual):
+        if plain(base) == 0 and plain(exponent) > 0:
+            return _power(base, plain(exponent))  # 0 for every exponent nearby
+        return dual_math.exp(exponent * dual_math.log(base))
+    if exponent == 0:
+        return 1.0
+
+    def slope(x: Any) -> Any:
+        if plain(x) == 0 and exponent < 1.0:
+            raise ZeroDivisionError
+        return exponent * _power(x, exponent - 1.0)
+
+    return _of_one(lambda x: math.pow(x, exponent), slope)(base)
+
+
+def _copysign(size: Any, sign: Any) -> Any:
+    same = math.copysign(1.0, plain(size)) == math.copysign(1.0, plain(sign))
+    return size * 1.0 if same else size * -1.0
+
+
+def _frexp(x: Any) -> tuple[Any, int]:
+    exponent = math.frexp(plain(x))[1]
+    return _ldexp(x, -exponent), exponent
+
+
+def _ldexp(x: Any, exponent: int) -> Any:
+    return x * math.ldexp(1.0, exponent) if isinstance(x, Dual) else math.ldexp(x, exponent)
+
+
+def _fsum(terms: Any) -> Any:
+    kept = list(terms)
+    return sum(kept, 0.0) if any(isinstance(term, Dual) for term in kept) else math.fsum(kept)
+
+
+_DERIVATIVES: dict[str, Callable[[Any], Any]] = {
+    "sqrt": lambda x: 0.5 / dual_math.sqrt(x),
+    "cbrt": lambda x: dual_math.cbrt(x) / (3.0 * x),
+    "exp": lambda x: dual_math.exp(x),
+    "exp2": lambda x: math.log(2.0) * dual_math.exp2(x),
+    "expm1": lambda x: dual_math.exp(x),
+    "log": lambda x: 1.0 / x,
+    "log2": lambda x: 1.0 / (math.log(2.0) * x),
+    "log10": lambda x: 1.0 / (math.log(10.0) * x),
+    "log1p": lambda x: 1.0 / (1.0 + x),
+    "sin": lambda x: dual_math.cos(x),
+    "cos": lambda x: -dual_math.sin(x),
+    "tan": lambda x: 1.0 + dual_math.tan(x) * dual_math.tan(x),
+    "asin": lambda x: 1.0 / dual_math.sqrt(1.0 - x * x),
+    "acos": lambda x: -1.0 / dual_math.sqrt(1.0 - x * x),
+    "atan": lambda x: 1.0 / (1.0 + x * x),
+    "sinh": lambda x: dual_math.cosh(x),
+    "cosh": lambda x: dual_math.sinh(x),
+    "tanh": lambda x: 1.0 - dual_math.tanh(x) * dual_math.tanh(x),
+    "asinh": lambda x: 1.0 / dual_math.sqrt(1.0 + x * x),
+    "acosh": lambda x: 1.0 / dual_math.sqrt(x * x - 1.0),
+    "atanh": lambda x: 1.0 / (1.0 - x * x),
+    "erf": lambda x: 2.0 / math.sqrt(math.pi) * dual_math.exp(-x * x),
+    "erfc": lambda x: -2.0 / math.sqrt(math.pi) * dual_math.exp(-x * x),
+    "degrees": lambda x: math.degrees(1.0),
+    "radians": lambda x: math.radians(1.0),
+}
+_WHOLE = ("floor", "ceil", "trunc", "isfinite", "isnan", "isinf")
+_REST: dict[str, Callable[..., Any]] = {
+    "hypot": _hypot,
+    "atan2": _atan2,
+    "pow": _power,
+    "copysign": _copysign,
+    "fabs": abs,
+    "fmod": lambda x, y: x - y * math.trunc(plain(x) / plain(y)) if isinstance(x, Dual) else math.fmod(x, y),
+    "frexp": _frexp,
+    "ldexp": _ldexp,
+    "fsum": _fsum,
+}
+vars(dual_math).update({name: _of_one(getattr(math, name), slope) for name, slope in _DERIVATIVES.items()})
+vars(dual_math).update({name: _counting(getattr(math, name)) for name in _WHOLE} | _REST)
+
+
+def _wrapped(mantissa: Any, low_bits: int, sign: int) -> Any:
+    if not isinstance(mantissa, Dual):
+        return rounding.wrapped(mantissa, low_bits, sign)
+    return mantissa.wrapped(-sign, low_bits - sign)
+
+
+def _round_half_even(value: Any) -> Any:
+    return value if isinstance(value, Dual) else rounding.round_half_even(value)
+
+
+_OURS: dict[Any, Callable[..., Any]] = {
+    rounding.round_half_even: _round_half_even,
+    rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
+    rounding.wrapped: _wrapped,
+    rounding.nearest_integer: _counting(rounding.nearest_integer),
+    int: _converting(int),
+    float: _converting(float),
+}
+_REPLACED: dict[Any, Callable[..., Any]] = _OURS | {
+    getattr(math, name): getattr(dual_math, name) for name in (*_DERIVATIVES, *_WHOLE, *_REST)
+}

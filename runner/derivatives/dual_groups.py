@@ -1,0 +1,121 @@
+"""Groups of continuous blocks moved by a tick in dual numbers: linearised where they are, then held exactly.
+
+    x' = f + A (x - x0) + B (u - u0):   x(T) = x0 + exp(A T) (x - x0) + integral of exp(A t) (f + B (u - u0)) dt
+
+f, with its slopes by what drives parameters, A and B are the group's own derivatives at the operating point x0, u0,
+whichever method a run integrates it by. For a linear group this is its exact step; another one moves as it does close
+to the point where it stands still. Inputs are held, first-order holds too; nothing of an event happens.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.continuous.algebraic import NoSolutionError
+from proofmass.runner.continuous.exact_hold import Matrix
+from proofmass.runner.derivatives.dual import NO_SLOPE, Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.derivatives.dual_loops import solve_dual
+from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
+from proofmass.runner.plan.groups import Group
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.stages import Context, Stages
+
+
+class DualStages(Stages):
+    """The functions of a group, on dual numbers."""
+
+    def __init__(self, plan: Plan, group: Group, by_parameters: bool) -> None:
+        self._plan, self._by_parameters = plan, by_parameters
+        super().__init__(plan.blocks, plan.schedule, group, plan.block_period)
+
+    def states(self, x: Any) -> dict[str, Any]:
+        """The states of all blocks; dual numbers stay what they are."""
+        made, place = {}, 0
+        for name, state, kinds in self._states:
+            values = zip(kinds, x[place : place + len(kinds)], strict=True)
+            made[name] = state(*(v if isinstance(v, Dual) else kind(v) for kind, v in values))
+            place += len(kinds)
+        return made
+
+    def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
+        given = dual_parameters(self._plan, name, self._by_parameters)
+        vars(given).update(moved)
+        return dual_constants(self.blocks[name], given, self.periods(name))
+
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        return for_duals(behaviour.function)
+
+    def _solve_loop(
+        self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]
+    ) -> bool:
+        return solve_dual(tears, others, known, value)
+
+
+class DualAdvance:
+    """Moves the states of one group by a tick, as `advance.Advance` does with plain numbers."""
+
+    def __init__(self, plan: Plan, group: Group, by_parameters: bool) -> None:
+        self.stages, self.period = DualStages(plan, group, by_parameters), plan.period
+        self._held_for = ""  # matrices that do not change are held once
+        self._held: tuple[Matrix, Matrix] = [], []
+
+    def __call__(
+        self,
+        constants: Mapping[str, Any],
+        states: Mapping[str, Any],
+        wires: Mapping[Node, Any],
+        following: Mapping[Node, float],
+        time: float,
+    ) -> dict[str, Any]:
+        """States of the group's blocks one tick later."""
+        group = self.stages.group
+        now = [getattr(states[block], field) for block, field in group.states]
+        now += [wires[node] for node in group.inputs]
+        held = [value_of(value, SIGNALS) for value in now]
+        seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(held)]
+        n = len(group.states)
+        guesses = [plain(wires[node]) for node in group.guesses]
+        rates = self._rates(constants, seeded, n, guesses, time)
+        a = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n)] for rate in rates]
+        b = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n, len(now))] for rate in rates]
+        for (block, _), slopes in zip(group.states, zip(a, b, strict=True), strict=True):
+            if not all(math.isfinite(plain(slope)) for part in slopes for slope in part):
+                self.stages.at = f"{block}.derivative"
+                raise ArithmeticError(NO_SLOPE)
+        forced = [[*row, *(float(i == j) for j in range(n))] for i, row in enumerate(b)]
+        transition, entry = self._hold(a, forced)
+        apart = [value - point for value, point in zip(now, held, strict=True)]
+        apart += [_without(rate, len(now)) for rate in rates]
+        moved = [
+            sum((factor * v for factor, v in zip((*left, *right), apart, strict=True)), point)
+            for left, right, point in zip(transition, entry, held, strict=False)
+        ]
+        fields = zip(group.kinds, now, moved, strict=False)
+        kept = [after if kind is float else before for kind, before, after in fields]
+        return self.stages.states(kept)
+
+    def _hold(self, a: list[list[Any]], forced: list[list[Any]]) -> tuple[Matrix, Matrix]:
+        wanted = repr((a, forced))
+        if wanted != self._held_for:
+            self._held_for, self._held = wanted, dual_hold(a, forced, self.period)
+        return self._held
+
+    def _rates(
+        self, constants: Mapping[str, Any], point: list[Any], n: int, guesses: list[float], time: float
+    ) -> list[Any]:
+        """Derivatives of the states at a point, what drives the constants as it is on the wires."""
+        out: list[Any] = [0.0] * n
+        still = [0.0] * len(self.stages.group.ramps)
+        self.stages.rates(Context(constants, point[n:], still, guesses, time), time, point[:n], out)
+        if self.stages.unsolved:
+            raise NoSolutionError(self.stages.unsolved)
+        return out
+
+
+def _without(rate: Any, own: int) -> Any:
+    """A rate with the slopes by what drives its constants alone: those by states and inputs are in A and B."""
+    slopes = {key: slope for key, slope in slopes_of(rate, SIGNALS).items() if key not in range(own)}
+    return dual(value_of(rate, SIGNALS), slopes, SIGNALS)

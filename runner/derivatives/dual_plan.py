@@ -1,0 +1,116 @@
+"""A plan whose constants and start values are dual numbers in all parameters of its blocks, and the hold of such.
+
+The derivative of a matrix exponential is read off a larger one, which makes it as exact as the exponential itself:
+exp [[M, dM], [0, M]] = [[exp M, d exp M], [0, exp M]] (Van Loan, IEEE Trans. Automatic Control 23, 1978, 395).
+"""
+
+import types
+from dataclasses import replace
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.continuous.exact_hold import Matrix, hold
+from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.plan.constants import constants_of
+from proofmass.runner.plan.planned import Plan
+
+PARAMETERS, SIGNALS = 0, 1  # levels of the dual numbers
+
+
+def differentiated(plan: Plan) -> Plan:
+    """The plan in dual numbers, a direction for each parameter, `"block.parameter"` or `"block.parameter[2]"`."""
+    given = {name: dual_parameters(plan, name, True) for name in plan.blocks}
+    constants, starts, buffers = dict(plan.constants), dict(plan.starts), dict(plan.buffers)
+    for name, block in plan.blocks.items():
+        if name in plan.digital:
+            continue  # its coefficients are rounded to registers: they have no derivative
+        driven = plan.constants[name] is None
+        try:
+            constants[name] = None if driven else dual_constants(block, given[name], plan.block_period(name))
+            if "start" in block.functions:
+                filled = {b: list(buffers[name, b]) for b in block.buffers}
+                start = block.functions["start"]
+                made = for_duals(start.function)(given[name], *(filled[b] for b in start.arguments))
+                starts[name] = _typed(made)
+                buffers |= {(name, b): tuple(values) for b, values in filled.items()}
+        except (ArithmeticError, ValueError, TypeError, AttributeError) as error:
+            raise ModelError([plan.graph.placed(_no_derivative(name, error))]) from error
+    return replace(plan, constants=constants, starts=starts, buffers=buffers)
+
+
+def dual_parameters(plan: Plan, name: str, by_parameters: bool) -> Any:
+    """The parameters of a block by name, each real one with a direction of its own where that is wanted."""
+    block, read = plan.blocks[name], types.SimpleNamespace()
+    for parameter, declared in block.parameters.items():
+        value, key = getattr(block, parameter), f"{name}.{parameter}"
+        if not by_parameters or (name, parameter) in plan.schedule.drivers:
+            pass
+        elif declared.kind is float:
+            value = dual(value, {key: 1.0}, PARAMETERS)
+        elif declared.kind is tuple:
+            value = tuple(dual(entry, {f"{key}[{i}]": 1.0}, PARAMETERS) for i, entry in enumerate(value))
+        setattr(read, parameter, value)
+    return read
+
+
+def dual_constants(block: Block, parameters: Any, period: float) -> Any:
+    """As `constants_of`, for parameters that may be dual numbers; integers among the constants are plain counts."""
+    if "constants" in block.functions:
+        made = _typed(for_duals(block.functions["constants"].function)(parameters, period))
+    else:
+        kind = block.parameters_class()
+        made = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
+    counts = [
+        name for name, kind in made.__annotations__.items() if kind is int and isinstance(getattr(made, name), Dual)
+    ]
+    if counts:
+        read = {name: getattr(parameters, name) for name in block.parameters}
+        known = {n: tuple(map(plain, v)) if isinstance(v, tuple) else plain(v) for n, v in read.items()}
+        counted = constants_of(block, types.SimpleNamespace(**known), period)
+        made = made._replace(**{name: getattr(counted, name) for name in counts})
+    return made
+
+
+def _typed(values: Any) -> Any:
+    """A NamedTuple with each field of its declared type; dual numbers stay what they are."""
+    if values is None:
+        return None
+    kinds = values.__annotations__.values()
+    return type(values)(*(v if isinstance(v, Dual) else k(v) for k, v in zip(kinds, values, strict=True)))
+
+
+def dual_hold(a: list[list[Any]], b: list[list[Any]], period: float) -> tuple[Matrix, Matrix]:
+    """As `exact_hold.hold`, for matrices of dual numbers."""
+    size, rows = len(a), [[*left, *right] for left, right in zip(a, b, strict=True)]
+    width = len(rows[0])
+    held = [[value_of(entry) for entry in row] for row in rows]
+    transition, entry = hold([row[:size] for row in held], [row[size:] for row in held], period)
+    keys = dict.fromkeys(key for row in rows for number in row for key in slopes_of(number))
+    moved = {key: _exponential_slope(rows, key, width, period) for key in keys}
+    joined = [
+        [dual(v, {key: slopes[i][j] for key, slopes in moved.items()}) for j, v in enumerate((*left, *right))]
+        for i, (left, right) in enumerate(zip(transition, entry, strict=True))
+    ]
+    return [row[:size] for row in joined], [row[size:] for row in joined]
+
+
+def _exponential_slope(rows: list[list[Any]], key: Any, width: int, period: float) -> Matrix:
+    """The derivative by one parameter of the first rows of exp([[A, B], [0, 0]] period)."""
+    below = [[0.0] * width for _ in range(width - len(rows))]
+    matrix = [[value_of(v) for v in row] for row in rows] + below
+    slope = [[slopes_of(v).get(key, 0.0) for v in row] for row in rows] + below
+    both = [[*left, *right] for left, right in zip(matrix, slope, strict=True)]
+    both += [[*[0.0] * width, *row] for row in matrix]
+    return [row[width:] for row in hold(both, [[] for _ in both], period)[0][: len(rows)]]
+
+
+def _no_derivative(name: str, error: Exception) -> Problem:
+    return Problem(
+        message="its constants have no derivative by its parameters",
+        key=f"blocks.{name}",
+        got=str(error),
+        hint="margins without --sensitivity need none; else move the parameter off this value",
+        path=("blocks", name),
+    )

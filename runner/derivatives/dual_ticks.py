@@ -1,0 +1,116 @@
+"""Ticks of a graph in dual numbers: the reference engine, with the blocks' functions made to take them.
+
+Only what the wanted outputs depend on is run. Noise is zero.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
+from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
+from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.derivatives.dual_groups import DualAdvance
+from proofmass.runner.derivatives.dual_loops import solve_dual
+from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_parameters
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.interpret import Interpreter, TickError
+
+
+class DualTicks(Interpreter):
+    """Ticks in which `inputs` are added to what some wires carry, and replace it where the wire is cut."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        memory: Memory,
+        blocks: AbstractSet[str],
+        inputs: Sequence[Node],
+        outputs: Sequence[Node],
+        cut: bool,
+        by_parameters: bool,
+    ) -> None:
+        for loop in plan.schedule.loops:
+            if not set(inputs).isdisjoint(loop.nodes):
+                raise ModelError([plan.graph.placed(_within(loop))])
+        self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
+        self.recorded: dict[Node, list[Any]] = {node: [] for node in outputs}
+        self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
+        super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
+        groups = (solver.group for solver in plan.solvers)
+        self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]  # type: ignore[misc]
+        self._outputs = [
+            (node, stride, self._wired(node, step)) for node, stride, step in self._outputs if node[0] in blocks
+        ]
+        self._updates = [update for update in self._updates if update[0] in blocks]
+
+    def _wired(self, node: Node, step: Callable[[int], Any]) -> Callable[[int], Any]:
+        """What a wire carries, once it is recorded and the input is added."""
+        if node not in self._inputs and node not in self._watched:
+            return step
+
+        def compute(tick: int) -> Any:
+            value = step(tick)
+            if node in self._watched:
+                self.recorded[node].append(value)
+            if node not in self._inputs:
+                return value
+            key = (*node, sum(node == earlier[:2] for earlier in self.injected))
+            self.injected.append(key)
+            return (plain(value) if self._cut else value) + dual(0.0, {key: 1.0}, SIGNALS)
+
+        return compute
+
+    def _counted(self, name: str, function: str) -> Callable[..., Any]:
+        reference: Callable[..., Any] = self.plan.digital[name].steps[function].reference
+        return reference  # what saturates there is told by no counter: a limit counts as what it is
+
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        return for_duals(behaviour.function)
+
+    def _solve_loop(
+        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
+    ) -> bool:
+        return solve_dual(tears, others, wires, value)
+
+    def _finite(self, value: Any) -> bool:
+        values = value if isinstance(value, list | tuple) else [value]
+        if not super()._finite([plain(v) for v in values]):
+            return False
+        for entry in values:
+            if not all(math.isfinite(plain(slope)) for slope in slopes_of(entry, SIGNALS).values()):
+                raise TickError(self._at, self._memory.tick, NO_SLOPE)
+        return True
+
+    def _driven(self, name: str) -> Callable[[int], Any]:
+        block, drivers, wires = self.plan.blocks[name], self.plan.schedule.drivers, self._memory.wires
+        given = dual_parameters(self.plan, name, self._by_parameters)
+        driven = [parameter for parameter in block.parameters if (name, parameter) in drivers]
+        period = self.plan.block_period(name)
+
+        def compute(tick: int) -> Any:
+            vars(given).update({parameter: wires[drivers[name, parameter]] for parameter in driven})
+            return dual_constants(block, given, period)
+
+        return compute
+
+    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
+        if argument == "normal":
+            return lambda tick: 0.0
+        return super()._getter(name, function, argument)
+
+
+def _within(loop: AlgebraicLoop) -> Problem:
+    return Problem(
+        message="lies in a loop that Newton's method solves: its value follows from the others",
+        key="integration.algebraic_loops",
+        got=", ".join(map(".".join, loop.nodes)),
+        expected="an output that is not solved together with others",
+        hint=f"open the loop elsewhere, or put a UnitDelay behind {'.'.join(loop.tears[0])}",
+        path=("integration", "algebraic_loops"),
+    )

@@ -1,0 +1,127 @@
+"""Readings of output and temperature for a fit: from a table, or from a run of a graph."""
+
+import dataclasses
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.runner.plan.recording import Column, RecordingError, numbers, read_columns
+from proofmass.runner.run.result import Array
+from proofmass.runner.run.simulate import simulate
+
+FEWEST_TEMPERATURES = 5  # one more than the coefficients of two exponentials
+LARGEST = 1e15
+SMALLEST_SPAN = 1e-9  # of the temperatures, against the largest
+_TEMPERATURE = re.compile("temp|therm", re.IGNORECASE)
+
+
+@dataclasses.dataclass(frozen=True)
+class Readings:
+    """What was measured: a row per reading, in the order of time where there is one."""
+
+    source: str
+    temperature: Array
+    output: Array
+    temperature_name: str
+    output_name: str
+    temperature_unit: str = ""  # empty where the source does not say
+    output_unit: str = ""
+
+    def __post_init__(self) -> None:
+        problems = list(self._problems())
+        if problems:
+            raise ModelError(problems)
+
+    def less(self, offset: float) -> "Readings":
+        """The readings with a constant taken off the output."""
+        return dataclasses.replace(self, output=self.output - offset)
+
+    def _problems(self) -> Sequence[Problem]:
+        t, v = self.temperature, self.output
+        if not (np.isfinite(t).all() and np.isfinite(v).all() and max(np.abs(t).max(), np.abs(v).max()) <= LARGEST):
+            return [Problem(message=f"must be finite numbers of at most {LARGEST:g}", file=self.source)]
+        different = len(np.unique(t))
+        if different < FEWEST_TEMPERATURES:
+            return [
+                Problem(
+                    message="there are too few different temperatures to fit",
+                    file=self.source,
+                    key=self.temperature_name,
+                    got=f"{different} in {len(t)} rows",
+                    expected=f"at least {FEWEST_TEMPERATURES}: two exponentials have 4 coefficients",
+                )
+            ]
+        if np.ptp(t) < SMALLEST_SPAN * np.abs(t).max():
+            return [
+                Problem(
+                    message="hardly moves",
+                    file=self.source,
+                    key=self.temperature_name,
+                    got=f"{np.ptp(t):g} about {t.mean():g}",
+                    hint="take a constant off the temperatures",
+                )
+            ]
+        if np.ptp(v) == 0.0:
+            message = "is the same in every row: there is nothing to fit"
+            return [Problem(message=message, file=self.source, key=self.output_name, got=f"{v[0]:g}")]
+        return []
+
+
+def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
+    """Readings from a CSV, Parquet or netCDF file.
+
+    Columns that are not named are the only two there are, beside one called time: first temperature, then output.
+    Raises `ModelError` with file and line.
+    """
+    try:
+        columns = read_columns(path, lambda names: _choose(names, temperature, output))
+        values = [np.asarray(numbers(column)) for column in columns]
+    except RecordingError as error:
+        problem = Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)
+        raise ModelError([problem]) from None
+    return _readings(path.name, columns, values)
+
+
+def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Readings:
+    """Readings from a run of a graph, for example through a temperature cycle; options are those of `simulate`."""
+    probed = dataclasses.replace(graph, probes=tuple(Probe(s) for s in dict.fromkeys((temperature, output))))
+    result = simulate(probed, **options)
+    traces = (result[temperature], result[output])
+    wrong: Mapping[str, bool] = {
+        "is no signal of numbers, one a row": any(trace.values.ndim > 1 for trace in traces),
+        "has another rate than the temperature": traces[0].stride != traces[1].stride,
+    }
+    for message, found in wrong.items():
+        if found:
+            raise ModelError([Problem(message=message, file=graph.place.file, key=output)])
+    columns = [Column(trace.signal, trace.unit, ()) for trace in traces]
+    return _readings(graph.name, columns, [np.asarray(trace.values, dtype=np.float64) for trace in traces])
+
+
+def _readings(source: str, columns: Sequence[Column], values: Sequence[Array]) -> Readings:
+    (t, v), (temperature, output) = values, columns
+    return Readings(source, t, v, temperature.name, output.name, temperature.unit, output.unit)
+
+
+def _choose(names: Sequence[str], temperature: str, output: str) -> tuple[int, int]:
+    for wanted in filter(None, (temperature, output)):
+        if wanted not in names:
+            raise RecordingError(f"there is no column {shown(wanted)}", hint=did_you_mean(wanted, names, "column"))
+    if temperature and temperature == output:
+        raise RecordingError(f"column {temperature} cannot be both temperature and output")
+    free = [name for name in names if name not in (temperature, output) and name.lower() != "time"]
+    missing = [not temperature, not output].count(True)
+    if missing and len(free) != missing:
+        hint = f"say --temperature and --output; the columns: {', '.join(names)}"
+        raise RecordingError("does not say which two of its columns are meant", hint=hint)
+    first = temperature or free.pop(0)
+    second = output or free.pop(0)
+    if missing and _TEMPERATURE.search(second) and not _TEMPERATURE.search(first):
+        hint = f"for the other order say --temperature {shown(second)} --output {shown(first)}"
+        raise RecordingError(f"its columns look swapped: {first} as temperature, {second} as output", hint=hint)
+    return names.index(first), names.index(second)

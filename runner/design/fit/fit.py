@@ -1,0 +1,183 @@
+"""Fits of a temperature law to readings: two exponentials by two methods, and polynomials to compare with.
+
+    V = a1 exp(b1 T) + a2 exp(b2 T)   (Liu, Li, Shen, eq. 1),   V = c0 + c1 T + ... + cn T^n
+
+All are least squares. The intervals are those of the linearised model with independent errors of one size (Student's
+distribution); for others see what the findings say.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.design.fit.alternation import TOLERANCE, alternate, convergence_rate
+from proofmass.runner.design.fit.data import Readings
+from proofmass.runner.design.fit.projection import DOUBLE, best, prony
+from proofmass.runner.design.fit.scale import Scaled, half_widths
+from proofmass.runner.design.fit.verdict import lagging, notes, undetermined
+from proofmass.runner.run.result import Array
+
+ORDERS = (3, 4)
+HIGHEST_ORDER = 6
+
+
+class Coefficient(NamedTuple):
+    """A fitted number and half the width of its interval of confidence; infinite where the readings say nothing."""
+
+    name: str
+    value: float
+    half_width: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One model, fitted by one method."""
+
+    model: str
+    method: str
+    coefficients: tuple[Coefficient, ...]
+    residual: Array
+    rmse: float  # root of the mean square of the residual
+    r_squared: float
+    after: float  # peak to peak of the residual
+    iterations: int = 1
+    converged: bool = True
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The coefficients by name."""
+        return {c.name: c.value for c in self.coefficients}
+
+
+@dataclass(frozen=True)
+class FitReport:
+    """All fits of one set of readings, and what is to be said about them.
+
+    `fits` holds two exponentials by variable projection, then by alternation, then the polynomials. A finding that is
+    no note says that the coefficients of the two exponentials are not determined, and why.
+    """
+
+    readings: Readings
+    before: float  # peak to peak of the output
+    fits: tuple[Fit, ...]
+    rate: float  # of the alternation at the optimum: what an iteration leaves of an error
+    findings: tuple[Problem, ...]
+
+    @property
+    def determined(self) -> bool:
+        """Whether the readings determine the two exponentials."""
+        return all(finding.note for finding in self.findings)
+
+
+def fit(
+    readings: Readings,
+    orders: Sequence[int] = ORDERS,
+    start: tuple[float, float] | None = None,
+    tolerance: float = TOLERANCE,
+) -> FitReport:
+    """Fit everything; `start` are exponents that the alternation starts from, in place of Prony's.
+
+    Raises `ModelError` where the start is out of range, or the exponentials are, with the reason if the readings do not
+    determine them.
+    """
+    scaled = Scaled(readings)
+    if start:
+        scaled.refuse(start, "start nearer to zero")
+    guess = prony(scaled.x, scaled.v)
+    if guess and not scaled.reaches(scaled.exponents(guess)):
+        guess = None
+    optimum = best(DOUBLE, scaled.x, scaled.v, [guess] if guess else [])
+    wrong = undetermined(readings, scaled, optimum)
+    if wrong is not None and not scaled.reaches(scaled.exponents(optimum.at.exponents)):
+        raise ModelError([wrong])
+    a, b = scaled.unscaled(optimum)
+    projected = _exponentials(readings, "variable projection", a, b, optimum.iterations, optimum.converged)
+    begin = start or scaled.exponents(guess or optimum.at.exponents)
+    turns = alternate(readings.temperature, readings.output, begin, tolerance)
+    alternated = _exponentials(readings, "alternation", turns.a, turns.b, turns.iterations, turns.converged)
+    known = tuple(order for order in orders if order < len(np.unique(readings.temperature)))
+    fits = (projected, alternated, *(_polynomial(readings, scaled, order) for order in known))
+    values = projected.values
+    rate = convergence_rate(readings.temperature, (values["a1"], values["a2"]), (values["b1"], values["b2"]))
+    before = float(np.ptp(readings.output))
+    vague = [c.name for c in projected.coefficients if not c.half_width < abs(c.value)]
+    noted = (
+        *notes(readings, projected.residual, vague),
+        *lagging(projected.rmse, alternated.rmse, before, turns.iterations),
+    )
+    return FitReport(readings, before, fits, rate, noted if wrong is None else (wrong, *noted))
+
+
+def _exponentials(
+    readings: Readings,
+    method: str,
+    a: tuple[float, float],
+    b: tuple[float, float],
+    iterations: int,
+    converged: bool,
+) -> Fit:
+    """A fit of two exponentials, the falling one (or the slower) first."""
+    (b1, a1), (b2, a2) = sorted(zip(b, a, strict=True))
+    t = readings.temperature
+    first, second = np.exp(b1 * t), np.exp(b2 * t)
+    jacobian = np.stack([first, a1 * t * first, second, a2 * t * second], axis=1)
+    residual = readings.output - a1 * first - a2 * second
+    per = f"1/{_factor(readings.temperature_unit)}" if readings.temperature_unit else ""
+    units = (readings.output_unit, per) * 2
+    widths = half_widths(jacobian, residual)
+    named = zip(("a1", "b1", "a2", "b2"), (a1, b1, a2, b2), widths, units, strict=True)
+    coefficients = tuple(Coefficient(*each) for each in named)
+    return _fit(readings, "two exponentials", method, coefficients, residual, iterations, converged)
+
+
+def _polynomial(readings: Readings, scaled: Scaled, order: int) -> Fit:
+    """Least squares in the scaled temperature, where the powers are far from parallel; then at zero temperature."""
+    powers = np.vander(scaled.x, order + 1, increasing=True)
+    found = np.linalg.lstsq(powers, readings.output, rcond=None)[0]
+    residual = readings.output - powers @ found
+    turn = np.zeros((order + 1, order + 1))  # x^k = ((T - middle) / half)^k in powers of T
+    for k in range(order + 1):
+        for j in range(k + 1):
+            turn[j, k] = math.comb(k, j) * (-scaled.middle) ** (k - j) / scaled.half**k
+    values = turn @ found
+    widths = half_widths(powers @ np.linalg.inv(turn), residual)
+    t, v = readings.temperature_unit, readings.output_unit
+    units = [v, f"{_factor(v)}/{_factor(t)}", *(f"{_factor(v)}/{_factor(t)}^{k}" for k in range(2, order + 1))]
+    coefficients = tuple(
+        Coefficient(f"c{k}", value, width, unit if t and v else "")
+        for k, (value, width, unit) in enumerate(zip(values.tolist(), widths, units, strict=True))
+    )
+    return _fit(readings, f"polynomial of order {order}", "least squares", coefficients, residual)
+
+
+def _fit(
+    readings: Readings,
+    model: str,
+    method: str,
+    coefficients: tuple[Coefficient, ...],
+    residual: Array,
+    iterations: int = 1,
+    converged: bool = True,
+) -> Fit:
+    squares, centred = float(residual @ residual), readings.output - readings.output.mean()
+    return Fit(
+        model=model,
+        method=method,
+        coefficients=coefficients,
+        residual=residual,
+        rmse=math.sqrt(squares / len(residual)),
+        r_squared=1.0 - squares / float(centred @ centred),
+        after=float(np.ptp(residual)),
+        iterations=iterations,
+        converged=converged,
+    )
+
+
+def _factor(unit: str) -> str:
+    """A unit as it may stand in a product."""
+    return unit if unit.isalnum() else f"({unit})"

@@ -1,1 +1,0 @@
-"""Temperature laws fitted to measured or simulated cycles."""

@@ -1,1 +1,0 @@
-"""A graph linearised at its operating point, and the margins of its loops."""

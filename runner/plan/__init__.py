@@ -1,0 +1,1 @@
+"""The plan: everything that is known before the first tick, and the memory that moves."""

@@ -1,0 +1,55 @@
+"""What the functions of a block get first, and the state that it starts from."""
+
+import typing
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
+from proofmass.blocks.language.forms import constants_form, form_of
+from proofmass.runner.fixed.step_formats import held_as
+
+
+def constants_of(block: Block, parameters: Any, period: float) -> Any:
+    """The constants of a block, or its numeric parameters where it declares none."""
+    if "constants" in block.functions:
+        form = constants_form(type(block), compiled=False)
+        function = block.functions["constants"].function if form is None or form.problems else form.function
+        made = function(parameters, period)
+    else:
+        made = block.parameters_class()(*(getattr(parameters, n) for n in block.parameters_class()._fields))  # type: ignore[attr-defined]
+    return typed(made)
+
+
+def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+    """A function of a block as plain Python runs it: a user's own in the form that means what compiled code does."""
+    form = form_of(type(block), behaviour, compiled=False)
+    return behaviour.function if form is None or form.function is None else form.function
+
+
+def start_of(block: Block, buffers: Mapping[str, list[float]]) -> Any:
+    """State at tick 0; may fill the buffers."""
+    if "start" in block.functions:
+        start = block.functions["start"]
+        return typed(start.function(block, *(buffers[name] for name in start.arguments)))
+    state = block.state_class()
+    return None if state is None else state(*(held_as(kind)(0) for kind in state.__annotations__.values()))
+
+
+def typed(values: Any) -> Any:
+    """A NamedTuple with each field of its declared type, as the compiled loop holds it."""
+    if values is None:
+        return None
+    kinds = values.__annotations__.values()
+    return type(values)(*(_typed(kind, value) for kind, value in zip(kinds, values, strict=True)))
+
+
+def _typed(kind: Any, value: Any) -> Any:
+    if not isinstance(value, tuple):
+        made = held_as(kind)(value)
+        if isinstance(made, int) and not LOWEST <= made <= HIGHEST:
+            raise OverflowError(f"{made} does not fit 64 bits")
+        return made
+    kinds = typing.get_args(kind) or (float,)
+    kinds = kinds[:1] * len(value) if len(kinds) < 2 or kinds[1] is Ellipsis else kinds
+    return tuple(_typed(of, entry) for of, entry in zip(kinds, value, strict=True))

@@ -1,0 +1,189 @@
+"""Groups of continuous blocks that are integrated together: who belongs to one, and what is evaluated within it."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import networkx
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.checks.schedule import AlgebraicLoop, Node, Schedule, in_order, last_name
+from proofmass.graphs.model.flatten import has_own_rate
+from proofmass.graphs.model.graph import Graph
+
+
+@dataclass(frozen=True)
+class Group:
+    """Continuous blocks that act on each other, and what lies between them.
+
+    `states` are the fields of the blocks' states, modes included; `nodes` what is evaluated at every instant, in
+    order: outputs, and with "" as port the constants of a block that a signal within the group drives. `loops` are
+    solved at every instant. `inputs` are the outputs of other blocks that act on the group, held over the tick; those
+    in `ramps` move on a straight line to their next value. `events` are those of its blocks, `corners` those of all
+    its members.
+    """
+
+    blocks: tuple[str, ...]
+    states: tuple[tuple[str, str], ...]
+    kinds: tuple[type, ...]  # of the states
+    nodes: tuple[Node, ...]
+    loops: tuple[AlgebraicLoop, ...]
+    inputs: tuple[Node, ...]
+    ramps: tuple[Node, ...]
+    events: tuple[tuple[str, str], ...]
+    corners: tuple[tuple[str, str], ...]
+
+    @property
+    def watched(self) -> int:
+        """How many events and corners steps end at."""
+        return len(self.events) + len(self.corners)
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """All blocks whose functions are called, in the order of their names."""
+        return tuple(sorted({*self.blocks, *(name for name, _ in self.nodes)}))
+
+    @property
+    def guesses(self) -> tuple[Node, ...]:
+        """Outputs that the solutions of the loops start from, as they are at the start of the tick."""
+        return tuple(tear for loop in self.loops for tear in loop.tears)
+
+
+def find_groups(graph: Graph, schedule: Schedule) -> tuple[Group, ...]:
+    """All groups of a flat graph, in alphabetical order."""
+    wiring = _Wiring(graph, schedule)
+    joined: networkx.Graph[str] = networkx.Graph()
+    continuous = [name for name, block in graph.blocks.items() if block.continuous()]
+    joined.add_nodes_from(continuous)
+    for name in continuous:
+        reached = {node[0] for node in wiring.needed([name]) if node in wiring.moving}
+        joined.add_edges_from((name, other) for other in reached if graph.blocks[other].continuous())
+    members = sorted(tuple(sorted(part, key=last_name)) for part in networkx.connected_components(joined))
+    return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
+
+
+def sources(graph: Graph, schedule: Schedule) -> tuple[Node, ...]:
+    """Outputs that follow from the time alone, in order: their value in the next tick is known in this one."""
+    found: dict[Node, None] = {}
+    for name, port in schedule.order:
+        follows = port and _analogue(graph, name) and schedule.divisors[name] == 1
+        if follows and all(node in found for node in _needs(graph.blocks[name], schedule, name, port)):
+            found[name, port] = None
+    return tuple(found)
+
+
+def ahead(graph: Graph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Node, ...]:
+    """Outputs of sources that ramps follow from, in order: they are known one tick ahead."""
+    left = [node for group in groups for node in group.ramps]
+    wanted = set[Node]()
+    while left:
+        node = left.pop()
+        if node not in wanted:
+            wanted.add(node)
+            left += _needs(graph.blocks[node[0]], schedule, *node)
+    return tuple(node for node in schedule.order if node in wanted)
+
+
+class _Wiring:
+    """Which outputs move between ticks, and what the derivatives of a block need of them."""
+
+    def __init__(self, graph: Graph, schedule: Schedule) -> None:
+        self.graph, self.schedule = graph, schedule
+        free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Node]()
+        able = {name for name, block in graph.blocks.items() if block.continuous() or _analogue(graph, name)}
+        follow: dict[Node, list[Node]] = {}  # what moves with a node
+        for node in schedule.order:
+            if node[0] in able:
+                for before in _needs(graph.blocks[node[0]], schedule, *node):
+                    follow.setdefault(before, []).append(node)
+        self.moving = set[Node]()
+        left = [*free, *((name, port) for name, port in schedule.order if port and graph.blocks[name].continuous())]
+        while left:
+            node = left.pop()
+            if node not in self.moving:
+                self.moving.add(node)
+                left += follow.get(node, ())
+
+    def needed(self, blocks: Iterable[str]) -> set[Node]:
+        """Everything that the derivatives and events of blocks depend on within an instant, and its inputs."""
+        left = [node for name in blocks for node in self._of_block(name)]
+        found = set[Node]()
+        while left:
+            node = left.pop()
+            if node not in found:
+                found.add(node)
+                if node in self.moving:
+                    left += _needs(self.graph.blocks[node[0]], self.schedule, *node)
+        return found
+
+    def _of_block(self, name: str) -> Iterator[Node]:
+        block, drivers = self.graph.blocks[name], self.schedule.drivers
+        behaviours = [block.functions["derivative"]] if "derivative" in block.functions else []
+        behaviours += [behaviour for pair in block.events.values() for behaviour in pair]
+        for behaviour in behaviours:
+            yield from (drivers[name, a] for a in behaviour.arguments if a in block.inputs and (name, a) in drivers)
+        if (name, "") in self.moving:
+            yield name, ""
+
+
+def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str, ...]) -> Group:
+    fields = [(name, *item) for name in blocks for item in state_fields(graph.blocks[name])]
+    needed = wiring.needed(blocks)
+    outside = (node for node in needed if node[1] and node not in wiring.moving)
+    inputs = sorted(outside, key=lambda node: (last_name(node[0]), node[1]))
+    inside = [node for node in schedule.order if node in needed and node in wiring.moving]
+    needs = {node: _needs(graph.blocks[node[0]], schedule, *node) for node in inside}
+    nodes, loops = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
+    moving = dict.fromkeys(name for name, port in nodes if port)
+    corners = [(name, corner) for name in moving for corner in graph.blocks[name].corners]
+    ahead = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
+    return Group(
+        blocks=blocks,
+        states=tuple((name, field) for name, field, _ in fields),
+        kinds=tuple(kind for _, _, kind in fields),
+        nodes=nodes,
+        loops=loops,
+        inputs=tuple(inputs),
+        ramps=tuple(node for node in inputs if node in ahead),
+        events=tuple((name, event) for name in blocks for event in graph.blocks[name].events),
+        corners=tuple(corner for corner in corners if _is_known(graph.blocks[corner[0]], schedule, *corner, needed)),
+    )
+
+
+def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Node]) -> bool:
+    """Whether all that a corner reads is among what its group knows."""
+    drivers = (schedule.drivers.get((name, argument)) for argument in block.corners[corner].arguments)
+    return all(driver is None or driver in known for driver in drivers)
+
+
+def state_fields(block: Block) -> list[tuple[str, type]]:
+    """Fields of a block's state with their types."""
+    made = block.state_class()
+    return [] if made is None else list(made.__annotations__.items())
+
+
+def _needs(block: Block, schedule: Schedule, name: str, port: str) -> list[Node]:
+    """What an output, or with "" the constants of a block, depends on within an instant."""
+    drivers = schedule.drivers
+    driven = [drivers[name, p] for p in block.parameters if (name, p) in drivers]
+    if not port:
+        return driven
+    fed = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers]
+    return [*fed, (name, "")] if driven and block.output_functions[port].reads_constants else fed
+
+
+def _analogue(graph: Graph, name: str) -> bool:
+    """Whether a block has no memory, deals in numbers alone and follows its inputs at every instant.
+
+    Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.
+    """
+    block = graph.blocks[name]
+    ports = [*block.inputs.values(), *block.outputs.values()]
+    arguments = {a for behaviour in block.output_functions.values() for a in behaviour.arguments}
+    return (
+        not block.continuous()
+        and block.state_class() is None
+        and not block.buffers
+        and all(port.dtype is float and not port.shape and port.every == 1 for port in ports)
+        and arguments.isdisjoint({"tick", "normal"})
+        and not has_own_rate(graph, name)
+    )

@@ -1,0 +1,136 @@
+"""Measures compiled into the plan: hidden blocks that reduce signals, whose last state is the measure."""
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.model.graph import Graph, Wire, split
+from proofmass.graphs.model.measures import MEASURES, STATISTICS, TAU, Measure, measure_unit
+from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan, PlannedMeasure
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The value of a measure; NaN where the run ended before it began."""
+
+    value: float
+    unit: str
+    signal: str
+    statistic: str
+
+    def as_data(self) -> dict[str, str | float | None]:
+        """The measure as plain data, for JSON, which knows no NaN."""
+        value = None if math.isnan(self.value) else self.value
+        return {"value": value, "unit": self.unit, "signal": self.signal, "statistic": self.statistic}
+
+
+def with_measures(graph: Graph, scheduled: Schedule) -> Graph:
+    """A flat graph with the hidden blocks of its measures."""
+    if not graph.measures:
+        return graph
+    blocks, rates, wires = dict(graph.blocks), dict(graph.rates), list(graph.wires)
+    for measure in graph.measures.values():
+        name = _reducer(graph, measure)
+        if STATISTICS[measure.statistic] is not None and name not in blocks:
+            source, port = split(measure.signal)
+            rates[name] = _rate(graph, scheduled, (source, port))
+            unit = graph.blocks[source].unit_of(graph.blocks[source].outputs[port])
+            blocks[name] = _made(graph, name, measure, unit, rates[name])
+            wires.append(Wire(measure.signal, f"{name}.input"))
+    return replace(graph, blocks=blocks, rates=rates, wires=tuple(wires))
+
+
+def _made(graph: Graph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block:
+    """The hidden block; raises `ModelError` where the rate asks too much of it."""
+    try:
+        return measure.reducer(unit, rate)
+    except ModelError as error:
+        key = TAU if measure.statistic == "allan_deviation" else "from"
+        problem = replace(error.problems[0], key=f"{name}.{key}", path=(*name.split("."), key))
+        raise ModelError([graph.placed(problem)]) from None
+
+
+def unread(scheduled: Schedule) -> Schedule:
+    """The schedule without the outputs of hidden blocks: nothing reads them before the end of a run."""
+    return replace(scheduled, order=tuple(node for node in scheduled.order if not node[0].startswith(f"{MEASURES}.")))
+
+
+def planned_measures(graph: Graph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:
+    """Where the measures of a flat graph, its hidden blocks included, are read at the end of a run."""
+    made = []
+    for name, measure in graph.measures.items():
+        reducer, node = STATISTICS[measure.statistic], split(measure.signal)
+        rate = _rate(graph, scheduled, node)
+        first = (math.ceil(measure.start * rate) + _least(measure, rate) - 1) * _stride(graph, scheduled, node)
+        read = (_reducer(graph, measure), reducer[1]) if reducer else node
+        block = graph.blocks[node[0]]
+        unit = measure_unit(measure.statistic, block.unit_of(block.outputs[node[1]]))
+        made.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reducer is not None, first))
+    return tuple(made)
+
+
+def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
+    """The measures of a run that has ended with this memory."""
+    return {m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic) for m in plan.measures}
+
+
+def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
+    """One measure: the output of its block for the last state, or what the wire holds."""
+    name, port = measure.node
+    if memory.tick <= measure.first:
+        return math.nan
+    if not measure.reduced:
+        return float(memory.wires[name, port])
+    output = plan.blocks[name].output_functions[port]
+    ticks = -(-memory.tick // plan.schedule.divisors[name])
+    given = {"x": memory.states[name], "tick": ticks}
+    return float(output.function(plan.constants[name], *(given[argument] for argument in output.arguments)))
+
+
+def refuse_late(plan: Plan, ticks: int) -> None:
+    """Raise `ModelError` where a measure would begin after the end of the run."""
+    problems = [
+        Problem(
+            message="the run ends before the measure begins",
+            key=f"measures.{m.name}.from",
+            got=f"a run of {ticks} ticks of {write_rate(plan.schedule.base_rate)}",
+            expected=f"more than {m.first} ticks",
+            hint="run longer, or measure from an earlier time",
+            path=("measures", m.name, "from"),
+        )
+        for m in plan.measures
+        if m.first >= ticks
+    ]
+    if problems:
+        raise ModelError([plan.graph.placed(problem) for problem in problems])
+
+
+def _reducer(graph: Graph, measure: Measure) -> str:
+    """Name of the hidden block; measures that need the same one share it."""
+    kind = _kind(measure)
+    return next(f"{MEASURES}.{name}" for name, other in graph.measures.items() if _kind(other) == kind)
+
+
+def _kind(measure: Measure) -> tuple[object, ...]:
+    reducer = STATISTICS[measure.statistic]
+    return reducer and reducer[0], measure.signal, measure.start, measure.options
+
+
+def _least(measure: Measure, rate: Fraction) -> int:
+    """Values without which there is no such measure."""
+    return 2 * measure.averaging(rate) if measure.statistic == "allan_deviation" else 1
+
+
+def _rate(graph: Graph, scheduled: Schedule, node: Node) -> Fraction:
+    return scheduled.base_rate / _stride(graph, scheduled, node)
+
+
+def _stride(graph: Graph, scheduled: Schedule, node: Node) -> int:
+    """Base ticks from one value of an output to its next."""
+    block = graph.blocks[node[0]]
+    return scheduled.divisors[node[0]] * block.size(block.outputs[node[1]].every)

@@ -1,0 +1,76 @@
+"""Everything that moves while a graph runs, as one value: what engines start from and checkpoints hold."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.planned import Plan
+
+Rows = Sequence[Any]  # an array for each probe, with one row per recorded tick
+
+
+@dataclass
+class Memory:
+    """State of every block, buffers, what each wire holds, and overflows so far, at the start of `tick`.
+
+    Lists move; the tuples among the buffers are recordings, which stand still and are shared.
+    """
+
+    tick: int
+    states: dict[str, Any]
+    buffers: dict[Node, Sequence[float]]
+    wires: dict[Node, Any]
+    overflows: dict[str, int]  # ticks in which a cast saturated or wrapped, of digital blocks counted from tick 0 on
+
+    def overflow_counts(self) -> dict[str, int]:
+        """Ticks in which a value of a block saturated or wrapped; a block that is not digital counts in its state."""
+        own = {name: x.overflows for name, x in self.states.items() if hasattr(x, "overflows")}
+        return self.overflows | own
+
+    def copy(self) -> "Memory":
+        """A copy that moves on its own."""
+        buffers = {node: _copied(held) for node, held in self.buffers.items()}
+        wires = {node: _copied(held) for node, held in self.wires.items()}
+        return Memory(self.tick, dict(self.states), buffers, wires, dict(self.overflows))
+
+
+class Engine(Protocol):
+    """What runs a plan; it starts at tick 0 or at a given memory and owns what moves."""
+
+    name: str
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order.
+
+        False, or a `TickError` where it is known, when what a wire held in one of the ticks was not finite, or did not
+        fit its format.
+        """
+        ...
+
+    def memory(self) -> Memory:
+        """What moves, as it stands."""
+        ...
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now, and made a `Memory` when it is asked for."""
+        ...
+
+
+def start(plan: Plan) -> Memory:
+    """The memory at tick 0."""
+    wires: dict[Node, Any] = {}
+    for name, block in plan.blocks.items():
+        for port, declared in block.outputs.items():
+            shape = block.shape_of(declared)
+            zero = held_as(declared.dtype)(0)
+            wires[name, port] = [zero] * shape[0] if shape else zero
+    buffers: dict[Node, Sequence[float]] = {
+        node: held if node in plan.recorded else list(held) for node, held in plan.buffers.items()
+    }
+    return Memory(0, dict(plan.starts), buffers, wires, dict.fromkeys(plan.digital, 0))
+
+
+def _copied(held: Any) -> Any:
+    return held.copy() if isinstance(held, list) else held

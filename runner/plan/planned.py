@@ -1,0 +1,132 @@
+"""A checked graph made ready to run, as a plain value: what both engines read."""
+
+import math
+import zlib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.model.graph import LARGEST_RUN, Graph
+from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.fixed.digital import DigitalBlock
+from proofmass.runner.plan.groups import ahead
+from proofmass.runner.plan.solver import Solver
+
+
+@dataclass(frozen=True)
+class PlannedProbe:
+    """A probe with the base ticks between its rows and the facts of what it records."""
+
+    signal: str
+    node: Node
+    stride: int
+    dtype: type
+    shape: tuple[int, ...]
+    unit: str
+    doc: str
+    format: Fixed | None = None  # of a fixed-point signal: its rows are mantissas
+
+    def rows(self, first: int, last: int) -> int:
+        """Rows recorded in the ticks from `first` up to, not including, `last`."""
+        return -(-last // self.stride) - -(-first // self.stride)
+
+
+@dataclass(frozen=True)
+class PlannedMeasure:
+    """A measure: the output that gives it at the end, of a hidden block where it is reduced, and its first tick."""
+
+    name: str
+    signal: str
+    statistic: str
+    unit: str
+    node: Node
+    reduced: bool
+    first: int  # base tick of the value from which on there is a measure
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that a run needs besides seed and length, in plain values: of fixed-point ones the mantissas."""
+
+    graph: Graph
+    schedule: Schedule
+    blocks: Mapping[str, Block]  # those of the graph, or the same with other numbers
+    constants: Mapping[str, Any]  # per block; None where driven parameters make them anew in every tick
+    starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
+    buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
+    solvers: tuple[Solver, ...]
+    probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
+    digital: Mapping[str, DigitalBlock]  # the blocks that work in fixed point
+    measures: tuple[PlannedMeasure, ...]  # by name
+
+    @cached_property
+    def recorded(self) -> frozenset[Node]:
+        """Buffers that hold a recording: nothing writes to them."""
+        return frozenset((n, b) for n, b in self.buffers if n and self.blocks[n].buffers[b].recorded)
+
+    @cached_property
+    def ahead(self) -> tuple[Node, ...]:
+        """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
+        return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
+
+    @property
+    def period(self) -> float:
+        """Base period in seconds."""
+        return float(1 / self.schedule.base_rate)
+
+    def block_period(self, name: str) -> float:
+        """Period of a block in seconds."""
+        return float(self.schedule.divisors[name] / self.schedule.base_rate)
+
+    def ticks(self, duration: Fraction | None = None, samples: int | None = None) -> int:
+        """Base ticks of a run: `samples`, or all from 0 to `duration` with both ends; else what the graph says."""
+        if samples is None and duration is None:
+            samples, duration = self.graph.samples, self.graph.duration
+        if samples is not None:
+            ticks = samples
+        elif duration is not None:
+            ticks = math.floor(duration * self.schedule.base_rate) + 1
+        else:
+            hint = 'add duration = "1 s" at the top of the file, or say --duration "1 s"'
+            raise self._refused(Problem(message="how long to run is not said", key="duration", hint=hint))
+        if ticks > LARGEST_RUN:
+            expected = f"at most {LARGEST_RUN:g} ticks of {write_rate(self.schedule.base_rate)}"
+            raise self._refused(Problem(message="too long", key="duration", got=f"{ticks:g} ticks", expected=expected))
+        return ticks
+
+    def _refused(self, problem: Problem) -> ModelError:
+        return ModelError([self.graph.placed(problem)])
+
+    def stride(self, node: Node) -> int:
+        """Base ticks from one value of an output to its next."""
+        block = self.blocks[node[0]]
+        return self.schedule.divisors[node[0]] * block.size(block.outputs[node[1]].every)
+
+    def stream(self, name: str) -> int:
+        """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.
+
+        So the noise of a block stays what it is when the block is put into a subgraph, and two of a kind differ.
+        """
+        ends = list(_ends(name))
+        return zlib.crc32(next((end for end in ends if self._ends[end] == 1), ends[-1]).encode())
+
+    @cached_property
+    def _ends(self) -> Counter[str]:
+        return Counter(end for name in self.blocks for end in _ends(name))
+
+
+def _ends(path: str) -> Iterator[str]:
+    """Every end of a path, the shortest first.
+
+    >>> list(_ends("imu.x_axis.noise"))
+    ['noise', 'x_axis.noise', 'imu.x_axis.noise']
+    """
+    parts = path.split(".")
+    return (".".join(parts[-length:]) for length in range(1, len(parts) + 1))

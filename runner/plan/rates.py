@@ -1,0 +1,48 @@
+"""The rates of a continuous group at a point, and the matrices that move a linear group by a tick."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.continuous.exact_hold import Matrix, hold
+from proofmass.runner.plan.stages import Context, Stages
+
+
+def assemble(
+    stages: Stages, constants: Mapping[str, Any], period: float, factors: Mapping[Node, float] | None = None
+) -> tuple[Matrix, Matrix]:
+    """Transition and entry of a linear group: its rates for unit states and inputs are the columns of A and B.
+
+    `factors` are inputs that multiply others, with their values: the column of the first is what they do to states and
+    inputs at zero, for an input of one; those of the others are zero.
+    """
+    group, held = stages.group, factors or {}
+    n, m = len(group.states), len(group.inputs)
+    rest = [0.0] * n + [held.get(node, 0.0) for node in group.inputs]
+    places = [n + group.inputs.index(node) for node in held]
+    offset = rates_at(stages, constants, rest) if held else [0.0] * n
+    columns = [
+        ([0.0] * n if j in places[1:] else offset)
+        if j in places
+        else _less(rates_at(stages, constants, [1.0 if i == j else v for i, v in enumerate(rest)]), offset, bool(held))
+        for j in range(n + m)
+    ]
+    rows = [list(row) for row in zip(*columns, strict=True)]
+    ramps = tuple(group.inputs.index(node) for node in group.ramps)
+    return hold([row[:n] for row in rows], [row[n:] for row in rows], period, ramps)
+
+
+def _less(rates: list[float], offset: list[float], held: bool) -> list[float]:
+    return [rate - c for rate, c in zip(rates, offset, strict=True)] if held else rates
+
+
+def rates_at(
+    stages: Stages, constants: Mapping[str, Any], point: Sequence[float], wires: Mapping[Node, float] | None = None
+) -> list[float]:
+    """Derivatives for states and held inputs, one behind the other; loops are solved from the wires, or from zero."""
+    n = len(stages.group.states)
+    out = [0.0] * n
+    guesses = [wires[node] if wires else 0.0 for node in stages.group.guesses]
+    context = Context(constants, point[n:], [0.0] * len(stages.group.ramps), guesses, 0.0)
+    stages.rates(context, 0.0, point[:n], out)
+    return out

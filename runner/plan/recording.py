@@ -1,0 +1,277 @@
+"""Recorded signals: CSV, Parquet or netCDF, read into the buffers of the block that plays them."""
+
+import csv
+import hashlib
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.declaration.units import UnitError, convert_exactly, same_dimension
+from proofmass.graphs.model.graph import Graph
+
+LARGEST_FILE = 2 << 30
+LATEST_START = 1e8  # seconds, three years: what begins later is stamped with dates
+KEPT_NUMBERS = 1 << 24  # of recordings that were read from CSV, over all blocks and plans of the process
+
+_HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[^][0-9][^][]*)\])")
+
+
+class Column(NamedTuple):
+    """One column of a recording: its name without unit, its unit or "", and its numbers."""
+
+    name: str
+    unit: str
+    values: Sequence[object]
+
+
+Columns = tuple[Column, Column]
+Choice = Callable[[Sequence[str]], tuple[int, int]]  # of two columns, from the names of all
+
+
+class RecordingError(ValueError):
+    """A recording that cannot be played: the line when there is one, and the parameter to look at."""
+
+    def __init__(self, message: str, line: int = 0, hint: str = "", parameter: str = "file") -> None:
+        super().__init__(message)
+        self.line, self.hint, self.parameter = line, hint, parameter
+
+
+def read_recordings(graph: Graph, name: str) -> dict[str, tuple[float, ...]]:
+    """The recorded buffers of a block, by name; empty for a block that plays no recording.
+
+    The first column is time. A unit stands in brackets after the name of a CSV or Parquet column, and in the attribute
+    `units` of a netCDF variable; without one the numbers are taken to be in the unit of the block.
+    """
+    block = graph.blocks[name]
+    wanted = {buffer: declared.recorded for buffer, declared in block.buffers.items() if declared.recorded}
+    if not wanted:
+        return {}
+    file = str(getattr(block, "file", ""))
+    path = Path(graph.place.folder) / file
+    unit = block.unit_of(next(iter(block.outputs.values())))
+    try:
+        if not file:
+            raise RecordingError("says no file", hint='write file = "recording.csv"')
+        column = str(getattr(block, "column", ""))
+        read = _played(path, column, unit)
+    except RecordingError as error:
+        problem = Problem(
+            message=str(error),
+            file=str(path) if error.line else "",
+            line=error.line,
+            key=f"blocks.{name}.{error.parameter}",
+            got=str(path) if file else "",
+            hint=error.hint,
+            path=("blocks", name, error.parameter),
+        )
+        raise ModelError([problem if error.line else graph.placed(problem)]) from None
+    return {buffer: read[quantity] for buffer, quantity in wanted.items()}
+
+
+_kept: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {}
+
+
+def _played(path: Path, column: str, unit: str) -> dict[str, tuple[float, ...]]:
+    """Times and values of a recording; a CSV file of the same content is read once in a process."""
+    key: tuple[str, ...] = ()
+    if path.suffix.lower() == ".csv" and path.is_file() and path.stat().st_size <= LARGEST_FILE:
+        with path.open("rb") as file:
+            key = (hashlib.file_digest(file, "sha256").hexdigest(), column, unit)
+    if key in _kept:
+        return _kept[key]
+    time, value = read_columns(path, lambda names: (0, _chosen(names, column)))
+    read = {"time": tuple(_converted(time, "s")), "value": tuple(_converted(value, unit))}
+    _ascending(read["time"])
+    _refuse_dates(read["time"])
+    if key:
+        _kept[key] = read
+        while sum(2 * len(entry["time"]) for entry in _kept.values()) > KEPT_NUMBERS and len(_kept) > 1:
+            del _kept[next(iter(_kept))]
+    return read
+
+
+def read_columns(path: Path, choice: Choice) -> Columns:
+    """Two columns of a CSV, Parquet or netCDF file; raises `RecordingError`.
+
+    In a netCDF file of several time axes the first name, "time", stands for the axis of the other column.
+    """
+    readers: dict[str, Callable[[Path, Choice], Columns]] = {
+        ".csv": _read_csv, ".parquet": _read_parquet, ".nc": _read_netcdf,
+    }  # fmt: skip
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise RecordingError("is no CSV, Parquet or netCDF file", hint=f"the name must end in {', '.join(readers)}")
+    try:
+        if path.exists() and not path.is_file():
+            raise RecordingError("is no file")
+        if path.stat().st_size > LARGEST_FILE:
+            raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
+        return reader(path, choice)
+    except RecordingError:
+        raise
+    except FileNotFoundError:
+        raise RecordingError("there is no such file", hint=_near(path, list(readers))) from None
+    except Exception as error:  # the libraries raise errors of many kinds on damaged files
+        lines = str(error).splitlines() or [repr(error)]
+        raise RecordingError(f"cannot be read: {lines[0]}") from None
+
+
+def _near(path: Path, suffixes: list[str]) -> str:
+    try:
+        names = [other.name for other in path.parent.iterdir() if other.suffix.lower() in suffixes]
+    except OSError:
+        return f"there is no folder {path.parent}"
+    return did_you_mean(path.name, names, "file")
+
+
+def _read_csv(path: Path, choice: Choice) -> Columns:
+    at = 0  # the line read last
+
+    def rows_of(file: Iterable[str]) -> Iterator[str]:
+        nonlocal at
+        for at, line in enumerate(file, 1):  # noqa: B007
+            if line.strip() and not line.startswith("#"):
+                yield line
+
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = csv.reader(rows_of(file), strict=True, skipinitialspace=True)
+        try:
+            heads = [_split_unit(cell) for cell in next(rows, [])]
+            if len(heads) < 2 or any(_number(name) is not None for name, _ in heads):
+                hint = "separate the columns by commas" if len(heads) == 1 and ";" in heads[0][0] else ""
+                raise RecordingError("needs a row of column names such as time [s],acceleration [m/s^2]", at or 1, hint)
+            chosen = choice([name for name, _ in heads])
+            columns: tuple[list[float], list[float]] = ([], [])
+            for cells in rows:
+                if len(cells) != len(heads):
+                    raise RecordingError(f"has {len(cells)} cells where the head has {len(heads)}", at)
+                for column, index in zip(columns, chosen, strict=True):
+                    number = _number(cells[index])
+                    if number is None:
+                        raise RecordingError(f"holds {cells[index][:40]!r}, which is not a finite number", at)
+                    column.append(number)
+        except csv.Error as error:
+            raise RecordingError(str(error), at) from None
+    return Column(*heads[chosen[0]], columns[0]), Column(*heads[chosen[1]], columns[1])
+
+
+def _read_parquet(path: Path, choice: Choice) -> Columns:
+    import pyarrow.parquet
+
+    with pyarrow.parquet.ParquetFile(path, memory_map=True) as file:
+        fields = list(file.schema_arrow)
+        heads = [_split_unit(field.name) for field in fields]
+        chosen = choice([name for name, _ in heads])
+        table = file.read(columns=[fields[index].name for index in chosen])
+
+    def column(index: int) -> Column:
+        unit = heads[index][1] or (fields[index].metadata or {}).get(b"unit", b"").decode()
+        return Column(heads[index][0], unit, table[fields[index].name].to_pylist())
+
+    return column(chosen[0]), column(chosen[1])
+
+
+def _read_netcdf(path: Path, choice: Choice) -> Columns:
+    import h5netcdf
+
+    with h5netcdf.File(path, "r") as file:
+        series = {name: v for name, v in file.variables.items() if v.ndim == 1}
+        times = [name for name, v in series.items() if name == "time" or (name,) == v.dimensions]
+        names = [name for name in series if name not in times]
+        first, second = choice(["time", *names])
+        other = names[second - 1]
+        along = series[other].dimensions
+        candidates = [names[first - 1]] if first else times
+        for name in candidates:
+            if series[name].dimensions == along:
+                return _variable(name, series[name]), _variable(other, series[other])
+        if first:
+            raise RecordingError(f"{candidates[0]} and {other} are not on one time axis")
+        raise RecordingError(f"has no variable with the times of {other}", hint=f"name it {along[0]}")
+
+
+def _variable(name: str, variable: Any) -> Column:
+    """A netCDF variable, unpacked where it says how."""
+    attributes = variable.attrs
+    values = variable[...].tolist()
+    if "_FillValue" in attributes:
+        missing = float(attributes["_FillValue"])
+        values = [None if value == missing else value for value in values]
+    if "scale_factor" in attributes or "add_offset" in attributes:
+        scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
+        values = [None if value is None else value * scale + offset for value in values]
+    return Column(name, str(attributes.get("units", "")), values)
+
+
+def _chosen(names: Sequence[str], wanted: str) -> int:
+    """Index of the wanted column, or of the first after time."""
+    if len(names) < 2:
+        raise RecordingError("needs a column of time and one of values")
+    if wanted and wanted not in names[1:]:
+        hint = did_you_mean(wanted, names[1:], "column")
+        raise RecordingError(f"there is no column {wanted!r}", hint=hint, parameter="column")
+    if wanted and names.count(wanted) > 1:
+        raise RecordingError(f"has {names.count(wanted)} columns {wanted!r}", hint="rename them", parameter="column")
+    return names.index(wanted, 1) if wanted else 1
+
+
+def numbers(column: Column) -> list[float]:
+    """The numbers of a column as they stand, all of them finite; raises `RecordingError`."""
+    values = []
+    for row, value in enumerate(column.values, 1):
+        if value is not None and not isinstance(value, float | int):
+            raise RecordingError(f"column {column.name} holds {shown(value, 40)} in row {row}, which is no number")
+        values.append(math.nan if value is None else float(value))
+        if not math.isfinite(values[-1]):
+            raise RecordingError(f"column {column.name} holds {values[-1]} in row {row}")
+    if not values:
+        raise RecordingError("holds no rows")
+    return values
+
+
+def _converted(column: Column, unit: str) -> list[float]:
+    values = numbers(column)
+    given = column.unit or unit
+    try:
+        if not same_dimension(given, unit):
+            raise RecordingError(
+                f"column {column.name} is in {given}, which is no {unit}", hint=f"set the unit to {given}"
+            )
+        factor = convert_exactly(f"1 {given}", unit)
+    except UnitError as error:
+        raise RecordingError(f"column {column.name}: {error}", hint=error.hint) from None
+    if factor.numerator == 1:  # milli, micro: divided, each number is rounded once
+        return values if factor == 1 else [value / factor.denominator for value in values]
+    return [value * float(factor) for value in values]
+
+
+def _refuse_dates(times: Sequence[float]) -> None:
+    """A run begins at 0 s: of a recording that is stamped with dates it would play the first value for ever."""
+    if times[0] > LATEST_START and times[-1] - times[0] < times[0]:
+        message = f"its first time is {times[0]:.10g} s, which looks like a date: a run begins at 0 s"
+        raise RecordingError(message, hint=f"subtract {times[0]:.10g} s from its times")
+
+
+def _ascending(times: Sequence[float]) -> None:
+    for row, (before, after) in enumerate(pairwise(times), 2):
+        if after <= before:
+            raise RecordingError(f"its time does not grow from row {row - 1} to row {row}: {before:g} s, {after:g} s")
+
+
+def _split_unit(head: str) -> tuple[str, str]:
+    """Name and unit of a head: `rate [deg/s]`; in `sums[3]` the bracket is the number of an entry."""
+    found = _HEAD.fullmatch(head.strip())
+    return (found["name"], (found["unit"] or found["tight"] or "").strip()) if found else (head.strip(), "")
+
+
+def _number(cell: str) -> float | None:
+    """The finite number in a cell, or None."""
+    try:
+        number = float(cell)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and "_" not in cell else None

@@ -1,0 +1,47 @@
+"""A group of continuous blocks with the method that integrates it, as a plain value."""
+
+from dataclasses import dataclass
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.continuous import radau
+from proofmass.runner.continuous.methods import EXPLICIT
+from proofmass.runner.plan.groups import Group
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A group with the method that integrates it.
+
+    "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick), which change
+    where a parameter is driven or a factor has moved: in u stands one for the first factor. Steps of the other methods
+    are `1/substeps` of a tick long, at first where the tolerance is not zero.
+    """
+
+    name: str  # in generated code
+    group: Group
+    method: str
+    substeps: int
+    tolerance: float
+    precision: float  # seconds
+    driven: bool
+    factors: tuple[Node, ...] = ()  # of "exact": inputs that multiply states and other inputs
+
+    @property
+    def exact(self) -> bool:
+        """Whether the group is stepped by matrices."""
+        return self.method == "exact"
+
+    @property
+    def renewed(self) -> bool:
+        """Whether the matrices change from tick to tick."""
+        return self.driven or bool(self.factors)
+
+    @property
+    def order(self) -> int:
+        """By which power of its length the error of a step falls."""
+        return EXPLICIT[self.method].order if self.method in EXPLICIT else radau.ORDER
+
+    @property
+    def largest(self) -> tuple[str, str]:
+        """Where the largest value of each state is kept, among the buffers."""
+        return "", f"{self.name}_largest"

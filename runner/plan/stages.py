@@ -1,0 +1,191 @@
+"""The functions of a group at one instant, in plain Python: derivatives, clearances of events, what follows them."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.runner.continuous.algebraic import solve_in_place
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.constants import constants_of, in_python
+from proofmass.runner.plan.groups import Group, state_fields
+from proofmass.runner.plan.keys import ConstantsOf, DefaultOf, Instant, OfInstant, StateOf, WireOf
+
+
+class Context(NamedTuple):
+    """What is fixed during a tick: constants by block, inputs as they are at its start and how fast they move, guesses
+    for the tears of loops."""
+
+    constants: Mapping[str, Any]
+    inputs: Sequence[float]
+    slopes: Sequence[float]  # of the inputs that move, one after the other
+    guesses: Sequence[float]
+    start: float
+
+
+class _Call(NamedTuple):
+    """A function, where its arguments stand among the values of an instant, and where its result goes."""
+
+    at: str  # block and function, for messages
+    function: Callable[..., Any]
+    arguments: tuple[int, ...]
+    result: int
+
+
+class Stages:
+    """A group's functions of (context, time, states), states being a flat sequence of floats."""
+
+    def __init__(
+        self, blocks: Mapping[str, Block], schedule: Schedule, group: Group, periods: Callable[[str], float]
+    ) -> None:
+        self.blocks, self.schedule, self.group, self.periods = blocks, schedule, group, periods
+        self.at = ""  # the function under way
+        self.unsolved = ""  # wire of a loop that had no solution
+        self.watching, self.lost = False, ""  # the first output that had no value while it watched, by its own word
+        ends = (node for node in group.nodes if node[1] and blocks[node[0]].outputs[node[1]].no_value)
+        self._ends = frozenset(f"{name}.{port}" for name, port in ends)
+        self._states: list[tuple[str, Any, list[type]]] = [
+            (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
+            for name in group.blocks
+        ]
+        self._places: dict[OfInstant, int] = {Instant(): 0}  # of the values of an instant
+        self._defaults: dict[int, float] = {}  # of inputs that are not connected, by place
+        self._nodes = [self._output(*node) if node[1] else self._constants(node[0]) for node in group.nodes]
+        self._of_place = {call.result: call for call in self._nodes}
+        self._torn = {  # tears and others of the loop, for the place of each tear
+            self._place(WireOf(*tear)): (self._wires(loop.tears), self._wires(loop.others))
+            for loop in group.loops
+            for tear in loop.tears
+        }
+        derivatives = ((name, blocks[name].functions.get("derivative")) for name in group.blocks)
+        self._rates = [None if found is None else self._call(name, "derivative", found) for name, found in derivatives]
+        self._clearances = [self._call(name, event, blocks[name].events[event][0]) for name, event in group.events]
+        self._clearances += [self._call(name, corner, blocks[name].corners[corner]) for name, corner in group.corners]
+        self._thens = [self._call(name, event, blocks[name].events[event][1]) for name, event in group.events]
+
+    def rates(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
+        """Derivatives of all states; modes stand still."""
+        known = self._known(context, time, x)
+        place = 0
+        for (_, _, kinds), call in zip(self._states, self._rates, strict=True):
+            made = kinds if call is None else self._called(call, known)
+            for kind, rate in zip(kinds, made, strict=True):
+                out[place] = 0.0 if call is None or kind is not float else rate
+                place += 1
+
+    def clearances(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
+        """What is above zero as long as nothing happens, for each event; behind them on which side each corner is."""
+        known = self._known(context, time, x)
+        for number, call in enumerate(self._clearances):
+            out[number] = self._called(call, known)
+
+    def then(self, context: Context, time: float, x: Any, which: int) -> None:
+        """The states after an event."""
+        made = self._called(self._thens[which], self._known(context, time, x))
+        name = self.group.events[which][0]
+        for value, (field, kind) in zip(made, state_fields(self.blocks[name]), strict=True):
+            x[self.group.states.index((name, field))] = float(kind(value))
+
+    def states(self, x: Sequence[float]) -> dict[str, Any]:
+        """The states of all blocks as they declare them."""
+        made, place = {}, 0
+        for name, state, kinds in self._states:
+            made[name] = state(*[kind(v) for kind, v in zip(kinds, x[place : place + len(kinds)], strict=True)])
+            place += len(kinds)
+        return made
+
+    def _known(self, context: Context, time: float, x: Sequence[float]) -> list[Any]:
+        """Everything that the functions of the blocks are given at an instant, each in its place."""
+        known: list[Any] = [None] * len(self._places)
+        known[0] = time
+        for name in self.group.members:
+            self._keep(known, ConstantsOf(name), context.constants[name])
+        for name, state in self.states(x).items():
+            self._keep(known, StateOf(name), state)
+        inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
+        for node, slope in zip(self.group.ramps, context.slopes, strict=True):
+            inputs[node] = inputs[node] + slope * (time - context.start)
+        inputs |= zip(self.group.guesses, context.guesses, strict=True)
+        for node, value in inputs.items():
+            self._keep(known, WireOf(*node), value)
+        for place, default in self._defaults.items():
+            known[place] = default
+        for call in self._nodes:
+            if call.result not in self._torn:
+                known[call.result] = self._called(call, known)
+            elif call.result == self._torn[call.result][0][0]:
+                self._solve(call, known)
+        return known
+
+    def _solve(self, first: _Call, known: list[Any]) -> None:
+        """Solve the loop with that first tear."""
+        loop = self._torn[first.result]
+        if not self._solve_loop(*loop, known, lambda place: self._called(self._of_place[place], known)):
+            self.unsolved = first.at
+
+    def _solve_loop(
+        self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]
+    ) -> bool:
+        """Solve an algebraic loop on the values of an instant; whether there is a solution."""
+        return solve_in_place(tears, others, known, value)
+
+    def _keep(self, known: list[Any], key: OfInstant, value: Any) -> None:
+        if key in self._places:
+            known[self._places[key]] = value
+
+    def _called(self, call: _Call, known: list[Any]) -> Any:
+        self.at = call.at
+        value = call.function(*[known[place] for place in call.arguments])
+        if self.watching and not self.lost and call.at in self._ends and math.isnan(value):
+            self.lost = call.at
+        return value
+
+    def _output(self, name: str, port: str) -> _Call:
+        call = self._call(name, port, self.blocks[name].output_functions[port])
+        return call._replace(result=self._place(WireOf(name, port)))
+
+    def _constants(self, name: str) -> _Call:
+        """Constants made anew from what drives the parameters of a block."""
+        drivers = self.schedule.drivers
+        driven = [p for p in self.blocks[name].parameters if (name, p) in drivers]
+
+        def compute(*values: Any) -> Any:
+            return self._constants_of(name, dict(zip(driven, values, strict=True)))
+
+        places = tuple(self._wires(drivers[name, p] for p in driven))
+        return _Call(f"{name}.constants", compute, places, self._place(ConstantsOf(name)))
+
+    def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
+        """Constants of a block, some of whose parameters have moved."""
+        block = self.blocks[name]
+        made = block.parameters_class()
+        fields: Any = made._fields  # type: ignore[attr-defined]
+        return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), self.periods(name))
+
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        """What is called for a function of a block."""
+        return in_python(block, behaviour)
+
+    def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
+        arguments = [self._place(ConstantsOf(name)), *(self._argument(name, a) for a in behaviour.arguments)]
+        return _Call(f"{name}.{what}", self._callable(self.blocks[name], behaviour), tuple(arguments), -1)
+
+    def _argument(self, name: str, argument: str) -> int:
+        if argument == "time":
+            return 0
+        if argument == "x":
+            return self._place(StateOf(name))
+        driver = self.schedule.drivers.get((name, argument))
+        if driver is not None:
+            return self._place(WireOf(*driver))
+        declared = self.blocks[name].inputs[argument]
+        place = self._place(DefaultOf(name, argument))
+        self._defaults[place] = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
+        return place
+
+    def _wires(self, nodes: Iterable[Node]) -> list[int]:
+        return [self._place(WireOf(*node)) for node in nodes]
+
+    def _place(self, key: OfInstant) -> int:
+        return self._places.setdefault(key, len(self._places))

@@ -1,0 +1,63 @@
+"""Blocks whose functions look at numbers that move, `if input > 0.0`, and may have corners that they do not name."""
+
+from functools import cache
+from typing import Any
+
+from proofmass.blocks.arithmetic import elementary
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.runner.plan.constants import constants_of
+
+
+@cache
+def looks_at_numbers(block: Block) -> bool:
+    """Whether an output or derivative of the block compares a signal, a state or the time with something.
+
+    A block that declares corners or events is taken at its word, and so is an output that ends a run (`no_value`).
+    """
+    if block.corners or block.events:
+        return False
+    behaviours = [b for port, b in block.output_functions.items() if not block.outputs[port].no_value]
+    behaviours += [block.functions["derivative"]] if "derivative" in block.functions else []
+    known = constants_of(block, block, 1.0)
+    return any(_looks(block, known, behaviour) for behaviour in behaviours)
+
+
+def _looks(block: Block, known: Any, behaviour: Behaviour) -> bool:
+    state = block.state_class()
+    given: dict[str, Any] = {name: _Number() for name in behaviour.arguments}
+    if state is not None:
+        given["x"] = state(*(_Number() for _ in state.__annotations__))
+    try:
+        behaviour.function(known, *(given[name] for name in behaviour.arguments))
+    except _LookedAtError as looked:
+        frame = looked.__traceback__
+        while frame is not None and frame.tb_next is not None and frame.tb_next.tb_frame.f_globals is not globals():
+            frame = frame.tb_next
+        return frame is None or frame.tb_frame.f_globals["__name__"] != elementary.__name__  # which has no corners
+    except (ArithmeticError, ValueError, TypeError, AttributeError):
+        return False  # it cannot be told: the functions of `math` are smooth
+    return False
+
+
+class _LookedAtError(Exception):
+    """A number was compared."""
+
+
+class _Number:
+    """A number of which nothing is known."""
+
+    def _computed(self, *others: object) -> "_Number":
+        return self
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _computed
+    __neg__ = __pos__ = _computed
+
+    def __float__(self) -> float:
+        return 0.5
+
+    def _looked_at(self, *others: object) -> bool:
+        raise _LookedAtError
+
+    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = __bool__ = __abs__ = _looked_at
+    __floordiv__ = __mod__ = __round__ = __floor__ = __ceil__ = __trunc__ = __int__ = _looked_at
+    __hash__ = None  # type: ignore[assignment]

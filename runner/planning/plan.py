@@ -1,0 +1,153 @@
+"""From a graph to the plan that both engines read: checked, flat, scheduled, with constants, starts and solvers."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.check import checked
+from proofmass.graphs.checks.schedule import Node, schedule
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.runner.fixed.digital import DigitalBlock, digital_block
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.constants import constants_of, start_of
+from proofmass.runner.plan.measuring import planned_measures, unread, with_measures
+from proofmass.runner.plan.planned import Plan, PlannedProbe
+from proofmass.runner.plan.recording import read_recordings
+from proofmass.runner.planning.solvers import find_solvers
+from proofmass.runner.reference.interpret import Interpreter
+
+__all__ = ["Plan", "PlannedProbe", "plan", "varied"]
+
+
+def plan(graph: Graph, *, wide: bool = False) -> Plan:
+    """Check, schedule and prepare a graph; raises `ModelError`.
+
+    With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
+    """
+    probed = graph.probes  # as they are named there
+    graph = flatten(checked(graph))
+    graph = with_measures(graph, schedule(graph)) if graph.measures else graph
+    scheduled = schedule(graph)
+    bare = Plan(graph, unread(scheduled), graph.blocks, {}, {}, {}, (), (), {}, planned_measures(graph, scheduled))
+    made, problems = _made(bare, graph.blocks, wide)
+    if problems:
+        raise ModelError([graph.placed(problem) for problem in problems])
+    ready = _with(bare, made)
+    as_set = {name: block.as_set for name, block in made.items() if block.digital is None}
+    solvers = find_solvers(ready, as_set, lambda: _first_tick(ready))
+    largest = {solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance}
+    named = sorted(zip(probed, graph.probes, strict=True))
+    probes = tuple(_probe(bare, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
+    return dataclasses.replace(ready, buffers={**ready.buffers, **largest}, solvers=solvers, probes=probes)
+
+
+def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
+    """The plan with some blocks of the same kinds and sizes, but other numbers; order, wiring and methods stay.
+
+    Raises `ModelError` where constants cannot be computed.
+    """
+    changed = dataclasses.replace(planned, blocks={**planned.blocks, **blocks})
+    made, problems = _made(changed, blocks)
+    if problems:
+        raise ModelError(problems)
+    return _with(changed, made)
+
+
+class _Made(NamedTuple):
+    """What a block brings into a plan."""
+
+    as_set: Any  # constants of the parameters as they are set, of blocks with driven parameters too
+    constants: Any
+    start: Any
+    buffers: Mapping[Node, tuple[float, ...]]
+    digital: DigitalBlock | None = None
+
+
+def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict[str, _Made], list[Problem]]:
+    """Constants, starts and buffers of some blocks of a plan."""
+    made, problems = dict[str, _Made](), list[Problem]()
+    drivers = planned.schedule.drivers
+    for name in names:
+        block = planned.blocks[name]
+        try:
+            if block.digital():
+                traced = digital_block(name, block, planned.block_period(name), wide=wide)
+                held = {(name, b): values for b, values in traced.buffers.items()}
+                made[name] = _Made(None, traced.constants, traced.start, held, traced)
+                continue
+            as_set = constants_of(block, block, planned.block_period(name))
+            if not all(map(math.isfinite, _numbers(as_set or ()))):
+                raise ArithmeticError("one of them is not finite")
+            recorded = read_recordings(planned.graph, name)
+            filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
+            begin = start_of(block, filled)
+        except ModelError as error:
+            problems += error.problems
+        except (ArithmeticError, ValueError) as error:
+            problems.append(
+                Problem(
+                    message=f"its constants cannot be computed: {error}",
+                    key=f"blocks.{name}",
+                    got=repr(block),
+                    hint="take a wider format, or a smaller parameter"
+                    if block.digital()
+                    else "look for a parameter many orders of magnitude off",
+                    path=("blocks", name),
+                )
+            )
+        else:
+            driven = any((name, p) in drivers for p in block.parameters)
+            buffers = {(name, b): tuple(values) for b, values in filled.items()}
+            made[name] = _Made(as_set, None if driven else as_set, begin, buffers)
+    return made, problems
+
+
+def _with(planned: Plan, made: Mapping[str, _Made]) -> Plan:
+    """The plan with constants, starts and buffers of these blocks."""
+    return dataclasses.replace(
+        planned,
+        constants={**planned.constants, **{name: block.constants for name, block in made.items()}},
+        starts={**planned.starts, **{name: block.start for name, block in made.items()}},
+        buffers={**planned.buffers, **{node: held for block in made.values() for node, held in block.buffers.items()}},
+        digital={**planned.digital, **{n: block.digital for n, block in made.items() if block.digital is not None}},
+    )
+
+
+def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
+    """Constants and wires of tick 0, about which the continuous groups are linearised."""
+    return Interpreter(ready, ready.graph.seed).first_tick()
+
+
+def _numbers(values: Iterable[Any]) -> Iterator[float]:
+    """All numbers of constants, those of tuples among them too."""
+    for value in values:
+        if isinstance(value, tuple):
+            yield from _numbers(value)
+        else:
+            yield value
+
+
+def _zeros(block: Block, buffer: str) -> list[float]:
+    declared = block.buffers[buffer]
+    zero = 0 if held_as(declared.dtype) is int else 0.0
+    return [zero] * math.prod(block.shape_of(declared))
+
+
+def _probe(made: Plan, signal: str, node: Node, every: int) -> PlannedProbe:
+    block = made.blocks[node[0]]
+    port = block.outputs[node[1]]
+    return PlannedProbe(
+        signal,
+        node,
+        made.stride(node) * every,
+        held_as(port.dtype),
+        block.shape_of(port),
+        block.unit_of(port),
+        port.doc,
+        block.format_of(port.name) if port.dtype is FixedValue else None,
+    )

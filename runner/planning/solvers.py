@@ -1,0 +1,216 @@
+"""How each group of continuous blocks is integrated: exactly where it is linear, elsewhere by steps."""
+
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.integration import MOST_SUBSTEPS
+from proofmass.runner.continuous.exact_hold import Matrix
+from proofmass.runner.continuous.linearity import factors_of
+from proofmass.runner.continuous.methods import EXPLICIT
+from proofmass.runner.plan.groups import Group, find_groups
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.rates import rates_at
+from proofmass.runner.plan.solver import Solver
+from proofmass.runner.plan.stages import Stages
+from proofmass.runner.planning.corners import looks_at_numbers
+
+FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Node, Any]]]  # constants and wires
+
+STIFF = 100  # sub-steps of an explicit method in a tick, beyond which another one is taken
+STABLE = 2.5  # time constants that a step of an explicit method may have before it is unstable
+PRECISION = 1e-12  # of the time of an event, in ticks
+
+
+def find_solvers(plan: Plan, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
+    """A solver for every group of a plan that has none yet; `constants` are those of the parameters as they are set."""
+    groups = find_groups(plan.graph, plan.schedule)
+    return tuple(
+        _Choice(plan, group, constants, first_tick).solver(f"group_{number}") for number, group in enumerate(groups)
+    )
+
+
+class _Choice:
+    """The method of one group, from what the graph says and what its functions show."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        group: Group,
+        constants: Mapping[str, Any],
+        first_tick: FirstTick,
+    ) -> None:
+        self.plan, self.group, self.constants, self.first_tick = plan, group, constants, first_tick
+        self.stages = Stages(plan.blocks, plan.schedule, group, plan.block_period)
+        self.period, self.says = plan.period, plan.graph.integration
+        self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
+        self.driven = any(plan.constants[member] is None for member in group.members)
+        self.factors: tuple[Node, ...] = ()
+
+    def solver(self, name: str) -> Solver:
+        method, substeps = self._method()
+        adaptive = method in ("dormand_prince", "radau")
+        precision = self.says.event_tolerance or PRECISION * self.period
+        tolerance = self.says.accuracy if adaptive else 0.0
+        factors = self.factors if method == "exact" else ()
+        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven, factors)
+
+    def _method(self) -> tuple[str, int]:
+        method = self.says.method
+        if method in ("auto", "exact"):
+            reason = self._not_linear()
+            if not reason:
+                return "exact", 1
+            if method == "exact":
+                raise self._refused(f"cannot be stepped exactly: {reason}", 'leave out method = "exact"')
+        if self.says.substeps is not None:
+            return "runge_kutta_4" if method == "auto" else method, self.says.substeps
+        fastest = self._fastest()
+        if method == "auto":
+            method = self._chosen(fastest)
+        wanted = self._substeps(fastest, EXPLICIT["runge_kutta_4" if method == "radau" else method].order)
+        if method == "runge_kutta_4" and wanted > MOST_SUBSTEPS:
+            hint = 'choose method = "radau", a lower accuracy or a higher rate'
+            raise self._refused(f"needs {wanted:.3g} sub-steps in each tick", hint)
+        return method, min(wanted, STIFF) if method == "radau" else wanted
+
+    def _chosen(self, fastest: float) -> str:
+        """An explicit method, of higher order for many steps; an implicit one where stability would ask for many."""
+        if self.period * fastest > STABLE * STIFF:
+            return "radau"
+        many = self._substeps(fastest, EXPLICIT["runge_kutta_4"].order) > STIFF
+        return "dormand_prince" if many or self._has_hidden_corners() else "runge_kutta_4"
+
+    def _has_hidden_corners(self) -> bool:
+        """Whether a block looks at a number that moves, and does not say where its corners are: steps must be short
+        there, which only an estimate of the error tells."""
+        return any(looks_at_numbers(self.plan.blocks[name]) for name in self.group.members)
+
+    def _fastest(self) -> float:
+        """The rate of the fastest time constant in tick 0."""
+        fastest = spectral_radius(self._jacobian())
+        if not math.isfinite(fastest):
+            raise self._refused("its derivatives at the start are not finite", "look for a parameter that is far off")
+        return fastest
+
+    def _substeps(self, fastest: float, order: int) -> int:
+        """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""
+        length: float = (self.says.accuracy * math.factorial(order + 1)) ** (1.0 / order)
+        return max(1, math.ceil(self.period * fastest / length))
+
+    def _jacobian(self) -> Matrix:
+        """Derivatives of the rates by the states in tick 0: from dual numbers, by differences through a loop."""
+        from proofmass.runner.derivatives.dual import dual, slopes_of
+        from proofmass.runner.derivatives.dual_groups import DualStages
+        from proofmass.runner.derivatives.dual_plan import SIGNALS
+
+        constants, wires = self.first_tick()
+        constants = {name: self.constants[name] if made is None else made for name, made in constants.items()}
+        inputs = [wires[node] for node in self.group.inputs]
+        if self.group.loops:
+            return self._differences(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
+        point = [*(value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(self.start)), *inputs]
+        stages = DualStages(self.plan, self.group, by_parameters=False)
+        try:
+            rates = rates_at(stages, constants, point, wires)
+        except (TypeError, AttributeError, ArithmeticError) as error:
+            raise self._refused(
+                f"has no derivative at the start: {error}", "say substeps = 8, or method = ..."
+            ) from None
+        slopes = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(len(self.start))] for rate in rates]
+        if all(math.isfinite(slope) for row in slopes for slope in row):
+            return slopes
+        return self._steepest(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
+
+    def _differences(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
+        columns = []
+        for j, value in enumerate(self.start):
+            nudge = 1e-6 * abs(value) or 1e-12
+            above, below = (rates([*self.start[:j], value + s, *self.start[j + 1 :]]) for s in (nudge, -nudge))
+            columns.append([(a - b) / (2.0 * nudge) for a, b in zip(above, below, strict=True)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    def _steepest(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
+        """The steeper side of each corner; not finite where a slope is infinite, and grows with a smaller step."""
+        sides = []
+        for part in (1.0, 0.01):
+            forward, backward = (self._one_sided(rates, sign * part) for sign in (1.0, -1.0))
+            sides.append(
+                [
+                    [max(pair, key=abs) for pair in zip(*rows, strict=True)]
+                    for rows in zip(forward, backward, strict=True)
+                ]
+            )
+        wide, narrow = sides
+        return [
+            [b if abs(b) <= 2.0 * abs(a) else math.inf for a, b in zip(*rows, strict=True)]
+            for rows in zip(wide, narrow, strict=True)
+        ]
+
+    def _one_sided(self, rates: Callable[[list[float]], list[float]], part: float) -> Matrix:
+        here, columns = rates(list(self.start)), []
+        for j, value in enumerate(self.start):
+            nudge = part * (1e-6 * abs(value) or 1e-12)
+            there = rates([*self.start[:j], value + nudge, *self.start[j + 1 :]])
+            columns.append([(a - b) / nudge for a, b in zip(there, here, strict=True)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    def _not_linear(self) -> str:
+        """Why the group is not linear in states and inputs, held factors apart; empty when it is."""
+        blocks = self.plan.blocks
+        nonlinear = [
+            name for name in self.group.blocks if "derivative" in blocks[name].functions and not blocks[name].linear
+        ]
+        if nonlinear:
+            return f"{_listed(nonlinear)} not linear"
+        if self.group.events:
+            return f"{_listed(sorted({name for name, _ in self.group.events}))} subject to events"
+        if any("time" in _arguments(blocks, name, port) for name, port in self.group.nodes) or any(
+            "time" in blocks[name].functions["derivative"].arguments for name in self.group.blocks
+        ):
+            return "a function of it depends on the time"
+        size = len(self.group.states) + len(self.group.inputs)
+        first = len(self.group.states)
+        held = [first + n for n, node in enumerate(self.group.inputs) if node not in self.group.ramps]
+        factors = factors_of(self._at, size, held)
+        if factors is None:
+            return f"the derivatives of {', '.join(self.group.members)} are not linear in states and inputs"
+        self.factors = tuple(self.group.inputs[place - first] for place in factors)
+        return ""
+
+    def _at(self, point: Sequence[float]) -> list[float]:
+        return rates_at(self.stages, self.constants, point)
+
+    def _refused(self, message: str, hint: str) -> ModelError:
+        first = self.group.blocks[0]
+        named = ", ".join(self.group.blocks)
+        problem = Problem(message=f"{named}: {message}", key=f"blocks.{first}", hint=hint, path=("blocks", first))
+        return ModelError([self.plan.graph.placed(problem)])
+
+
+def spectral_radius(matrix: Matrix) -> float:
+    """The largest magnitude of an eigenvalue, from the norm of the 1024th power: at most some per cent too large."""
+    power, logarithm = [row[:] for row in matrix], 0.0
+    for squaring in range(11):
+        norm = max((sum(map(abs, row)) for row in power), default=0.0)
+        if norm == 0.0 or not math.isfinite(norm):
+            return norm
+        logarithm += math.log(norm)
+        if squaring < 10:
+            scaled = [[v / norm for v in row] for row in power]
+            columns = list(zip(*scaled, strict=True))
+            power = [[math.fsum(map(operator.mul, row, column)) for column in columns] for row in scaled]
+            logarithm *= 2.0
+    return math.exp(logarithm / 1024.0)
+
+
+def _arguments(blocks: Mapping[str, Block], name: str, port: str) -> tuple[str, ...]:
+    return blocks[name].output_functions[port].arguments if port else ()
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f"{', '.join(names)} {'is' if len(names) == 1 else 'are'}"

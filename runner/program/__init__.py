@@ -1,0 +1,1 @@
+"""The tick loop, written from a plan."""

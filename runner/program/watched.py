@@ -1,0 +1,86 @@
+"""Which wires the compiled loop looks at for numbers that are not finite: those from which they would not be passed on.
+
+What is infinite or NaN stays so through sums, products and quotients that it stands on top of; a wire that a block of
+the same rate takes into such arithmetic need not be looked at, since the block's own output is.
+"""
+
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.language.forms import form_of
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.pieces import fields
+
+
+def watched(plan: Plan) -> frozenset[Node]:
+    """Outputs of numbers to be looked at in every tick; with them finite, those left out are."""
+    order = [node for node in plan.schedule.order if node[1]]
+    solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
+    kept = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
+    floats = {node for node in order if plan.blocks[node[0]].outputs[node[1]].dtype is float}
+    passed = set[Node]()
+    for node in floats - solved:
+        block, stride = plan.blocks[node[0]], plan.stride(node)
+        if block.outputs[node[1]].shape or block.digital():
+            continue
+        for argument in block.output_functions[node[1]].arguments:
+            driver = plan.schedule.drivers.get((node[0], argument))
+            if (
+                driver in floats - solved
+                and plan.stride(driver) == stride
+                and passes_on(block, node[1], argument, plan.constants[node[0]])
+            ):
+                passed.add(driver)
+    return frozenset(floats - passed - kept)
+
+
+def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
+    """Whether an output is not finite whenever that argument is not, whatever the other floats are."""
+    output, known = block.output_functions[port], block.constants_class()
+    held = {f: _Number() if kind is float or constants is None else getattr(constants, f) for f, kind in fields(known)}
+    state = block.state_class()
+    x = state and state(*(_Number() for _ in fields(state)))
+    given = {name: _Number() for name in output.arguments} | {"x": x, argument: _NotFinite()}
+    form = form_of(type(block), output, compiled=True)
+    function = output.function if form is None else form.function
+    try:
+        found = function(known(**held), *map(given.get, output.arguments))
+        return isinstance(found[0] if form and form.fails else found, _NotFinite)
+    except Exception:  # it looks at a number, gives it to a library, or raises
+        return False
+
+
+class _Number:
+    """A number of which nothing is known: it can be computed with, not looked at."""
+
+    def _sum(self, other: object) -> "_Number":
+        return other if isinstance(other, _NotFinite) else self
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _sum
+
+    def __truediv__(self, other: object) -> "_Number":
+        return self
+
+    def __rtruediv__(self, other: object) -> "_Number":
+        return _Number()
+
+    def __neg__(self) -> "_Number":
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        raise TypeError
+
+    def __bool__(self) -> bool:
+        raise TypeError
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class _NotFinite(_Number):
+    """A number that is infinite or NaN: so is every sum and product with it, and its quotient by another."""
+
+    def _sum(self, other: object) -> _Number:
+        return self
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _sum

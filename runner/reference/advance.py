@@ -1,0 +1,177 @@
+"""Continuous groups from one tick to the next in plain Python, as the reference engine moves them."""
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.continuous.algebraic import NoSolutionError
+from proofmass.runner.continuous.exact_hold import Matrix
+from proofmass.runner.continuous.integrate import DONE, STEPS_TOO_SHORT, integrate
+from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
+from proofmass.runner.continuous.radau import radau_step, scratch
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.rates import assemble
+from proofmass.runner.plan.solver import Solver
+from proofmass.runner.plan.stages import Context, Stages
+
+ABOVE_ROUNDING = 1e-12  # tolerance, from which on rounding alone does not keep steps from being accepted
+
+
+class IntegrationError(ArithmeticError):
+    """A group that could not be moved to the next tick: `at` is what failed."""
+
+    def __init__(self, at: str, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.at, self.hint = at, hint
+
+
+class Advance:
+    """Moves the states of one group by a tick."""
+
+    def __init__(self, plan: Plan, solver: Solver, largest: Sequence[float]) -> None:
+        self.solver, self.period, self.largest = solver, plan.period, largest
+        self.stages = Stages(plan.blocks, plan.schedule, solver.group, plan.block_period)
+        size = len(solver.group.states)
+        self._moved, self._error = [0.0] * size, [0.0] * size
+        self._clear, self._side = [0.0] * solver.group.watched, [0.0] * solver.group.watched
+        self._work = tuple([0.0] * length for length in scratch(size))
+        self._matrices: tuple[Matrix, Matrix] = [], []
+        self._assembled_from: list[Any] | None = None
+        self._stepped: tuple[Context, list[float]] | None = None  # what the last tick was stepped from and how far
+
+    def __call__(
+        self,
+        constants: Mapping[str, Any],
+        states: Mapping[str, Any],
+        wires: Mapping[Node, Any],
+        following: Mapping[Node, float],
+        time: float,
+    ) -> dict[str, Any]:
+        """States of the group's blocks one tick later; `following` are the next values of the ramps."""
+        group = self.solver.group
+        x = [float(getattr(states[block], field)) for block, field in group.states]
+        inputs = [wires[node] for node in group.inputs]
+        changes = [following[node] - wires[node] for node in group.ramps]
+        self.stages.unsolved = ""
+        if self.solver.exact:
+            held = {node: wires[node] for node in self.solver.factors}
+            first = self.solver.factors[:1]
+            inputs = [1.0 if node in first else value for node, value in zip(group.inputs, inputs, strict=True)]
+            x = self._by_matrices(constants, held, [*x, *inputs, *changes])
+            self._check(DONE, x)
+            return self.stages.states(x)
+        guesses = [wires[node] for node in group.guesses]
+        context = Context(constants, inputs, [change / self.period for change in changes], guesses, time)
+        self._stepped = context, x
+        self._check(self._by_steps(context, x), x)
+        return self.stages.states(x)
+
+    def lost(
+        self,
+        constants: Mapping[str, Any],
+        states: Mapping[str, Any],
+        wires: Mapping[Node, Any],
+        following: Mapping[Node, float],
+        time: float,
+    ) -> str:
+        """The output within the group that was the first to have no value in a tick that failed; empty without one.
+
+        Steps may get too short just before that instant: then it is the first that has none a tick further on.
+        """
+        self.stages.watching, self.stages.lost = True, ""
+        with suppress(ArithmeticError, ValueError):
+            self(constants, states, wires, following, time)
+        with suppress(ArithmeticError, ValueError):
+            if self._stepped is not None and not self.stages.lost:
+                context, x = self._stepped
+                rates = [0.0] * len(x)
+                self.stages.rates(context, time, x, rates)
+                self.stages.rates(context, time, [v + self.period * r for v, r in zip(x, rates, strict=True)], rates)
+        self.stages.watching = False
+        return self.stages.lost
+
+    def _by_matrices(
+        self, constants: Mapping[str, Any], held: Mapping[Node, float], values: Sequence[float]
+    ) -> list[float]:
+        transition, entry = self._current(constants, held)
+        moved = []
+        for row, more in zip(transition, entry, strict=True):
+            total = row[0] * values[0]
+            for factor, value in zip((*row[1:], *more), values[1:], strict=True):
+                total = total + factor * value
+            moved.append(total)
+        return moved
+
+    def _current(self, constants: Mapping[str, Any], held: Mapping[Node, float]) -> tuple[Matrix, Matrix]:
+        """The matrices, made anew when a driven parameter or a factor has moved."""
+        if self.solver.renewed or self._assembled_from is None:
+            used = [constants[name] for name in self.solver.group.members] + list(held.values())
+            if used != self._assembled_from:
+                self._matrices = assemble(self.stages, constants, self.period, held)
+                self._assembled_from = used
+        return self._matrices
+
+    def _by_steps(self, context: Context, x: list[float]) -> float:
+        """Moves the states; returns what `integrate` does."""
+        solver = self.solver
+        length = self.period / solver.substeps
+        if not solver.tolerance and not solver.group.watched:
+            for substep in range(solver.substeps):
+                self._step(context, context.start + substep * length, length, x, x, self._error)
+                if not all(map(math.isfinite, x)):  # nor will it be after the steps that are left
+                    break
+            return DONE
+        return integrate(
+            self._step,
+            self.stages.clearances,
+            self.stages.then,
+            context,
+            context.start,
+            self.period,
+            length,
+            solver.tolerance,
+            solver.order,
+            solver.precision,
+            x,
+            self._moved,
+            self._error,
+            self.largest,
+            self._clear,
+            self._side,
+            len(solver.group.events),
+        )
+
+    def _check(self, status: float, x: Sequence[float]) -> None:
+        """Raise what kept the group from the next tick."""
+        if self.stages.unsolved and not (status == DONE and all(map(math.isfinite, x))):
+            raise NoSolutionError(self.stages.unsolved)
+        solver = self.solver
+        if status == STEPS_TOO_SHORT:
+            at = f"{solver.group.blocks[0]}.derivative"
+            message = "no step is short enough for the accuracy"
+            if solver.tolerance < ABOVE_ROUNDING:
+                hint = f"accuracy = {solver.tolerance:g} is below what rounding leaves of these numbers: ask for 1e-12"
+                raise IntegrationError(at, message, hint)
+            raise IntegrationError(at, f"{message}: the solution may not exist beyond this instant")
+        if status != DONE:
+            raise IntegrationError(
+                ".".join(solver.group.events[int(status) - 1]),
+                "the event happens again and again at one instant: its clearance is not above zero afterwards",
+            )
+
+    def _step(self, context: Context, time: float, length: float, x: Any, moved: Any, error: Any) -> None:
+        if self.solver.method not in EXPLICIT:
+            radau_step(self.stages.rates, context, time, length, x, moved, error, self.largest, self._work)
+            return
+
+        def rates(at: float, there: list[float]) -> list[float]:
+            out = [0.0] * len(there)
+            self.stages.rates(context, at, there, out)
+            return out
+
+        result = explicit_step(EXPLICIT[self.solver.method], rates, time, length, x)
+        moved[:] = result[0]
+        if len(result) > 1:
+            error[:] = result[1]

@@ -1,0 +1,289 @@
+"""The reference engine: the plan run in plain Python, tick by tick. A debugger can stop anywhere in it."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+from proofmass.blocks.arithmetic.counter_random import normal_deviate
+from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
+from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.constants import constants_of, in_python
+from proofmass.runner.plan.memory import Memory, Rows, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.advance import Advance, IntegrationError
+
+
+class TickError(ArithmeticError):
+    """A block that failed, or a number that is not finite: `at` is a function, wire or state by its name."""
+
+    def __init__(self, at: str, tick: int, value: Any) -> None:
+        super().__init__(f"{at} in tick {tick}: {value}")
+        self.at, self.tick, self.value = at, tick, value
+
+
+class OutOfBoundsError(ArithmeticError):
+    """A driven parameter that has left the bounds that its block declares."""
+
+    def __init__(self, value: float) -> None:
+        super().__init__(f"{value:.9g}")
+        self.value = value
+
+
+class Interpreter:
+    """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
+
+    name = "python"
+
+    def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
+        self.plan, self.seed, self.run = plan, seed, run
+        self._memory = memory or start(plan)
+        self._constants = dict(plan.constants)
+        self._at = ""  # the function under way, for messages
+        self._overflowed: set[str] = set()  # in this tick
+        self._advances = [
+            Advance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
+            for solver in plan.solvers
+        ]
+        divisors = plan.schedule.divisors
+        steps = {node: self._step(*node) for node in plan.schedule.order}
+        solved = {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, steps)}
+        self._outputs = [
+            (node, plan.stride(node) if node[1] else divisors[node[0]], solved.get(node, step))
+            for node, step in steps.items()
+        ]
+        self._updates = [
+            (name, divisors[name], self._bound(name, "update"))
+            for name, block in plan.blocks.items()
+            if "update" in block.functions
+        ]
+
+    def first_tick(self) -> tuple[dict[str, Any], dict[Node, Any]]:
+        """Constants and wires of tick 0; of a block that fails there, what they were before."""
+        with suppress(ArithmeticError, ValueError):
+            self._compute(0)
+        return self._constants, self._memory.wires
+
+    def memory(self) -> Memory:
+        """What moves, as it stands."""
+        return self._memory
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now."""
+        kept = self._memory.copy()
+        return lambda: kept
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; raises `TickError`."""
+        counts = [0] * len(rows)
+        for tick in range(self._memory.tick, last):
+            try:
+                self._compute(tick)
+                for i, probe in enumerate(self.plan.probes):
+                    if tick % probe.stride == 0:
+                        rows[i][counts[i]] = self._memory.wires[probe.node]
+                        counts[i] += 1
+                self._move(tick)
+            except TickError:
+                raise
+            except Exception as error:
+                raise TickError(self._at, tick, error) from error
+        return True
+
+    def _compute(self, tick: int) -> None:
+        """Outputs due in a tick, in their order."""
+        wires = self._memory.wires
+        for node, stride, step in self._outputs:
+            if tick % stride == 0:
+                self._at = ".".join(node) if node[1] else f"{node[0]}.constants"
+                value = step(tick)
+                if node[1] == "":
+                    self._constants[node[0]] = value
+                    continue
+                if not self._finite(value):
+                    raise TickError(self._at, tick, value)
+                wires[node] = value
+
+    def _move(self, tick: int) -> None:
+        """Updates due in a tick, then the continuous groups to the next."""
+        states = self._memory.states
+        for name, divisor, step in self._updates:
+            if tick % divisor == 0:
+                self._at = f"{name}.update"
+                state = step(tick)
+                if state is not None:
+                    states[name] = state
+        following = self._ahead(tick)
+        for advance in self._advances:
+            given = (self._constants, states, self._memory.wires, following, tick * self.plan.period)
+            try:
+                moved = advance(*given)
+            except (IntegrationError, NoSolutionError) as error:
+                lost = advance.lost(*given)
+                raise TickError(lost or error.at, tick, math.nan if lost else error) from error
+            except Exception:
+                self._at = advance.stages.at
+                raise
+            broken = next((name for name in moved if not self._finite(moved[name])), "")
+            if broken:
+                lost = advance.lost(*given)
+                raise TickError(lost or f"{broken}.state", tick, math.nan if lost else moved[broken])
+            states.update(moved)
+        for name in self._overflowed & self._memory.overflows.keys():
+            self._memory.overflows[name] += 1
+        self._overflowed.clear()
+        self._memory.tick = tick + 1
+
+    def _solved(
+        self, loop: AlgebraicLoop, steps: Mapping[Node, Callable[[int], Any]]
+    ) -> Iterator[tuple[Node, Callable[[int], Any]]]:
+        """What stands in the place of the tears of a loop: all are known once the first is."""
+        wires = self._memory.wires
+
+        def solve(tick: int) -> float:
+            if not self._solve_loop(loop.tears, loop.others, wires, lambda node: steps[node](tick)):
+                raise NoSolutionError(self._at)
+            return wires[loop.tears[0]]  # type: ignore[no-any-return]
+
+        yield loop.tears[0], solve
+        for tear in loop.tears[1:]:
+            yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
+
+    def _solve_loop(
+        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
+    ) -> bool:
+        """Solve an algebraic loop on the wires; whether there is a solution."""
+        return solve_in_place(tears, others, wires, value)
+
+    def _step(self, name: str, port: str) -> Callable[[int], Any]:
+        return self._output(name, port) if port else self._driven(name)
+
+    def _output(self, name: str, port: str) -> Callable[[int], Any]:
+        shape = self.plan.blocks[name].shape_of(self.plan.blocks[name].outputs[port])
+        compute = self._bound(name, port)
+
+        def fill(tick: int) -> Any:
+            compute(tick)
+            return self._memory.wires[name, port]
+
+        return self._held(name, port, fill if shape else compute)
+
+    def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
+        """An output, checked where a converter makes mantissas: no trace answers for their range."""
+        block = self.plan.blocks[name]
+        if block.outputs[port].dtype is not FixedValue or block.digital():
+            return compute
+        format = block.format_of(port)
+
+        def checked(tick: int) -> Any:
+            value = compute(tick)
+            for mantissa in value if isinstance(value, list) else [value]:
+                format.store(FixedValue(mantissa, format.fraction))
+            return value
+
+        return checked
+
+    def _driven(self, name: str) -> Callable[[int], Any]:
+        """Constants made anew from the wires that drive parameters."""
+        block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
+        made = block.parameters_class()
+        period = self.plan.block_period(name)
+        bounded = [
+            (p, declared, drivers[name, p])
+            for p, declared in block.parameters.items()
+            if (name, p) in drivers and declared.bounds()
+        ]
+
+        def compute(tick: int) -> Any:
+            for parameter, declared, driver in bounded:
+                if not declared.inside(self._memory.wires[driver]):
+                    raise TickError(f"{name}.{parameter}", tick, OutOfBoundsError(self._memory.wires[driver]))
+            values = (
+                self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
+                for p in made._fields  # type: ignore[attr-defined]
+            )
+            return constants_of(block, made(*values), period)
+
+        return compute
+
+    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
+        """A function of a block with every argument looked up in the tick."""
+        block = self.plan.blocks[name]
+        behaviour = block.output_functions.get(function) or block.functions[function]
+        getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
+        call = self._counted(name, function) if name in self.plan.digital else self._callable(block, behaviour)
+
+        def compute(tick: int) -> Any:
+            return call(self._constants[name], *[get(tick) for get in getters])
+
+        return compute
+
+    def _counted(self, name: str, function: str) -> Callable[..., Any]:
+        """A function of a digital block, on raw values; it notes when a cast saturates or wraps."""
+        reference = self.plan.digital[name].steps[function].reference
+
+        def call(*arguments: Any) -> Any:
+            with counting_overflows() as overflows:
+                value = reference(*arguments)
+            if overflows.total:
+                self._overflowed.add(name)
+            return value
+
+        return call
+
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        """What is called for a function of a block."""
+        return in_python(block, behaviour)
+
+    def _finite(self, value: Any) -> bool:
+        """Whether a value, or each entry of a vector or state, is finite."""
+        if isinstance(value, list | tuple):
+            return all(map(math.isfinite, value))
+        return math.isfinite(value)
+
+    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
+        plan = self.plan
+        divisor, period = plan.schedule.divisors[name], plan.period
+        if argument == "x":
+            return lambda tick: self._memory.states[name]
+        if argument == "p":
+            return lambda tick: plan.blocks[name]
+        if argument == "out":
+            return lambda tick: self._memory.wires[name, function]
+        if argument == "time":
+            return lambda tick: tick * period
+        if argument == "tick":
+            return lambda tick: tick // divisor
+        if argument == "normal":
+            seed, run, stream = self.seed, self.run, plan.stream(name)
+            return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
+        if (name, argument) in self._memory.buffers:
+            buffer = self._memory.buffers[name, argument]
+            return lambda tick: buffer
+        driver = plan.schedule.drivers.get((name, argument))
+        declared = plan.blocks[name].inputs[argument]
+        if driver is None:
+            default = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
+            return lambda tick: default
+        return lambda tick: self._memory.wires[driver]
+
+    def _ahead(self, tick: int) -> dict[Node, float]:
+        """Values that sources have in the next tick."""
+        plan, following = self.plan, dict[Node, float]()
+        for name, port in plan.ahead:
+            behaviour = plan.blocks[name].output_functions[port]
+            call = in_python(plan.blocks[name], behaviour)
+            values = []
+            for argument in behaviour.arguments:
+                driver = plan.schedule.drivers.get((name, argument))
+                if argument == "time":
+                    values.append((tick + 1) * plan.period)
+                else:
+                    default = plan.blocks[name].inputs[argument].default
+                    values.append(following[driver] if driver is not None else float(default or 0.0))
+            self._at = f"{name}.{port}"
+            following[name, port] = call(self._constants[name], *values)
+        return following

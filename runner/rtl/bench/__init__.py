@@ -1,0 +1,1 @@
+"""Test benches, vectors, costs and the report of hardware."""

@@ -1,0 +1,80 @@
+"""What hardware takes before synthesis: multipliers, and bits of adders, comparators, multiplexers and registers."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+from proofmass.runner.fixed.integer_interval import COMPARISONS
+from proofmass.runner.rtl.machine.low_bits import operands_of
+from proofmass.runner.rtl.machine.machine import Machine
+from proofmass.runner.rtl.machine.modules import Module
+from proofmass.runner.rtl.machine.words import Word
+
+_ADDERS = frozenset({"add", "subtract", "negate"})
+
+
+@dataclass
+class Cost:
+    """Bits, and the widths of the operands of multipliers with how many there are; constants count as operands."""
+
+    adder_bits: int = 0
+    comparator_bits: int = 0
+    multiplexer_bits: int = 0
+    register_bits: int = 0  # of the state
+    pipeline_bits: int = 0  # of registers that cuts bring
+    widest: int = 0  # bits of the widest value
+    multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
+    constant_multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
+
+    def __add__(self, other: "Cost") -> "Cost":
+        return Cost(
+            self.adder_bits + other.adder_bits,
+            self.comparator_bits + other.comparator_bits,
+            self.multiplexer_bits + other.multiplexer_bits,
+            self.register_bits + other.register_bits,
+            self.pipeline_bits + other.pipeline_bits,
+            max(self.widest, other.widest),
+            self.multipliers + other.multipliers,
+            self.constant_multipliers + other.constant_multipliers,
+        )
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data: multipliers as {"32 x 24": 2}."""
+        data: dict[str, Any] = dict(vars(self))
+        for name in ("multipliers", "constant_multipliers"):
+            data[name] = {f"{a} x {b}": n for (a, b), n in sorted(data[name].items(), reverse=True)}
+        return data
+
+
+def module_cost(module: Module) -> Cost:
+    """Of one module."""
+    cost = Cost(register_bits=sum(register.word.width for register in module.registers))
+    cost.pipeline_bits = module.pipeline.waits
+    for node in module.needed:
+        cost.pipeline_bits += node.width * (module.pipeline.delays.get(node, 0) + (node.operation == "pipe"))
+        cost.widest = max(cost.widest, node.width)
+        widths = [operand.width for operand in node.operands]
+        if node.operation in _ADDERS and operands_of(node) == node.operands:
+            cost.adder_bits += node.width
+        elif node.operation in COMPARISONS:
+            cost.comparator_bits += max(widths)
+        elif node.operation == "select":
+            cost.multiplexer_bits += node.width
+        elif node.operation in ("minimum", "maximum"):
+            cost.comparator_bits += max(widths)
+            cost.multiplexer_bits += node.width
+        elif node.operation == "multiply":
+            known = any(operand.constant is not None for operand in node.operands)
+            shapes = cost.constant_multipliers if known else cost.multipliers
+            shapes[max(widths), min(widths)] += 1
+    return cost
+
+
+def machine_cost(machine: Machine) -> Cost:
+    """Of all instances, the registers of nets, and the counters of the enables."""
+    kept = sum(net.word.width for net in machine.nets.values() if net.kept)
+    counters = sum(Word(0, last).width for _, _, last in machine.counters)
+    late = sum(net.word.width * delay for net, delay in machine.delays.items())
+    late += max((each.stage for each in machine.instances if each.module.registers), default=0)
+    nets = Cost(register_bits=kept + counters, pipeline_bits=late)
+    return sum((module_cost(each.module) for each in machine.instances), nets)

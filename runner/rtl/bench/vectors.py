@@ -1,0 +1,82 @@
+"""Test vectors: what the ports of a machine carry in every clock of a simulation of its graph."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import split
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.memory import start
+from proofmass.runner.plan.planned import Plan, PlannedProbe
+from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.rtl.machine.machine import Machine
+from proofmass.runner.rtl.machine.words import Port
+from proofmass.runner.run.engines import choose, make_engine
+from proofmass.runner.run.faults import RunError, failed, name_fault
+
+MOST_CLOCKS = 10_000  # unless more are asked for
+
+Column = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """The integers that each port carries in each clock, by the names of the ports."""
+
+    clocks: int
+    inputs: Mapping[str, Column]
+    outputs: Mapping[str, Column]
+
+
+def simulated(planned: Plan, machine: Machine, clocks: int | None = None) -> Vectors:
+    """Vectors of so many clocks, or of the duration that the graph says, then at most `MOST_CLOCKS`.
+
+    Raises `ModelError` where neither says how many, `RunError` where the simulation fails.
+    """
+    base = int(planned.schedule.base_rate / machine.rate)  # ticks in a clock
+    if clocks is None:
+        clocks = min(-(-planned.ticks() // base), MOST_CLOCKS)
+    rows = _recorded(planned, {_node(port) for port in (*machine.inputs, *machine.outputs)}, base, clocks)
+    return Vectors(clocks, dict(_columns(rows, machine.inputs)), dict(_columns(rows, machine.outputs)))
+
+
+def _recorded(planned: Plan, nodes: Iterable[Node], base: int, clocks: int) -> dict[Node, Column]:
+    """What wires hold in each clock: integers, or rows of them where a wire carries a vector."""
+    probes = tuple(_probe(planned, node, base) for node in sorted(nodes))
+    recording = replace(planned, probes=probes)
+    ticks, seed = clocks * base, planned.graph.seed
+    rows: list[NDArray[Any]] = [np.empty((probe.rows(0, ticks), *probe.shape), dtype=probe.dtype) for probe in probes]
+    engine = make_engine(recording, choose(recording, ticks, "auto"), seed, 0, start(recording))
+    try:
+        if not engine.advance(ticks, rows):
+            name_fault(recording, seed, 0, start(recording), ticks)
+    except TickError as fault:
+        raise RunError(failed(planned, fault)) from fault.__cause__
+    at = np.arange(clocks) * base
+    return {p.node: values[at // p.stride].astype(np.int64) for p, values in zip(probes, rows, strict=True)}
+
+
+def _probe(planned: Plan, node: Node, base: int) -> PlannedProbe:
+    """As coarse as clocks are, where the wire has a value in each."""
+    block = planned.blocks[node[0]]
+    port = block.outputs[node[1]]
+    stride = planned.stride(node)
+    shape = block.shape_of(port)
+    return PlannedProbe(
+        ".".join(node), node, base if base % stride == 0 else stride, held_as(port.dtype), shape, "1", port.doc
+    )
+
+
+def _columns(rows: Mapping[Node, Column], ports: Iterable[Port]) -> Iterator[tuple[str, Column]]:
+    for port in ports:
+        entry = port.text.partition("[")[2].rstrip("]")
+        values = rows[_node(port)]
+        yield port.name, values[:, int(entry)] if entry else values
+
+
+def _node(port: Port) -> Node:
+    return split(port.text.partition("[")[0])

@@ -1,0 +1,1 @@
+"""The digital part of a graph as a machine of registers and operations."""

@@ -1,0 +1,107 @@
+"""The modules of the digital blocks of a planned graph: blocks that are the same share one."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NoReturn
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.rtl.machine.modules import Module, entries, make_module
+from proofmass.runner.rtl.machine.words import Names, Word
+
+_UNDER_WAY = object()
+
+
+class BlockModules:
+    """Makes them one after the other: behind those whose integers a block reads, which have no format."""
+
+    def __init__(self, planned: Plan, paths: Sequence[str]) -> None:
+        self.planned, self.paths = planned, paths
+        self._made: dict[str, Any] = {}
+        self._shared: dict[tuple[Any, ...], Module] = {}
+
+    def named(self) -> dict[str, Module]:
+        """The modules by the paths of their blocks; raises `ModelError` with every problem."""
+        problems = []
+        for path in self.paths:
+            try:
+                self._module(path)
+            except ModelError as error:
+                problems += [problem for problem in error.problems if problem not in problems]
+        if problems:
+            raise ModelError([self.planned.graph.placed(problem) for problem in problems])
+        names, named = Names(), dict[int, Module]()
+        for path in self.paths:
+            module = self._made[path]
+            if id(module) not in named:
+                kind = _snake(type(module.block).__name__)
+                alike = sum(type(other.block) is type(module.block) for other in self._shared.values())
+                named[id(module)] = replace(module, name=names.add(kind if alike == 1 else f"{kind}_{path}"))
+        return {path: named[id(self._made[path])] for path in self.paths}
+
+    def _module(self, path: str) -> Module:
+        made = self._made.get(path)
+        if made is _UNDER_WAY:
+            message = "integers go round in a loop, and their range cannot be told"
+            self._refuse(path, message, "let a FixedValue go round: its format is the range")
+        if made is None:
+            self._made[path] = _UNDER_WAY
+            try:
+                made = self._made[path] = self._new(path)
+            finally:
+                if self._made[path] is _UNDER_WAY:
+                    del self._made[path]
+        return made
+
+    def _new(self, path: str) -> Module:
+        planned, block = self.planned, self.planned.blocks[path]
+        constants: Any = block
+        if "constants" in block.functions:
+            constants = block.functions["constants"].function(block, planned.block_period(path))
+        ranges = self._ranges(path)
+        key = (block, planned.block_period(path) if constants is not block else 0, tuple(sorted(ranges.items())))
+        if key not in self._shared:
+            buffers = {name: list(map(int, planned.buffers[path, name])) for name in block.buffers}
+            try:
+                made = make_module(path, block, constants, planned.starts[path], buffers, ranges)
+            except ModelError as error:
+                at = ("blocks", path)
+                raise ModelError([replace(p, key=f"blocks.{path}.{p.key}", path=at) for p in error.problems]) from error
+            self._shared[key] = made
+        return self._shared[key]
+
+    def _ranges(self, path: str) -> dict[str, Word]:
+        """Of its plain integer inputs."""
+        found = {}
+        for name, port in self.planned.blocks[path].inputs.items():
+            if port.dtype is int:
+                source = self.planned.schedule.drivers.get((path, name))
+                default = int(port.default or 0)
+                found[name] = Word(default, default) if source is None else self._range(source)
+        return found
+
+    def _range(self, source: Node) -> Word:
+        """Of a plain integer output: what its operations can give, or what a format says."""
+        block = self.planned.blocks[source[0]]
+        if source[0] in self.paths:
+            words = [port.word for port in entries(self._module(source[0]).outputs, source[1])]
+            return Word(min(word.low for word in words), max(word.high for word in words))
+        said = block.functions["formats"].function(block) if "formats" in block.functions else {}
+        if source[1] not in said:
+            self._refuse(
+                source[0],
+                f"how many bits {'.'.join(source)} has is not said",
+                f'formats of the block may say it: return {{"{source[1]}": Fixed(12)}}',
+            )
+        return Word(said[source[1]].lowest, said[source[1]].highest)
+
+    def _refuse(self, path: str, message: str, hint: str) -> NoReturn:
+        raise ModelError([Problem(message=message, key=f"blocks.{path}", hint=hint, path=("blocks", path))])
+
+
+def _snake(kind: str) -> str:
+    """`"FixedPID"` is `"fixed_pid"`."""
+    return "".join(
+        f"_{c}" if c.isupper() and i and not kind[i - 1].isupper() else c for i, c in enumerate(kind)
+    ).lower()

@@ -1,0 +1,162 @@
+"""From a planned graph to the machine of its digital part, or of some blocks of it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import get_type_hints
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.rates import base_rate
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.rtl.machine.alignment import block_stages
+from proofmass.runner.rtl.machine.block_modules import BlockModules
+from proofmass.runner.rtl.machine.machine import Instance, Machine, Net
+from proofmass.runner.rtl.machine.modules import CLOCKING, Module, entries
+from proofmass.runner.rtl.machine.words import Names, Port
+
+
+def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
+    """The machine of the digital blocks of a graph, or of some of them; raises `ModelError` with every problem.
+
+    `only` names blocks, or subgraphs for all in them. Outputs are what other blocks, probes and measures read, and
+    of named blocks also what nothing reads.
+    """
+    paths = _chosen(planned, only)
+    return _Composer(planned, BlockModules(planned, paths).named(), bool(only)).machine(name or planned.graph.name)
+
+
+def digital_blocks(planned: Plan) -> tuple[str, ...]:
+    """The blocks that are hardware by their kind, and whose parameters nothing drives."""
+    driven = {path for path, port in planned.schedule.drivers if port in planned.blocks[path].parameters}
+    return tuple(name for name in sorted(planned.blocks) if is_digital(planned.blocks[name]) and name not in driven)
+
+
+def is_digital(block: Block) -> bool:
+    """Whether all that a block carries and keeps are integers, and it knows neither time nor noise."""
+    state = block.state_class()
+    kinds: list[type] = [port.dtype for port in (*block.inputs.values(), *block.outputs.values())]
+    kinds += [buffer.dtype for buffer in block.buffers.values()]
+    kinds += get_type_hints(state).values() if state is not None else []
+    functions = (*block.output_functions.values(), *block.functions.values())
+    return not (
+        block.continuous()
+        or not block.outputs
+        or float in kinds
+        or any({"time", "normal"} & set(function.arguments) for function in functions)
+    )
+
+
+def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
+    able = digital_blocks(planned)
+    chosen = {name: [each for each in able if each == name or each.startswith(f"{name}.")] for name in only or able}
+    problems = []
+    for name in sorted(name for name, found in chosen.items() if not found):
+        expected = "a block whose ports and state are integers, truth values or fixed-point values"
+        hint = did_you_mean(name, able, "digital block")
+        problem = Problem(message="no such block", key=f"blocks.{name}", got=name, expected=expected, hint=hint)
+        if name in planned.blocks:
+            message, got = "is no digital block, and cannot become hardware", type(planned.blocks[name]).__name__
+            problem = Problem(
+                message=message, key=f"blocks.{name}", got=got, expected=expected, hint=hint, path=("blocks", name)
+            )
+        problems.append(planned.graph.placed(problem))
+    if not able:
+        hint = "put a FixedQuantiser behind what is analogue, and blocks whose names begin with Fixed behind that"
+        problem = Problem(message="the graph has no digital blocks", key="blocks", hint=hint, path=("blocks",))
+        problems.append(planned.graph.placed(problem))
+    if problems:
+        raise ModelError(problems)
+    return sorted({each for found in chosen.values() for each in found})
+
+
+class _Composer:
+    """Nets, ports and instances around the modules of the blocks."""
+
+    def __init__(self, planned: Plan, modules: Mapping[str, Module], all_outputs: bool) -> None:
+        self.planned, self.modules = planned, modules
+        schedule = planned.schedule
+        self.clock = base_rate(schedule.base_rate / schedule.divisors[path] for path in modules)
+        self.ticks = int(schedule.base_rate / self.clock)  # of the base rate, in a clock
+        self.order = tuple(node for node in schedule.order if node[0] in modules and node[1])
+        self.drivers = {target: source for target, source in schedule.drivers.items() if target[0] in modules}
+        outside = {source for target, source in schedule.drivers.items() if target[0] not in modules}
+        outside |= {probe.node for probe in planned.probes} | {measure.node for measure in planned.measures}
+        self.outside = outside | (set(self.order) - set(schedule.drivers.values()) if all_outputs else set())
+        self.stages = block_stages(modules, self.drivers)
+        self.names = Names(CLOCKING)
+        self.nets: dict[str, Net] = {}
+
+    def machine(self, name: str) -> Machine:
+        outputs = tuple(self._outputs())
+        inputs = tuple(self._inputs())
+        instances = tuple(self._instances())
+        taken = Names(module.name for module in self.modules.values())
+        made = Machine(taken.add(name), self.clock, inputs, outputs, instances, self.order, self.nets)
+        if made.strides:
+            self._refuse_cuts()
+        return made
+
+    def _outputs(self) -> Iterator[Port]:
+        """Makes the nets of the blocks; gives the ports among them."""
+        for node in self.order:
+            stride = self.planned.stride(node) // self.ticks
+            read = [self._stride(target[0]) for target, source in self.drivers.items() if source == node]
+            kept = stride > 1 and (node in self.outside or any(each % stride for each in read))
+            for port in entries(self.modules[node[0]].outputs, node[1]):
+                signal = f"{node[0]}.{port.text}"
+                stage = self.stages[node[0]] + self.modules[node[0]].pipeline.latency
+                self.nets[signal] = Net(self._named(port, signal), signal, port.word, stride, kept, stage)
+                if node in self.outside:
+                    yield Port(self.nets[signal].name, signal, port.word, port.unit, port.doc)
+
+    def _inputs(self) -> Iterator[Port]:
+        """Makes the nets that come from outside; each is a port."""
+        for target, source in sorted(self.drivers.items()):
+            if source[0] not in self.modules:
+                driver = self.planned.blocks[source[0]].outputs[source[1]]
+                for port in entries(self.modules[target[0]].inputs, target[1]):
+                    signal = _signal(source, target[1], port)
+                    if signal not in self.nets:
+                        self.nets[signal] = Net(self._named(port, signal), signal, port.word)
+                        yield Port(self.nets[signal].name, signal, port.word, port.unit, driver.doc)
+
+    def _instances(self) -> Iterator[Instance]:
+        for path in dict.fromkeys(node[0] for node in self.order):
+            module = self.modules[path]
+            outputs = {port.name: self.nets[f"{path}.{port.text}"] for port in module.outputs}
+            inputs = dict(self._connected(path, module))
+            stage = self.stages[path]
+            yield Instance(self.names.add(path), path, module, self._stride(path), inputs, outputs, stage)
+
+    def _connected(self, path: str, module: Module) -> Iterator[tuple[str, Net | int]]:
+        for name, declared in module.block.inputs.items():
+            for port in entries(module.inputs, name):
+                source = self.drivers.get((path, name))
+                if source is None:
+                    yield port.name, int(declared.default)  # type: ignore[arg-type]
+                else:
+                    yield port.name, self.nets[_signal(source, name, port)]
+
+    def _refuse_cuts(self) -> None:
+        """Ticks that are counted in are those of all: where there are several rates, nothing may be late."""
+        for path, module in self.modules.items():
+            if module.pipeline.latency:
+                problem = Problem(
+                    message="a pipeline cut, and outputs at several rates",
+                    key=f"blocks.{path}",
+                    hint=f"take the blocks of one rate, as with --block {path}, or keep the stages in the state",
+                    path=("blocks", path),
+                )
+                raise ModelError([self.planned.graph.placed(problem)])
+
+    def _named(self, port: Port, signal: str) -> str:
+        """The name of a net: of a block that stands alone that of its port."""
+        return self.names.add(port.text if len(self.modules) == 1 else signal)
+
+    def _stride(self, path: str) -> int:
+        return self.planned.schedule.divisors[path] // self.ticks
+
+
+def _signal(source: Node, name: str, port: Port) -> str:
+    """The entry of an output that an input's entry is wired to."""
+    return ".".join(source) + port.text.removeprefix(name)

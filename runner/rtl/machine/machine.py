@@ -1,0 +1,112 @@
+"""The digital part of a graph as one synchronous machine, as data: instances of modules, nets, clock enables.
+
+One clock ticks at the rate that the rates of all its blocks divide. A block that is slower is enabled at its own ticks,
+a net that is slower than one of its readers is kept in between. What blocks outside give are inputs; what they or
+probes read are outputs.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.rtl.machine.modules import Module
+from proofmass.runner.rtl.machine.words import Port, Word
+
+
+@dataclass(frozen=True)
+class Net:
+    """One number of an output of the graph: `signal` as "cell.coefficient" or "bank.sums[3]".
+
+    It has a new value every `stride` clocks; where it is `kept`, the last one is seen at all others. It comes `stage`
+    ticks later than in the simulation.
+    """
+
+    name: str
+    signal: str
+    word: Word
+    stride: int = 1
+    kept: bool = False
+    stage: int = 0
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A block of the graph: `path` is its name there, `stride` the clocks from one of its ticks to the next.
+
+    `inputs` and `outputs` say by the name of the module's port which net it is, or which number. It takes its inputs
+    `stage` ticks late.
+    """
+
+    name: str
+    path: str
+    module: Module
+    stride: int
+    inputs: Mapping[str, Net | int]
+    outputs: Mapping[str, Net]
+    stage: int = 0
+
+
+@dataclass(frozen=True)
+class Machine:
+    """The digital part of a graph. The text of a port is its signal in the graph.
+
+    `order` has the outputs of the blocks, as (path, port), each behind those that it needs in the same tick.
+    """
+
+    name: str
+    rate: Fraction  # of the clock
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+    instances: tuple[Instance, ...]
+    order: tuple[Node, ...]
+    nets: Mapping[str, Net]  # by signal: what instances give, and the inputs
+
+    @cached_property
+    def latency(self) -> int:
+        """Ticks by which all outputs are late."""
+        return max((self.nets[port.text].stage for port in self.outputs), default=0)
+
+    @cached_property
+    def delays(self) -> Mapping[Net, int]:
+        """How many registers follow a net, for those that take it later than it is there."""
+        found: dict[Net, int] = {}
+        taken = [(net, each.stage) for each in self.instances for net in each.inputs.values() if isinstance(net, Net)]
+        for net, stage in [*taken, *((self.nets[port.text], self.latency) for port in self.outputs)]:
+            if stage > net.stage:
+                found[net] = max(found.get(net, 0), stage - net.stage)
+        return found
+
+    @cached_property
+    def clocked(self) -> bool:
+        """Whether it has the ports clock, reset and enable."""
+        return bool(self.strides or self.delays) or any(each.module.clocked for each in self.instances)
+
+    @cached_property
+    def modules(self) -> tuple[Module, ...]:
+        """The modules, each once."""
+        return tuple({each.module.name: each.module for each in self.instances}.values())
+
+    @cached_property
+    def strides(self) -> tuple[int, ...]:
+        """Clocks from one enable to the next, in ascending order, where that is not every clock."""
+        found = {each.stride for each in self.instances if each.module.clocked}
+        found |= {net.stride for net in self.nets.values() if net.kept}
+        return tuple(sorted(found - {1}))
+
+    @cached_property
+    def counters(self) -> tuple[tuple[int, int, int], ...]:
+        """What makes the enable of each stride: (stride, the longest shorter one that divides it, last count)."""
+        found = []
+        for stride in self.strides:
+            over = max(each for each in (1, *self.strides) if each < stride and stride % each == 0)
+            found.append((stride, over, stride // over - 1))
+        return tuple(found)
+
+    @property
+    def single(self) -> bool:
+        """Whether the module of its one block is all of it: no input is shared or a number, nothing is kept."""
+        nets = list(self.instances[0].inputs.values())
+        distinct = len(set(nets)) == len(nets) and all(isinstance(net, Net) for net in nets)
+        return len(self.instances) == 1 and not self.strides and distinct

@@ -1,0 +1,216 @@
+"""A digital block as a module: its functions as integer operations, its ports and registers with their ranges.
+
+Constants and parameters are numbers of this graph and folded into the operations. Outputs and the update are traced
+into one program, so that what they have in common is there once.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.declare import Port as BlockPort
+from proofmass.runner.fixed.block_formats import function_formats, port_formats, state_formats
+from proofmass.runner.fixed.integer_interval import Interval
+from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
+from proofmass.runner.fixed.step_formats import Constant, Format, Within, bounds, leaves, mantissas
+from proofmass.runner.fixed.trace import Traced, trace
+from proofmass.runner.rtl.machine.low_bits import operands_of
+from proofmass.runner.rtl.machine.pipeline import Flow, Pipeline, pipelined
+from proofmass.runner.rtl.machine.ranges import register_ranges
+from proofmass.runner.rtl.machine.words import Names, Port, Register, Word
+
+CLOCKING = ("clock", "reset", "enable")  # ports of a module with registers
+
+
+@dataclass(frozen=True)
+class Module:
+    """A block with its numbers: what becomes one Verilog module.
+
+    `steps` has each output function and "update" by name, all in one program. The registers take what `following` says
+    at a clock with `enable`, and their starts at one with `reset`. Outputs come `pipeline.latency` ticks late.
+    """
+
+    name: str
+    block: Block
+    constants: Any  # what the functions get first
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+    registers: tuple[Register, ...]
+    steps: Mapping[str, Traced]
+    results: Mapping[str, Node]  # by the name of the output
+    following: Mapping[str, Node]  # by the name of the register
+
+    @property
+    def program(self) -> Program:
+        """The operations of all functions."""
+        return next(iter(self.steps.values())).program
+
+    @cached_property
+    def live(self) -> list[Node]:
+        """The operations that outputs and registers depend on, operands first."""
+        return self.program.live([*self.results.values(), *self.following.values()])
+
+    @cached_property
+    def needed(self) -> list[Node]:
+        """Those of them that are written down: some are passed over, and what they were made of is taken."""
+        needed = {*self.results.values(), *self.following.values()}
+        for node in reversed(self.live):
+            if node in needed:
+                needed.update(operands_of(node))
+        return sorted((n for n in needed if n.operation != "constant"), key=lambda node: node.number)
+
+    @cached_property
+    def pipeline(self) -> Pipeline:
+        """Stages of the operations; raises `TraceError` for a cut in a feedback."""
+        operands = {node: operands_of(node) for node in self.needed}
+        registers = {register.text: register.name for register in self.registers}
+        return pipelined(Flow(operands, self.results, self.following, registers), self.name)
+
+    @property
+    def clocked(self) -> bool:
+        """Whether it has the ports clock, reset and enable."""
+        return bool(self.registers or self.pipeline.latency)
+
+    @cached_property
+    def sources(self) -> Mapping[str, Port | Register]:
+        """What an input of the program is, by the text that the program calls it."""
+        sources: list[Port | Register] = [*self.inputs, *self.registers]
+        return {each.text: each for each in sources}
+
+
+def make_module(
+    name: str,
+    block: Block,
+    constants: Any,
+    start: Any,
+    buffers: Mapping[str, Sequence[int]],
+    ranges: Mapping[str, Word],
+) -> Module:
+    """The module of a block; `start` and `buffers` are raw, `ranges` those of its integer inputs.
+
+    Raises `ModelError`, with the line of Python, for what cannot become hardware.
+    """
+    held = list(_held(block, start, buffers))
+    known: dict[str, Format] = {text: Within(word.low, word.high) for text, word in ranges.items()}
+    known |= _integer_ranges(name, block, constants, held, known)
+    steps = _traced(block, constants, known, Program())
+    names = Names(CLOCKING)
+    inputs = tuple(
+        Port(names.add(text), text, _word(format), block.unit_of(port), port.doc)
+        for port in block.inputs.values()
+        for format, text in leaves(port_formats(block, port, known), port.name)
+    )
+    outputs, results = [], {}
+    for port in block.outputs.values():
+        for format, text, node in _results(block, port, steps[port.name]):
+            outputs.append(Port(names.add(text), text, _word(format, node), block.unit_of(port), port.doc))
+            results[outputs[-1].name] = node
+    registers, following = [], {}
+    for each in held:
+        word = _word(known.get(each.whole, each.format))
+        if word.low != word.high:
+            registers.append(Register(names.add(each.text), each.text, word, each.start))
+            following[registers[-1].name] = _following(steps, each.text, word)
+    made = Module(name, block, constants, inputs, tuple(outputs), tuple(registers), steps, results, following)
+    _refuse_unknown(made)
+    _ = made.pipeline
+    return made
+
+
+def entries(ports: Iterable[Port], name: str) -> list[Port]:
+    """The ports of what Python calls `name`: one, or each entry of a vector."""
+    return [port for port in ports if port.text.partition("[")[0] == name]
+
+
+class _Held(NamedTuple):
+    """A number that the block keeps: of the state, or an entry of the buffer `whole`."""
+
+    whole: str
+    text: str
+    format: Format
+    start: int
+
+
+def _held(block: Block, start: Any, buffers: Mapping[str, Sequence[int]]) -> Iterator[_Held]:
+    state = state_formats(block)
+    for (format, text), (_, value) in zip(leaves(state, "x"), mantissas(state, start, "x"), strict=True):
+        yield _Held(text, text, format, int(value))
+    for name, buffer in block.buffers.items():
+        formats = port_formats(block, buffer)
+        for (format, text), value in zip(leaves(formats, name), buffers[name], strict=True):
+            yield _Held(name, text, format, int(value))
+
+
+def _integer_ranges(
+    name: str, block: Block, constants: Any, held: Sequence[_Held], known: Mapping[str, Format]
+) -> dict[str, Format]:
+    """The ranges of plain integers that the block keeps; one for all entries of a buffer."""
+    starts: dict[str, Interval] = {}
+    for each in held:
+        if each.format is int:
+            low, high = starts.get(each.whole, (each.start, each.start))
+            starts[each.whole] = min(low, each.start), max(high, each.start)
+
+    def step(ranges: Mapping[str, Interval]) -> tuple[Program, dict[str, list[Node]]]:
+        program = Program()
+        steps = _traced(block, constants, {**known, **_within(ranges)}, program, only="update")
+        return program, {
+            text: [_following(steps, e.text, Word(*ranges[text])) for e in held if e.whole == text] for text in ranges
+        }
+
+    return _within(register_ranges(name, starts, step) if starts else {})
+
+
+def _within(ranges: Mapping[str, Interval]) -> dict[str, Format]:
+    return {text: Within(*interval) for text, interval in ranges.items()}
+
+
+def _traced(
+    block: Block, constants: Any, known: Mapping[str, Format], program: Program, only: str = ""
+) -> dict[str, Traced]:
+    functions = {**block.output_functions, **{n: b for n, b in block.functions.items() if n == "update"}}
+    return {
+        name: trace(b.function, function_formats(block, name, b, Constant(constants), known), program=program)
+        for name, b in functions.items()
+        if only in ("", name)
+    }
+
+
+def _word(format: Format, node: Node | None = None) -> Word:
+    """Of an integer that is computed, what is known of the result."""
+    if format is int and node is not None:
+        return Word(node.low, node.high)
+    return Word(*bounds(format), format.fraction if isinstance(format, Fixed) else 0)
+
+
+def _results(block: Block, port: BlockPort, traced: Traced) -> Iterator[tuple[Format, str, Node]]:
+    """The numbers of an output, by the texts "output" or "output[2]"."""
+    if not port.shape:
+        yield traced.formats["return"], port.name, traced.results["return"]
+        return
+    for format, text in leaves(traced.formats["out"], "out"):
+        yield format, text.replace("out", port.name, 1), traced.writes[text]
+
+
+def _following(steps: Mapping[str, Traced], text: str, word: Word) -> Node:
+    """What a register takes at the next tick: itself, where no update says otherwise."""
+    program = next(iter(steps.values())).program
+    found = program.input(text, word.low, word.high)
+    if "update" in steps:
+        update = steps["update"]
+        found = update.writes.get(text, found)
+        found = update.results.get(f"return{text.removeprefix('x')}", found) if text.startswith("x.") else found
+    return found
+
+
+def _refuse_unknown(module: Module) -> None:
+    """Refuse what is read and neither an input nor a register."""
+    for node in module.live:
+        if node.operation == "input" and node.name not in module.sources:
+            hint = "count in the state, up to a number that it starts again from"
+            if node.name.startswith("out["):
+                hint = "keep it in a buffer"
+            raise TraceError(f"{node.name} is no register", node.place, hint=hint, key=module.name)

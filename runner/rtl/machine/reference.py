@@ -1,0 +1,184 @@
+"""What hardware must do in a clock, said by the Python functions of its blocks, run on numbers or on words of a proof.
+
+Only the functions, the graph and its schedule are asked, as the interpreter asks them; nothing of a trace.
+"""
+
+import inspect
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.blocks.arithmetic.fixed_point import where
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.fixed.step_formats import Format, bounds, filled, mantissas, reference_step
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.rtl.machine.machine import Instance, Machine
+from proofmass.runner.rtl.machine.modules import Module, entries
+from proofmass.runner.rtl.machine.names import TopNames
+from proofmass.runner.rtl.machine.words import Port, Register, Word
+
+Values = Mapping[str, Any]  # by the names of ports and registers
+Merge = Callable[[Callable[[], list[Any]]], list[Any]]  # runs a function and gives its results
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What outputs are, and what registers become where the clock is enabled."""
+
+    outputs: Values
+    following: Values
+
+
+class Reference(ABC):
+    """A module, or a whole machine, by the functions of its blocks; registers have the names of a flat netlist."""
+
+    name: str
+    clocked: bool
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+    registers: tuple[Register, ...]
+    latency: int  # ticks by which the outputs of hardware are late
+
+    @property
+    def held(self) -> tuple[Port | Register, ...]:
+        """Inputs and registers: what a clock depends on."""
+        return (*self.inputs, *self.registers)
+
+    @abstractmethod
+    def clock(self, present: Values, merge: Merge) -> Clock:
+        """Outputs and following registers for what inputs and registers are."""
+
+
+def reference_of(planned: Plan, machine: Machine) -> Reference:
+    """What a machine must do."""
+    return ModuleReference(machine.modules[0]) if machine.single else MachineReference(planned, machine)
+
+
+def as_it_runs(run: Callable[[], list[Any]]) -> list[Any]:
+    """How numbers are merged: there is one path."""
+    return run()
+
+
+class ModuleReference(Reference):
+    """One block."""
+
+    def __init__(self, module: Module) -> None:
+        self.name, self.clocked = module.name, module.clocked
+        self.inputs, self.outputs, self.registers = module.inputs, module.outputs, module.registers
+        self.latency = module.pipeline.latency
+        self._module = module
+
+    def clock(self, present: Values, merge: Merge) -> Clock:
+        """Outputs and following registers for what inputs and registers are."""
+        texts = {each.text: present[each.name] for each in self.held}
+        outputs = {}
+        for name in self._module.block.outputs:
+            found = _call(self._module, name, texts, merge)
+            for port in entries(self.outputs, name):
+                outputs[port.name] = found[port.text]
+        return Clock(outputs, _stepped(self._module, texts, merge))
+
+
+class MachineReference(Reference):
+    """The digital blocks of a graph, wired and scheduled as the graph is."""
+
+    def __init__(self, planned: Plan, machine: Machine) -> None:
+        self.name, self.clocked = machine.name, machine.clocked
+        self.inputs, self.outputs, self.latency = machine.inputs, machine.outputs, machine.latency
+        self._planned, self._machine, self._names = planned, machine, TopNames(machine)
+        self._instances = {each.path: each for each in machine.instances}
+        self.registers = tuple(self._registers())
+
+    def clock(self, present: Values, merge: Merge) -> Clock:
+        """Outputs and following registers for what inputs and registers are."""
+        due = self._due(present)
+        nets = {self._machine.nets[port.text].signal: present[port.name] for port in self.inputs}
+        following = dict[str, Any]()
+        for node in self._machine.order:
+            instance = self._instances[node[0]]
+            found = _call(instance.module, node[1], self._texts(instance, present, nets), merge)
+            for port in entries(instance.module.outputs, node[1]):
+                net = instance.outputs[port.name]
+                nets[net.signal] = found[port.text]
+                if net.kept:
+                    kept = self._names.kept[net]
+                    nets[net.signal] = following[kept] = where(due[net.stride], found[port.text], present[kept])
+        for instance in self._instances.values():
+            stepped = _stepped(instance.module, self._texts(instance, present, nets), merge)
+            for name, value in stepped.items():
+                full = f"{instance.name}.{name}"
+                following[full] = where(due[instance.stride], value, present[full])
+        for stride, over, last in self._machine.counters:
+            name = self._names.counts[stride]
+            following[name] = where(due[over], where(present[name] == last, 0, present[name] + 1), present[name])
+        return Clock({port.name: nets[port.text] for port in self.outputs}, following)
+
+    def _registers(self) -> Iterator[Register]:
+        for instance in self._machine.instances:
+            for each in instance.module.registers:
+                yield Register(f"{instance.name}.{each.name}", f"{instance.path}.{each.text}", each.word, each.start)
+        for net, name in self._names.kept.items():
+            yield Register(name, f"{net.signal} as it was", net.word, 0)
+        for stride, over, last in self._machine.counters:
+            yield Register(self._names.counts[stride], f"ticks of {over} in {stride}", Word(0, last), 0)
+
+    def _due(self, present: Values) -> dict[int, Any]:
+        """Whether a clock is a tick of a stride."""
+        due: dict[int, Any] = {1: 1}
+        for stride, over, _ in self._machine.counters:
+            due[stride] = where(present[self._names.counts[stride]] == 0, due[over], 0)
+        return due
+
+    def _texts(self, instance: Instance, present: Values, nets: Values) -> dict[str, Any]:
+        """What a block reads, by the texts by which its functions call it: wired as the graph is."""
+        module, texts = instance.module, dict[str, Any]()
+        for register in module.registers:
+            texts[register.text] = present[f"{instance.name}.{register.name}"]
+        for name, declared in module.block.inputs.items():
+            source: Node | None = self._planned.schedule.drivers.get((instance.path, name))
+            for port in entries(module.inputs, name):
+                rest = port.text.removeprefix(name)
+                if source is None:
+                    texts[port.text] = int(declared.default)  # type: ignore[arg-type]
+                elif (signal := f"{source[0]}.{source[1]}{rest}") in nets:
+                    texts[port.text] = nets[signal]
+        return texts
+
+
+def _stepped(module: Module, texts: Values, merge: Merge) -> dict[str, Any]:
+    """The registers of a module after a step, by their names."""
+    found = _call(module, "update", texts, merge) if "update" in module.block.functions else {}
+    after = {text.replace("return", "x", 1): value for text, value in found.items()}
+    return {each.name: after.get(each.text, texts[each.text]) for each in module.registers}
+
+
+def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, Any]:
+    """What a function of a block returns and writes, by text: "output", "return.total", "history[3]", "output[2]"."""
+    function = (module.block.output_functions.get(name) or module.block.functions[name]).function
+    formats = module.steps[name].formats
+    step = reference_step(function, formats)
+    found: list[str] = []
+
+    def number(text: str, format: Format) -> Any:
+        low, high = bounds(format)
+        return low if low == high else texts.get(text)
+
+    def run() -> list[Any]:
+        arguments = {each: filled(formats[each], each, number) for each in inspect.signature(function).parameters}
+        results = {"return": step(*arguments.values())}
+        results |= {each: value for each, value in arguments.items() if isinstance(formats[each], list)}
+        leaves = [leaf for each, raw in results.items() for leaf in mantissas(formats[each], raw, each)]
+        found[:] = [text for text, _ in leaves]
+        return [value for _, value in leaves]
+
+    values = merge(run)
+    if name in module.block.outputs:
+        found = [_named(text, name) for text in found]
+    return dict(zip(found, values, strict=True))
+
+
+def _named(text: str, name: str) -> str:
+    """The text of an output, which a function returns or writes into `out`."""
+    head, bracket, rest = text.partition("[")
+    return name + bracket + rest if head in ("out", "return") else text

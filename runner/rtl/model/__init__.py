@@ -1,0 +1,1 @@
+"""Compiled models of hardware inside the tick loop."""

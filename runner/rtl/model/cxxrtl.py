@@ -1,0 +1,215 @@
+"""The Verilog as a compiled model: CXXRTL, which Yosys writes in C++, built by the C++ compiler of the machine.
+
+A model is a shared library, kept by the hash of its source in the folder of compiled loops. It takes and gives 64-bit
+integers, one for each port or register: whole vectors of clocks in one call, or clock by clock in a compiled loop.
+"""
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator, Mapping
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import NamedTemporaryFile, TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.host.cache import keep, kept
+from proofmass.runner.program.c_function import CFunction
+from proofmass.runner.rtl.machine.reference import Reference
+from proofmass.runner.rtl.machine.words import Port, Word
+from proofmass.runner.rtl.tools.extra import need
+from proofmass.runner.rtl.tools.yosys import run_yosys
+
+Column = NDArray[np.int64]
+
+_PURPOSE = "compiled models of Verilog"
+_FLAGS = ("-O2", "-std=c++17", "-shared", "-fPIC")
+_opened: dict[str, ctypes.CDLL] = {}  # by the hash of the source
+
+
+def compiler() -> str | None:
+    """The C++ compiler: what `CXX` names, or g++, or clang++."""
+    return shutil.which(os.environ.get("CXX", "")) or shutil.which("g++") or shutil.which("clang++")
+
+
+class Model:
+    """A module of a Verilog text, made ready to run; it starts as after a reset.
+
+    `ports` are those of the module: a reference says which it has, and which registers.
+    """
+
+    def __init__(self, reference: Reference, verilog: str) -> None:
+        self._reference = reference
+        words = {each.name: each.word for each in (*reference.held, *reference.outputs)}
+        wide = [name for name, word in words.items() if word.width > 64]
+        if wide:
+            message = "the model takes and gives numbers of at most 64 bits"
+            raise ModelError([Problem(message=message, key=reference.name, got=", ".join(wide))])
+        self._key, self._library = _library(reference, verilog)
+        self._library.model_new.restype = ctypes.c_void_p
+        self.address: int = self._library.model_new()
+
+    def __del__(self) -> None:
+        if hasattr(self, "address"):
+            self._library.model_delete(ctypes.c_void_p(self.address))
+
+    def run(self, inputs: Mapping[str, Any], clocks: int) -> dict[str, Column]:
+        """Outputs in so many clocks with enable, one after the other, by the names of the ports."""
+        ports = self._reference
+        given = [np.ascontiguousarray(inputs[port.name][:clocks], dtype=np.int64) for port in ports.inputs]
+        found = {port.name: np.empty(clocks, np.int64) for port in ports.outputs}
+        model, length = ctypes.c_void_p(self.address), ctypes.c_int64(clocks)
+        self._library.model_run(model, length, _addresses(given), _addresses(found.values()))
+        return found
+
+    def function(self, name: str) -> CFunction:
+        """A function that a compiled loop calls; it takes the address of the model first.
+
+        `settle(inputs...)`, then `output(number)`; `clock(inputs...)` with enable, whether they have settled or not;
+        `register(number)` and `set_register(number, value)`. Numbers count ports and registers in their order.
+        """
+        inputs = len(self._reference.inputs)
+        taken = {"settle": inputs, "clock": inputs, "output": 1, "register": 1, "set_register": 2}[name]
+        address = ctypes.cast(getattr(self._library, f"model_{name}"), ctypes.c_void_p).value or 0
+        return CFunction(f"model_{name}_{self._key}", 1 + taken, name in ("output", "register"), address)
+
+
+def _addresses(arrays: Any) -> Any:
+    pointers = [array.ctypes.data for array in arrays]
+    return (ctypes.c_void_p * len(pointers))(*pointers)
+
+
+def _loaded(code: bytes) -> ctypes.CDLL:
+    with NamedTemporaryFile(suffix=".so") as file:
+        file.write(code)
+        file.flush()
+        return ctypes.CDLL(file.name)
+
+
+def _library(reference: Reference, verilog: str) -> tuple[str, ctypes.CDLL]:
+    """The shared library and its hash, made where it is not there yet."""
+    need("pyosys", _PURPOSE)
+    found = compiler()
+    if found is None:
+        hint = "install g++ or clang++, or name one in CXX"
+        raise ModelError([Problem(message=f"there is no C++ compiler: it makes {_PURPOSE}", hint=hint)])
+    wrapper = "\n".join(_wrapper(reference)) + "\n"
+    parts = [verilog, wrapper, version("pyosys"), found, *_FLAGS]
+    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+    if key not in _opened:
+        code = kept(f"{key}.so")
+        if code is None:
+            code = _built(reference, verilog, wrapper, found)
+            keep(f"{key}.so", code)
+        _opened[key] = _loaded(code)
+    return key, _opened[key]
+
+
+def _built(reference: Reference, verilog: str, wrapper: str, compiler: str) -> bytes:
+    import pyosys
+
+    runtime = Path(pyosys.__file__).parent / "share" / "include" / "backends" / "cxxrtl" / "runtime"
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "module.v").write_text(verilog)
+        (folder / "model.cc").write_text(wrapper)
+        commands = ["read_verilog module.v", f"hierarchy -check -top {reference.name}"]
+        run_yosys(folder, [*commands, "write_cxxrtl -O6 -g0 module.cc"])
+        once = "bool converged = true;" in (folder / "module.cc").read_text()
+        assert once  # one evaluation settles all where gates make no loop, and `model_clock` does no more
+        arguments = [compiler, *_FLAGS, f"-I{runtime}", "model.cc", "-o", "model.so"]
+        ended = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
+        if ended.returncode:
+            errors = [line for line in ended.stderr.splitlines() if "error" in line]
+            got = errors[0] if errors else ended.stderr[-200:]
+            raise ModelError([Problem(message="the C++ compiler refuses the model", key=reference.name, got=got)])
+        return (folder / "model.so").read_bytes()
+
+
+def _wrapper(reference: Reference) -> Iterator[str]:
+    """C functions around the class that Yosys writes."""
+    inputs, outputs = list(enumerate(reference.inputs)), list(enumerate(reference.outputs))
+    registers = [(i, _member(each.name), each.word) for i, each in enumerate(reference.registers)]
+    given = ", ".join(["model *m", *(f"int64_t in_{i}" for i, _ in inputs)])
+    yield '#include "module.cc"'
+    yield f"typedef cxxrtl_design::{_member(reference.name)} model;"
+    yield "static int64_t signed_of(uint64_t bits, int width) {"
+    yield "    return (int64_t)(bits << (64 - width)) >> (64 - width);"
+    yield "}"
+    yield "static void rise(model *m) {"
+    if reference.clocked:
+        yield "    m->p_clock.set<bool>(true); m->step(); m->p_clock.set<bool>(false); m->commit();"
+    yield "}"
+    yield 'extern "C" {'
+    yield "model *model_new() {"
+    yield "    model *m = new model;"
+    if reference.clocked:
+        yield "    m->p_enable.set<bool>(true); m->p_reset.set<bool>(true); m->step();"
+        yield "    rise(m); m->p_reset.set<bool>(false);"
+    yield "    return m;"
+    yield "}"
+    yield "void model_delete(model *m) { delete m; }"
+    yield f"void model_settle({given}) {{"
+    yield from (f"    {_put(port, f'in_{i}')}" for i, port in inputs)
+    yield "    m->step();"
+    yield "}"
+    yield f"void model_clock({given}) {{"
+    yield from (f"    {_put(port, f'in_{i}')}" for i, port in inputs)
+    yield "    rise(m);"
+    yield "}"
+    yield "int64_t model_output(model *m, int64_t number) {"
+    yield "    switch (number) {"
+    yield from (f"        case {i}: return {_got(_member(port.name), port.word)};" for i, port in outputs)
+    yield "    }"
+    yield "    return 0;"
+    yield "}"
+    yield "int64_t model_register(model *m, int64_t number) {"
+    yield "    switch (number) {"
+    yield from (f"        case {i}: return {_got(f'{name}.curr', word)};" for i, name, word in registers)
+    yield "    }"
+    yield "    return 0;"
+    yield "}"
+    yield "void model_set_register(model *m, int64_t number, int64_t value) {"
+    yield "    switch (number) {"
+    for i, name, word in registers:
+        bits = _bits(word, "value")
+        yield f"        case {i}: m->{name}.curr.set<uint64_t>({bits}); m->{name}.next = m->{name}.curr; break;"
+    yield "    }"
+    yield "}"
+    yield "void model_run(model *m, int64_t clocks, const int64_t *const *in, int64_t *const *out) {"
+    yield "    for (int64_t t = 0; t < clocks; t++) {"
+    yield from (f"        {_put(port, f'in[{i}][t]')}" for i, port in inputs)
+    yield "        m->step();"
+    yield from (f"        out[{i}][t] = {_got(_member(port.name), port.word)};" for i, port in outputs)
+    yield "        rise(m);"
+    yield "    }"
+    yield "}"
+    yield "}"
+
+
+def _put(port: Port, value: str) -> str:
+    return f"m->{_member(port.name)}.set<uint64_t>({_bits(port.word, value)});"
+
+
+def _bits(word: Word, value: str) -> str:
+    return f"(uint64_t){value} & {(1 << word.width) - 1:#x}ull"
+
+
+def _got(member: str, word: Word) -> str:
+    bits = f"m->{member}.get<uint64_t>()"
+    return f"signed_of({bits}, {word.width})" if word.signed else f"(int64_t){bits}"
+
+
+def _member(name: str) -> str:
+    """How CXXRTL calls a name.
+
+    >>> _member("cell_.total")
+    'p_cell___2e_total'
+    """
+    return "p_" + "".join("__" if c == "_" else c if c.isalnum() else f"_{ord(c):x}_" for c in name)

@@ -1,0 +1,1 @@
+"""Proofs that Verilog does what the blocks do."""

@@ -1,0 +1,167 @@
+"""The modules of a machine as Amaranth Elaboratables: the operations of the Verilog, for designs written in Amaranth.
+
+Amaranth's arithmetic is exact, so that a signal is as wide as the range of its value, unsigned where that has no
+negative number. Ports are attributes; `sync` is clock and reset.
+"""
+
+from collections.abc import Generator, Iterator
+
+from proofmass.runner.fixed.integer_ir import Node, Place
+from proofmass.runner.rtl.machine.low_bits import operands_of
+from proofmass.runner.rtl.machine.machine import Machine
+from proofmass.runner.rtl.machine.modules import Module
+from proofmass.runner.rtl.machine.words import Names, Word
+from proofmass.runner.rtl.text.machine_verilog import top_name
+from proofmass.runner.rtl.text.verilog import WORDS, about, first_line, line_comment
+
+_HEAD = '''\
+"""Digital blocks of {name} as Amaranth modules."""
+
+from amaranth.hdl import Const, Elaboratable, Module, Mux, Signal, signed
+'''
+_OWN = ("m", "self", "platform", "enable", "Const", "Module", "Mux", "Signal", "signed")
+_SIGNS = {
+    "add": "{} + {}",
+    "subtract": "{} - {}",
+    "multiply": "{} * {}",
+    "negate": "-{}",
+    "shift_left": "{} << {}",
+    "shift_right": "{} >> {}",
+    "and": "{} & {}",
+    "or": "{} | {}",
+    "xor": "{} ^ {}",
+    "less": "{} < {}",
+    "less_equal": "{} <= {}",
+    "equal": "{} == {}",
+    "not_equal": "{} != {}",
+    "minimum": "Mux({0} < {1}, {0}, {1})",
+    "maximum": "Mux({0} > {1}, {0}, {1})",
+    "select": "Mux({}, {}, {})",
+    "narrow": "{}",
+    "pipe": "{}",
+}
+
+
+def amaranth_files(machine: Machine) -> dict[str, str]:
+    """The file of the modules by its name; their top is not among them."""
+    texts = [_HEAD.format(name=machine.name), *("\n".join(_Writer(each).lines()) for each in machine.modules)]
+    return {
+        f"{top_name(machine)}_amaranth.py": "\n\n".join(f"{text}\n" if text[-1] != "\n" else text for text in texts)
+    }
+
+
+def class_name(module: Module) -> str:
+    """The class of a module: its name without underscores.
+
+    >>> class_name(type("", (), {"name": "fixed_gain_modelled"}))
+    'FixedGainModelled'
+    """
+    return "".join(part[:1].upper() + part[1:] for part in module.name.split("_"))
+
+
+class _Writer:
+    """The lines of one class, and the names in it."""
+
+    def __init__(self, module: Module) -> None:
+        self.module = module
+        self._names = Names(_OWN)
+        self._ports = {p.name: f"self.{self._names.add(p.name)}" for p in (*module.inputs, *module.outputs)}
+        self._registers = {register.name: self._names.add(register.name) for register in module.registers}
+        self._texts: dict[Node, list[str]] = {}  # as it comes, and by how many ticks later
+        self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and what they take
+        self._count = 0
+        self._told: set[Place] = set()
+
+    def lines(self) -> Iterator[str]:
+        module, block = self.module, type(self.module.block)
+        yield f"class {class_name(module)}(Elaboratable):"
+        yield f'    """{block.__name__}: {first_line(block.__doc__ or "")}"""'
+        yield ""
+        yield "    def __init__(self):"
+        if module.clocked:
+            yield "        self.enable = Signal()"
+        for port in (*module.inputs, *module.outputs):
+            yield f"        {self._ports[port.name]} = {_signal(port.word, self._named(port.name))}  # {about(port)}"
+        yield ""
+        yield "    def elaborate(self, platform):"
+        yield "        m = Module()"
+        for register in module.registers:
+            name = self._registers[register.name]
+            signal = _signal(register.word, self._named(register.name), f"init={register.start}")
+            yield f"        {name} = {signal}  # {register.text} {register.word}"
+        for node in module.needed:
+            yield from self._node(node)
+        yield from self._clocked()
+        for port in module.outputs:
+            value = self._text(module.results[port.name], module.pipeline.latency)
+            yield f"        m.d.comb += {self._ports[port.name]}.eq({value})"
+        yield "        return m"
+
+    def _named(self, name: str) -> str:
+        """What Verilog calls a port or register, where Python has another name for it."""
+        python = self._registers.get(name) or self._ports[name]
+        return "" if python.removeprefix("self.") == name else f'name="{name}"'
+
+    def _node(self, node: Node) -> Iterator[str]:
+        """A signal for each operation, and registers where it is taken later."""
+        if node.operation == "input":
+            source = self.module.sources[node.name].name
+            name = self._registers.get(source) or self._ports[source]
+        else:
+            name = yield from self._operation(node)
+        names = [name]
+        for k in range(1, self.module.pipeline.delays.get(node, 0) + 1):
+            names.append(self._names.add(f"{name.removeprefix('self.')}_late_{k}"))
+            yield f"        {names[-1]} = {_signal(_word(node), 'reset_less=True')}"
+            self._moves.append((names[-1], names[-2]))
+        self._texts[node] = names
+
+    def _operation(self, node: Node) -> Generator[str, None, str]:
+        self._count += 1
+        name = self._names.add(f"{WORDS[node.operation]}_{self._count}")
+        stage = self.module.pipeline.stages[node] - (node.operation == "pipe")
+        operands = operands_of(node)
+        texts = [self._text(each, stage) for each in operands]
+        if len(operands) < len(node.operands):
+            value = f"{texts[0]}[:{node.width}].as_signed()"  # the low bits, as two's complement
+        else:
+            value = _SIGNS[node.operation].format(*texts)
+        made = line_comment(node.place, self._told, "#")
+        if node.operation == "pipe":
+            yield f"        {name} = {_signal(_word(node), 'reset_less=True')}{made}"
+            self._moves.append((name, value))
+        else:
+            yield f"        {name} = {_signal(_word(node))}"
+            yield f"        m.d.comb += {name}.eq({value}){made}"
+        return name
+
+    def _clocked(self) -> Iterator[str]:
+        """What registers take; those behind cuts wait until the first values have come through."""
+        pipeline = self.module.pipeline
+        ready = [self._names.add(f"ready_{k}") for k in range(1, pipeline.waits + 1)]
+        yield from (f"        {name} = Signal()" for name in ready)
+        if self.module.clocked:
+            yield "        with m.If(self.enable):"
+        moves = [*self._moves, *zip(ready, ["1", *ready], strict=False)]
+        yield from (f"            m.d.sync += {name}.eq({taken})" for name, taken in moves)
+        for register in self.module.registers:
+            stage = pipeline.registers[register.name]
+            value = self._text(self.module.following[register.name], stage)
+            move = f"m.d.sync += {self._registers[register.name]}.eq({value})"
+            if stage:
+                yield f"            with m.If({ready[stage - 1]}):"
+            yield f"            {'    ' if stage else ''}{move}"
+
+    def _text(self, node: Node, stage: int) -> str:
+        if node.constant is not None:
+            return f"Const({node.constant})"
+        return self._texts[node][stage - self.module.pipeline.stages[node]]
+
+
+def _word(node: Node) -> Word:
+    return Word(node.low, node.high)
+
+
+def _signal(word: Word, *more: str) -> str:
+    shape = f"signed({word.width})" if word.signed else str(word.width)
+    return f"Signal({', '.join([shape, *filter(None, more)])})"

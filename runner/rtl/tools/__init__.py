@@ -1,0 +1,1 @@
+"""Programs of others: Yosys, nextpnr, simulators."""

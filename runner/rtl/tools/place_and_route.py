@@ -1,0 +1,149 @@
+"""The clock of a netlist placed and routed by nextpnr, and the path that sets it.
+
+Only paths from register to register set it: the netlist is placed without its ports, which have no registers, so paths
+from inputs and to outputs do not count. The path is told by the registers of the Verilog, and by the lines of Python
+that the wires on it came from.
+"""
+
+import json
+import re
+import subprocess
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from proofmass.runner.rtl.tools.programs import found
+
+REGISTER = "register"  # attribute of wires of the netlist that are registers of the Verilog
+SEED = 1
+_SECONDS = 1800  # a few thousand lookup tables take minutes, on a busy core a quarter of an hour
+_DEVICES: Mapping[str, tuple[str, ...]] = {
+    "ecp5": ("--45k", "--package", "CABGA381", "--out-of-context"),
+    "ice40": ("--up5k", "--package", "sg48"),
+}
+PLACED = frozenset(_DEVICES)  # families
+_FLIP_FLOPS = ("TRELLIS_FF", "SB_DFF")
+_NO_PATH = "no path from register to register"
+_PACKED = re.compile(r"_(DFFLC|LC)$")  # what nextpnr adds to the name of a cell that it packs
+
+
+@dataclass(frozen=True)
+class CriticalPath:
+    """The slowest path from register to register, the nanoseconds it takes, and lines of Python as "gain.py:41"."""
+
+    source: str
+    target: str
+    nanoseconds: float
+    lines: tuple[str, ...]
+
+    def __str__(self) -> str:
+        through = f" ({', '.join(self.lines)})" if self.lines else ""
+        return f"from register {self.source} to {self.target}{through}"
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The highest clock in megahertz and its path, or None; and where that comes from, or why there is none."""
+
+    megahertz: float | None
+    told: str
+    path: CriticalPath | None = None
+
+    def as_data(self) -> dict[str, Any]:
+        """As plain data."""
+        path = {"critical_path": asdict(self.path)} if self.path else {}
+        return {"clock_mhz": self.megahertz, "clock_from": self.told} | path
+
+    def __str__(self) -> str:
+        path = f" {self.path}" if self.path else ""
+        return f"{self.megahertz:.1f} MHz{path}, {self.told}" if self.megahertz else self.told
+
+
+def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) -> Clock:
+    """Place and route a module of Yosys' JSON, in a folder, the only one that a sandboxed nextpnr sees.
+
+    `verilog` is the text that it was made of, in which `netlist` names lines of module.v.
+    """
+    cells = {cell["type"] for cell in netlist["cells"].values()}
+    if not any(cell.startswith(_FLIP_FLOPS) for cell in cells):
+        return Clock(None, _NO_PATH)
+    if "SB_MAC16" in cells:
+        return Clock(None, "nextpnr takes multipliers of this family for registers, and finds no clock")
+    placer = found(f"nextpnr-{family}", f"yowasp-nextpnr-{family}")
+    if placer is None:
+        return Clock(None, f"pip install yowasp-nextpnr-{family} to have it placed and routed")
+    ports = {name: port for name, port in netlist["ports"].items() if name == "clock"}
+    module = {**netlist, "ports": ports, "attributes": {"top": "1"}}
+    (folder / "placed.json").write_text(json.dumps({"modules": {"module": module}}), encoding="utf-8")
+    arguments = ("--json", "placed.json", "--report", "timing.json", "--seed", str(SEED), "--timing-allow-fail")
+    command = [placer, *_DEVICES[family], *arguments]
+    try:
+        ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=_SECONDS)
+    except subprocess.TimeoutExpired:
+        return Clock(None, f"not routed within {_SECONDS} s")
+    if ended.returncode:
+        errors = re.findall(r"ERROR: (.*)", ended.stderr)
+        return Clock(None, f"not placed and routed: {errors[0] if errors else f'exit {ended.returncode}'}")
+    timing = json.loads((folder / "timing.json").read_text(encoding="utf-8"))
+    told = f"{Path(placer).name}{_version(placer)}, seed {SEED}, ports not registered"
+    return read_timing(timing, netlist, verilog, told)
+
+
+def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: str, told: str) -> Clock:
+    """The clock in a report of nextpnr; constant nets may be clocks there too."""
+    name = next((name for name in timing["fmax"] if re.fullmatch(r"clock(\$.*)?", name)), "")
+    ends = {"from": f"posedge {name}", "to": f"posedge {name}"}
+    steps = next((each["path"] for each in timing["critical_paths"] if ends.items() <= each.items()), None)
+    if not name or not steps:
+        return Clock(None, _NO_PATH)
+    names = _Registers(netlist)
+    path = CriticalPath(
+        names.of(steps[0]["from"]["cell"]),
+        names.of(steps[-1]["to"]["cell"]),
+        round(sum(step["delay"] for step in steps), 3),
+        tuple(dict.fromkeys(_lines(steps, verilog.splitlines()))),
+    )
+    return Clock(round(timing["fmax"][name]["achieved"], 2), told, path)
+
+
+class _Registers:
+    """The registers of the Verilog by the cells of the netlist that hold them."""
+
+    def __init__(self, netlist: Mapping[str, Any]) -> None:
+        self._cells = netlist["cells"]
+        self._names: dict[int, str] = {}
+        for name, net in netlist["netnames"].items():
+            if REGISTER in net["attributes"]:
+                self._names |= dict.fromkeys(net["bits"], name)
+        self._taken = {
+            bit: cell["connections"]["Q"][0]
+            for cell in self._cells.values()
+            if "Q" in cell["connections"]
+            for bit in (*cell["connections"].get("D", ()), *cell["connections"].get("DI", ()))
+        }  # output of a flip-flop by what it takes
+
+    def of(self, cell: str) -> str:
+        """Of a flip-flop, or of the one that a table packed with it feeds; the name of the cell where it is neither."""
+        plain = _PACKED.sub("", cell)
+        connections = self._cells.get(plain, {"connections": {}})["connections"]
+        bits = connections.get("Q") or [self._taken.get(bit) for bit in connections.get("O", ())]
+        return next((self._names[bit] for bit in bits if bit in self._names), plain)
+
+
+def _lines(steps: list[dict[str, Any]], verilog: list[str]) -> Iterator[str]:
+    """What the comments of the Verilog say of the wires on a path."""
+    for step in steps:
+        for source in step.get("sources", ()):
+            place = re.match(r"module\.v:(\d+)", source)
+            python = place and re.search(r"// (\S+:\d+)", verilog[int(place[1]) - 1])
+            if python:
+                yield python[1]
+
+
+@cache
+def _version(placer: str) -> str:
+    said = subprocess.run([placer, "--version"], capture_output=True, text=True, check=False)
+    version = re.search(r"Version nextpnr-([\w.]+)", said.stderr + said.stdout)
+    return f" {version[1]}" if version else ""

@@ -1,0 +1,29 @@
+"""Yosys on files of a folder, in a process of its own: an error of Yosys ends the process that it runs in."""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.rtl.tools.extra import need
+
+_PROGRAM = """\
+import sys
+from pyosys import libyosys
+design = libyosys.Design()
+for command in sys.argv[1:]:
+    libyosys.run_pass(command, design)
+"""
+
+
+def run_yosys(folder: Path, commands: Sequence[str]) -> None:
+    """Run commands of Yosys, which name files of the folder; raises `ModelError` with what Yosys says."""
+    need("pyosys", "proofs, resources and models of Verilog")
+    ended = subprocess.run(
+        [sys.executable, "-c", _PROGRAM, *commands], cwd=folder, capture_output=True, text=True, check=False
+    )
+    if ended.returncode:
+        said = [line for line in (ended.stdout + ended.stderr).splitlines() if line.strip()]
+        error = next((line for line in said if "ERROR" in line), said[-1] if said else f"exit {ended.returncode}")
+        raise ModelError([Problem(message="Yosys refuses the Verilog", got=error, hint=f"the command: {commands[-1]}")])

@@ -1,0 +1,1 @@
+"""One run: engines, checkpoints, faults, results and provenance."""

@@ -1,0 +1,190 @@
+"""An interrupted run on disk: what moves, and the rows recorded so far, to go on from to the same bits."""
+
+import hashlib
+import json
+import math
+import os
+from array import array
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan, PlannedProbe
+from proofmass.runner.run.provenance import graph_text
+from proofmass.runner.run.result import Recorder, Result
+
+FILE = "checkpoint.json"
+
+
+class Checkpoint(NamedTuple):
+    """What a run goes on from: what moves, and the number of rows of each trace in the folder."""
+
+    memory: Memory
+    rows: Mapping[str, int]
+
+
+def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
+    """Write the memory of an interrupted run and its traces as `.npy` files into the folder."""
+    memory = result.memory
+    if memory is None:
+        raise ValueError("the run was not interrupted")
+    folder.mkdir(parents=True, exist_ok=True)
+    for trace in result.traces.values():
+        path = _trace(folder, trace.signal)
+        if not isinstance(trace.values, np.memmap):
+            np.save(path, trace.values)
+        with path.open("r+b") as file:
+            os.fsync(file.fileno())
+    data = {
+        "run": _run(planned, result.seed, result.planned_ticks),
+        "tick": memory.tick,
+        "rows": {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes},
+        "states": {name: None if x is None else [_text(v) for v in x] for name, x in memory.states.items()},
+        "buffers": [[*node, _text(held)] for node, held in memory.buffers.items() if node not in planned.recorded],
+        "overflows": memory.overflows,
+        "wires": [[*node, _text(value)] for node, value in memory.wires.items()],
+    }
+    temporary = folder / (FILE + ".partial")
+    with temporary.open("w", encoding="utf-8") as file:
+        json.dump(data, file)
+        file.flush()
+        os.fsync(file.fileno())
+    temporary.replace(folder / FILE)
+
+
+def load_checkpoint(folder: Path, planned: Plan, seed: int, ticks: int) -> Checkpoint:
+    """The checkpoint in a folder; raises `ModelError` when it belongs to another graph, seed or length."""
+    try:
+        data = json.loads((folder / FILE).read_text(encoding="utf-8"))
+        kept, wanted = data["run"], _run(planned, seed, ticks)
+        if kept != wanted:
+            raise _changed(folder, kept, wanted)
+        rows = {p.signal: int(data["rows"][p.signal]) for p in planned.probes}
+        for probe in planned.probes:
+            path = _trace(folder, probe.signal)
+            if path.stat().st_size < _head_length(path) + _bytes(probe, rows[probe.signal]):
+                raise ValueError(f"{probe.signal}.npy is too short")
+        return Checkpoint(_memory(data, planned), rows)
+    except FileNotFoundError as error:
+        raise _refused(folder, f"there is no {Path(error.filename).name} to resume from") from None
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, ModelError):
+            raise
+        raise _refused(folder, f"the checkpoint is damaged: {error}") from None
+
+
+def remove_checkpoint(result: Result, folder: Path) -> None:
+    """Take the checkpoint away once the run is whole, and with it the traces that are results of another form."""
+    if not (folder / FILE).exists():
+        return
+    (folder / FILE).unlink()
+    for trace in result.traces.values():
+        if not isinstance(trace.values, np.memmap):
+            _trace(folder, trace.signal).unlink(missing_ok=True)
+
+
+def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, kept: int) -> Recorder:
+    """A recorder that goes on behind the first rows in a folder; a file of rows is not copied."""
+    path = _trace(folder, probe.signal)
+    if not streamed:
+        made = Recorder(probe, rows, None)
+        made.keep(np.load(path)[:kept])
+        return made
+    aside = path.with_suffix(".kept")
+    path.replace(aside)
+    made = Recorder(probe, rows, folder)
+    head = path.read_bytes()
+    with aside.open("r+b") as file:
+        file.write(head)  # of the whole run: that of the interrupted run told fewer rows
+        file.truncate(len(head) + _bytes(probe, kept))
+    aside.replace(path)
+    made.count = kept
+    return made
+
+
+def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
+    """What a run to the same bits must agree in."""
+    from proofmass.runner.program.generate import generate
+    from proofmass.runner.targets.compile import content_of
+
+    recordings = hashlib.sha256()
+    for node in sorted(planned.recorded):
+        recordings.update(array("d", planned.buffers[node]).tobytes())
+    return {
+        "graph": graph_text(planned.graph),
+        "the seed": seed,
+        "the number of ticks": ticks,
+        "the recordings": recordings.hexdigest(),
+        "the program or the code of a block": content_of(generate(planned)),
+    }
+
+
+def _changed(folder: Path, kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> ModelError:
+    if kept["graph"] != wanted["graph"]:
+        before, now = _lines(kept["graph"]), _lines(wanted["graph"])
+        got, expected = (", ".join(line for line in a if line not in b) for a, b in ((now, before), (before, now)))
+        return _refused(folder, "the graph changed since the checkpoint", got, expected)
+    name = next(name for name in wanted if kept[name] != wanted[name])
+    shown = (str(wanted[name]), str(kept[name])) if isinstance(wanted[name], int) else ("", "")
+    return _refused(folder, f"{name} changed since the checkpoint", *shown)
+
+
+def _lines(text: str) -> list[str]:
+    """The lines of a graph file, each behind the head of its table."""
+    head, lines = "", []
+    for line in text.splitlines():
+        if line.startswith("["):
+            head = f"{line} "
+        else:
+            lines.append(head + line.strip(" ,"))
+    return lines
+
+
+def _memory(data: dict[str, Any], planned: Plan) -> Memory:
+    states: dict[str, Any] = {}
+    for name, block in planned.blocks.items():
+        made: Any = block.state_class()
+        states[name] = None if made is None else made(*map(_number, data["states"][name]))
+    buffers = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
+    buffers |= {node: planned.buffers[node] for node in planned.recorded}
+    wires = {(name, port): _number(value) for name, port, value in data["wires"]}
+    overflows = {name: int(data["overflows"][name]) for name in planned.digital if name in data["overflows"]}
+    return Memory(data["tick"], states, buffers, wires, overflows)
+
+
+def _text(value: Any) -> Any:
+    """Floats as hexadecimal text, which keeps every bit."""
+    if isinstance(value, list):
+        return [_text(entry) for entry in value]
+    return value.hex() if isinstance(value, float) else value
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_number(entry) for entry in value]
+    return float.fromhex(value) if isinstance(value, str) else value
+
+
+def _trace(folder: Path, signal: str) -> Path:
+    return folder / f"{signal}.npy"
+
+
+def _bytes(probe: PlannedProbe, rows: int) -> int:
+    return rows * math.prod(probe.shape) * np.dtype(probe.dtype).itemsize
+
+
+def _head_length(path: Path) -> int:
+    with path.open("rb") as file:
+        np.lib.format.read_magic(file)
+        np.lib.format.read_array_header_1_0(file)
+        return file.tell()
+
+
+def _refused(folder: Path, message: str, got: str = "", expected: str = "") -> ModelError:
+    place = str(folder / FILE)
+    problem = Problem(message=message, file=place, got=got[:200], expected=expected[:200], hint="run without --resume")
+    return ModelError([problem])

@@ -1,0 +1,83 @@
+"""Which engine runs a plan, and how one is made."""
+
+from typing import Literal
+
+from proofmass.runner.plan.memory import Engine, Memory
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.solver import Solver
+from proofmass.runner.reference.interpret import Interpreter
+
+EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
+
+LANES = (64, 32, 16)  # to choose from; loops over 8 are taken apart by the compiler and get no vectors
+INTERPRETED_PART = 0.2  # of what compiling takes: what plain Python may take for a run before compiling is worth it
+COMPILING_SECONDS = 5.0  # about what compiling takes, and so what plain Python may take for like runs together
+_COMPILING_SQUARE = 2.7e-4  # seconds more, times the square of the number of functions: 19 s for 200 blocks in a row
+_INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
+_INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
+_INTERPRETED_PRODUCT = 0.1e-6  # and a product of a matrix
+_INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference takes apart in `FixedValue`
+
+_spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
+
+
+def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
+    """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled before are compiled.
+
+    Runs of like graphs add up, so that a loop over variants is compiled in the end.
+    """
+    if wanted != "auto":
+        return wanted
+    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
+    if any(block.wide for block in planned.digital.values()):
+        return "python"
+    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
+    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
+    seconds = ticks * (tick + sum(map(_interpreted, planned.solvers)))
+    key = _likeness(planned)
+    spent = _spent.get(key, 0.0) + seconds
+    compiling = COMPILING_SECONDS + _COMPILING_SQUARE * len(planned.schedule.order) ** 2
+    if seconds > INTERPRETED_PART * compiling or spent > compiling:
+        return "compiled"
+    if spent > 0.1:
+        from proofmass.runner.targets.native import already_compiled
+
+        if already_compiled(planned):
+            return "compiled"
+    _spent[key] = spent
+    return "python"
+
+
+def _interpreted(solver: Solver) -> float:
+    """Seconds that a group takes for a tick in plain Python, about."""
+    n, m = len(solver.group.states), len(solver.group.inputs)
+    instant = (n + len(solver.group.blocks) + len(solver.group.nodes)) * _INTERPRETED_STEP
+    if solver.exact:
+        renewal = (n + m) * instant + 30.0 * (n + m) ** 3 * _INTERPRETED_PRODUCT
+        return n * (n + m) * _INTERPRETED_PRODUCT + (renewal if solver.renewed else 0.0)
+    calls = {"runge_kutta_4": 4, "dormand_prince": 7}.get(solver.method, 20 + n)
+    return solver.substeps * calls * instant
+
+
+def _likeness(planned: Plan) -> int:
+    """A number that plans of one loop share, whatever their parameters."""
+    kinds = tuple((name, type(block)) for name, block in planned.blocks.items())
+    return hash((kinds, planned.graph.wires, planned.probes, planned.schedule.base_rate))
+
+
+def lanes_for(runs: int) -> int:
+    """How many lanes suit so many compiled runs: the most that are filled several times over; 0 for a few runs."""
+    return next((lanes for lanes in LANES if runs >= 4 * lanes), LANES[-1] if 2 * runs >= LANES[-1] else 0)
+
+
+def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -> Engine:
+    """An engine that starts from a memory."""
+    if name == "python":
+        return Interpreter(planned, seed, run, memory.copy())
+    if name == "cxxrtl":
+        from proofmass.runner.rtl.model.co_simulation import CoSimulation
+
+        return CoSimulation(planned, seed, run, memory)
+    from proofmass.runner.targets.native import CompiledLoop
+
+    return CompiledLoop(planned, seed, run, memory)

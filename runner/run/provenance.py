@@ -1,0 +1,60 @@
+"""What a result was made with: versions, processor, and a hash of the graph."""
+
+import dataclasses
+import hashlib
+import platform
+from datetime import UTC, datetime
+
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.host.versions import version
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.solver import Solver
+
+
+def graph_hash(graph: Graph) -> str:
+    """SHA-256 of the graph as text: the same for every order of declaration."""
+    return hashlib.sha256(graph_text(graph).encode()).hexdigest()
+
+
+def graph_text(graph: Graph) -> str:
+    """The graph in its written form, the probes in alphabetical order like everything else."""
+    return write_graph(dataclasses.replace(graph, probes=tuple(sorted(graph.probes))))
+
+
+def integration_of(planned: Plan) -> str:
+    """How the groups of continuous blocks are integrated, in words; empty without them."""
+    return "; ".join(f"{', '.join(s.group.blocks)}: {_method(s)}" for s in planned.solvers)
+
+
+def _method(solver: Solver) -> str:
+    if solver.exact:
+        return "exact" + (", matrices made anew as parameters or factors move" if solver.renewed else "")
+    if solver.tolerance:
+        return f"{solver.method}, steps chosen for {solver.tolerance:g}"
+    return f"{solver.method}, {solver.substeps} step{'s' if solver.substeps > 1 else ''} a tick"
+
+
+def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
+    """Facts to repeat a run: what ran, where, when."""
+    libraries = ("numpy", "numba", "llvmlite") if engine == "compiled" else ("numpy",)
+    return {
+        "graph_hash": graph_hash(graph),
+        "engine": engine,
+        **({"integration": integration} if integration else {}),
+        "proofmass": version("proofmass"),
+        "python": platform.python_version(),
+        **{library: version(library) for library in libraries},
+        "platform": platform.platform(),
+        "processor": _processor(engine),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _processor(engine: str) -> str:
+    """What the loop was compiled for; the kind of machine where nothing was compiled, which spares an import."""
+    if engine != "compiled":
+        return platform.machine()
+    from llvmlite.binding import get_host_cpu_name
+
+    return str(get_host_cpu_name())

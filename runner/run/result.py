@@ -1,0 +1,280 @@
+"""The labelled outcome of a run: traces with units and times, and what they were made with."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.plan.measuring import Measured
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import PlannedProbe
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+EXACT_BITS = 53  # of an integer that a float holds
+PIECE = 1 << 20  # numbers of a long trace that are looked at together
+
+
+class Statistics(NamedTuple):
+    """Over the rows of a trace, one number per entry of a row; the standard deviation with n - 1, zero of one row."""
+
+    mean: Array
+    std: Array
+    lowest: Array
+    highest: Array
+
+
+def pieces(rows: int, entries: int = 1) -> Iterator[tuple[int, int]]:
+    """First row and the row after the last of each piece of a long trace: a mapped file is never in memory whole."""
+    step = max(1, PIECE // max(1, entries))
+    for first in range(0, rows, step):
+        yield first, min(first + step, rows)
+
+
+def statistics(values: Array) -> Statistics:
+    """Mean, standard deviation and extremes over the rows, read once, piece by piece; twice where squares overflow."""
+    found = _scaled_statistics(values, 1.0)
+    largest = max(float(np.abs(found.lowest).max()), float(np.abs(found.highest).max()))
+    if np.isfinite(found.std).all() or not math.isfinite(largest):
+        return found
+    scale = math.ldexp(1.0, math.frexp(largest)[1] - 1)
+    with np.errstate(over="ignore"):
+        return Statistics(*(scale * each for each in _scaled_statistics(values, 1.0 / scale)))
+
+
+def _scaled_statistics(values: Array, scale: float) -> Statistics:
+    """Statistics of the values times a power of two."""
+    count, entries = 0, values[0].size
+    mean = squares = np.zeros(values.shape[1:])
+    lowest = highest = scale * np.asarray(values[0], dtype=np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first, last in pieces(len(values), entries):
+            piece = scale * np.asarray(values[first:last], dtype=np.float64)
+            middle = piece.mean(axis=0)
+            step, total = middle - mean, count + len(piece)
+            squares = squares + ((piece - middle) ** 2).sum(axis=0) + step**2 * (count * len(piece) / total)
+            mean = mean + step * (len(piece) / total)
+            lowest, highest = np.minimum(lowest, piece.min(axis=0)), np.maximum(highest, piece.max(axis=0))
+            count = total
+        return Statistics(mean, np.sqrt(squares / max(count - 1, 1)), lowest, highest)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What one probe recorded: a row per tick of the probe, the first at t = 0."""
+
+    signal: str
+    unit: str
+    doc: str
+    stride: int  # base ticks from row to row
+    base_rate: Fraction
+    values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
+    format: Fixed | None = None  # of a fixed-point signal
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """Unit, doc and format as attributes of a variable in a file."""
+        known = {"units": self.unit, "long_name": self.doc}
+        return known if self.format is None else known | {"fixed_point": str(self.format)}
+
+    @property
+    def mantissas(self) -> Array:
+        """The integers that the register of a fixed-point signal held; raises ValueError for any other signal."""
+        if self.format is None or self.format.width > EXACT_BITS:
+            raise ValueError(f"{self.signal} is no fixed-point signal of up to {EXACT_BITS} bits")
+        return np.ldexp(self.values, self.format.fraction).astype(np.int64)
+
+    @property
+    def period(self) -> Fraction:
+        """Seconds from row to row."""
+        return self.stride / self.base_rate
+
+    @property
+    def times(self) -> Array:
+        """Time of each row in seconds: its tick over the base rate, rounded once, never accumulated."""
+        return self.times_of(0, len(self.values))
+
+    def times_of(self, first: int, last: int) -> Array:
+        """Time of the rows from `first` up to, not including, `last`."""
+        ticks, rate = self.stride * self.base_rate.denominator, self.base_rate.numerator
+        if max(last * ticks, rate) <= 1 << EXACT_BITS:
+            return np.arange(first, last, dtype=np.int64) * ticks / rate
+        return np.array([float(Fraction(row * ticks, rate)) for row in range(first, last)])
+
+    @property
+    def entries(self) -> int:
+        """Numbers in a row: 1 for a scalar."""
+        return int(np.prod(self.values.shape[1:]))
+
+    @cached_property
+    def statistics(self) -> Statistics | None:
+        """Mean, standard deviation and extremes over the rows; None without rows."""
+        return statistics(self.values) if len(self.values) else None
+
+    @property
+    def label(self) -> str:
+        """Name and unit for an axis."""
+        return f"{self.signal} [{self.unit}]"
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished or interrupted run; `result["block.port"]` is a trace."""
+
+    graph: Graph
+    traces: Mapping[str, Trace]
+    ticks: int
+    planned_ticks: int
+    base_rate: Fraction
+    seed: int
+    seconds: float  # wall time of the loop
+    preparation: float  # wall time before it: plan, compilation
+    provenance: Mapping[str, str] = field(default_factory=dict)
+    overflows: Mapping[str, int] = field(default_factory=dict)  # of blocks in fixed point: ticks with an overflow
+    overflow_ticks: Mapping[str, int] = field(default_factory=dict)  # of these blocks: ticks that they had
+    memory: Memory | None = None  # of an interrupted run, to go on from
+    measures: Mapping[str, Measured] = field(default_factory=dict)
+
+    def __getitem__(self, signal: str) -> Trace:
+        return self.traces[signal]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.traces)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the run ended before its last tick."""
+        return self.ticks < self.planned_ticks
+
+    def attributes(self) -> dict[str, str]:
+        """Graph, seed and provenance as text, for the files."""
+        return {
+            "graph": self.graph.name,
+            "graph_toml": write_graph(self.graph),
+            "seed": str(self.seed),
+            "ticks": str(self.ticks),
+            "base_rate": f"{self.base_rate} Hz",
+            **{f"measure_{name}": f"{m.value!r} {m.unit}" for name, m in self.measures.items()},
+            **self.provenance,
+        }
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """A Dataset with one variable per probe, in its unit; probes of one rate share a time axis."""
+        import xarray
+
+        axes = self.axes()
+        coordinates: dict[str, Any] = {}
+        variables: dict[str, Any] = {}
+        for dimension, traces in axes.items():
+            coordinates[dimension] = (dimension, traces[0].times, {"units": "s", "long_name": "time"})
+            for trace in traces:
+                extra = [f"{trace.signal}_entry{i or ''}" for i in range(trace.values.ndim - 1)]
+                variables[trace.signal] = ([dimension, *extra], trace.values, trace.facts)
+        return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def axes(self) -> dict[str, list[Trace]]:
+        """Traces by time axis: "time" for the fastest, "time_2", ... for the others."""
+        by_axis: dict[tuple[Fraction, int], list[Trace]] = {}
+        for trace in self.traces.values():
+            by_axis.setdefault((trace.period, len(trace.values)), []).append(trace)
+        ordered = sorted(by_axis.items(), key=lambda item: (item[0][0], -item[0][1]))
+        return {"time" if i == 0 else f"time_{i + 1}": traces for i, (_, traces) in enumerate(ordered)}
+
+    def summary(self) -> list[dict[str, Any]]:
+        """Per probe: rows, mean, standard deviation, extremes, last value; of a vector over all its entries."""
+        rows = []
+        for trace in self.traces.values():
+            row: dict[str, Any] = {"signal": trace.signal, "unit": trace.unit, "rows": len(trace.values)}
+            if trace.values.ndim > 1:
+                row["entries"] = trace.entries
+            found = trace.statistics
+            if found:
+                mean, std = _of_all_entries(found, len(trace.values))
+                row |= {
+                    "mean": mean,
+                    "std": std,
+                    "min": float(found.lowest.min()),
+                    "max": float(found.highest.max()),
+                    "last": trace.values[-1].tolist(),
+                }
+            rows.append(row)
+        return rows
+
+    def _repr_html_(self) -> str:
+        cells = "".join(
+            f"<tr><td>{escape(row['signal'])}</td><td>{escape(row['unit'])}</td><td>{row['rows']}</td>"
+            f"<td>{row.get('mean', float('nan')):.6g}</td><td>{row.get('std', float('nan')):.6g}</td></tr>"
+            for row in self.summary()
+        )
+        head = "<tr><th>signal</th><th>unit</th><th>rows</th><th>mean</th><th>std</th></tr>"
+        return f"<table>{head}{cells}</table>"
+
+
+def _of_all_entries(found: Statistics, rows: int) -> tuple[float, float]:
+    """Mean and standard deviation, with n - 1, of a vector over its rows and entries together."""
+    if found.mean.size == 1:
+        return float(found.mean.mean()), float(found.std.mean())
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean = found.mean.mean()
+        squares = (rows - 1) * found.std**2 + rows * (found.mean - mean) ** 2
+        return float(mean), float(np.sqrt(squares.sum() / max(rows * found.mean.size - 1, 1)))
+
+
+class Recorder:
+    """Rows of one probe as they come: in memory, or appended to a `.npy` file when a folder is given."""
+
+    def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None) -> None:
+        self.probe, self.rows, self.count = probe, rows, 0
+        self._path = folder / f"{probe.signal}.npy" if folder else None
+        kind = np.float64 if probe.format else probe.dtype
+        self._values: Array = np.empty((0 if folder else rows, *probe.shape), dtype=kind)
+        if self._path:
+            with self._path.open("wb") as file:
+                self._write_head(file, rows)
+
+    def space(self, rows: int) -> Array:
+        """An array for the next rows, to be filled and then kept."""
+        if self._path or self.probe.format:
+            return np.empty((rows, *self.probe.shape), dtype=self.probe.dtype)
+        return self._values[self.count : self.count + rows]
+
+    def keep(self, rows: Array) -> None:
+        """Keep rows, filled in the array from `space` or brought along; mantissas in the unit of their signal."""
+        if self.probe.format and rows.dtype != np.float64:
+            rows = np.ldexp(rows.astype(np.float64), -self.probe.format.fraction)
+        if self._path:
+            with self._path.open("ab") as file:
+                file.write(rows.tobytes())
+        elif rows.base is not self._values:
+            self._values[self.count : self.count + len(rows)] = rows
+        self.count += len(rows)
+
+    def finish(self, base_rate: Fraction) -> Trace:
+        """The trace of what was kept."""
+        values = self._values[: self.count]
+        if self._path:
+            if self.count < self.rows:
+                with self._path.open("r+b") as file:
+                    self._write_head(file, self.count)
+            values = np.load(self._path, mmap_mode="r")
+        probe = self.probe
+        return Trace(probe.signal, probe.unit, probe.doc, probe.stride, base_rate, values, probe.format)
+
+    def _write_head(self, file: Any, rows: int) -> None:
+        """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""
+        head = (
+            f"{{'descr': {self._values.dtype.str!r}, 'fortran_order': False, 'shape': {(rows, *self.probe.shape)}, }}"
+        )
+        file.write(b"\x93NUMPY\x01\x00" + (246).to_bytes(2, "little") + head.ljust(245).encode() + b"\n")

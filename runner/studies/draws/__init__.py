@@ -1,0 +1,1 @@
+"""What each run of a study draws."""

@@ -1,0 +1,92 @@
+"""Parameters of many runs at once: the numbers of `Study.drawn`, to the bit, as arrays.
+
+The functions of one deviate are compiled and applied to arrays; all else is plain arithmetic on whole numbers and
+floats, which NumPy does with the same bits.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.arithmetic.counter_random import normal_deviate, normal_quantile, uniform_deviate
+from proofmass.blocks.arithmetic.elementary import exponential
+from proofmass.graphs.model.graph import split
+from proofmass.graphs.studies.designs import half_of_bits, permuted, stream_of
+from proofmass.graphs.studies.distributions import NORMAL, Spread
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.run.result import Array
+from proofmass.runner.targets.elementwise import Elementwise
+
+_KEY = {"seed": int, "run": int, "stream": int, "sample": int}
+uniform_deviates = Elementwise(uniform_deviate, _KEY, float)
+normal_deviates = Elementwise(normal_deviate, _KEY, float)
+normal_quantiles = Elementwise(normal_quantile, {"probability": float}, float)
+exponentials = Elementwise(exponential, {"x": float}, float)
+permutations = Elementwise(permuted, {"number": int, "size": int, "half": int, "seed": int, "stream": int}, int)
+
+
+def drawn_together(study: Study, runs: Array) -> dict[str, Array]:
+    """Parameters of some runs by `block.parameter` of the flat graph: an array with a row for each epoch."""
+    sensors = runs // study.points
+    drawn = {name: _rows(study, value) for name, value in _points(study, runs).items()}
+    deviates = _deviates(study, sensors)
+    normals = _normals(study, deviates)
+    for name in dict.fromkeys([*study.spread, *study.drift]):
+        block, parameter = split(name)
+        value = drawn[name][0] if name in drawn else np.full(len(runs), getattr(study.flat.blocks[block], parameter))
+        if name in normals:
+            spread: Any = study.spread[name]
+            value = np.asarray(spread.of_normal(value, normals[name], exponentials))
+        elif name in study.spread:
+            value = _spread(study.spread[name], value, deviates[name])
+        drawn[name] = _rows(study, value)
+        if name in study.drift:
+            peers: Any = study.peer(runs) // study.points  # type: ignore[arg-type]
+            law: Any = study.drift[name]
+            aged = law.aged(value, study.epochs, study.seed, peers, stream_of("drift", name), normal_deviates)
+            drawn[name] = np.array(aged)
+    return drawn
+
+
+def _rows(study: Study, values: Array) -> Array:
+    return np.tile(values, (len(study.epochs), 1))
+
+
+def _points(study: Study, runs: Array) -> dict[str, Array]:
+    """What the parameters of the sweep are."""
+    every = [study.point(number) for number in range(study.points)] if study.sweep else []
+    return {name: np.array([point[name] for point in every])[runs % study.points] for name in study.sweep}
+
+
+def _deviates(study: Study, sensors: Array) -> dict[str, Array]:
+    """Uniform deviates of the parameters that are spread."""
+    design, names = study.designed, list(study.spread)
+    if design.kind not in ("random", "latin_hypercube"):
+        return {name: np.array([design.deviate(sensor, name) for sensor in sensors.tolist()]) for name in names}
+    streams = np.array([stream_of("spread", name) for name in names], dtype=np.int64)[:, None]
+    rows = uniform_deviates(study.seed, sensors, streams, 0)
+    if design.kind == "latin_hypercube":
+        strata = permutations(sensors, study.runs, half_of_bits(study.runs), study.seed, streams)
+        rows = np.asarray(design.within(strata, rows, np.minimum))
+    return dict(zip(names, rows, strict=True))
+
+
+def _normals(study: Study, deviates: Mapping[str, Array]) -> dict[str, Array]:
+    """Standard normal deviates of the parameters that follow from them, correlated and truncated."""
+    spreads: dict[str, Any] = {name: spread for name, spread in study.spread.items() if spread.shape in NORMAL}
+    if not spreads:
+        return {}
+    rows = normal_quantiles(np.array([spread.inside(deviates[name]) for name, spread in spreads.items()]))
+    normals = dict(zip(spreads, rows, strict=True))
+    bounded = {n: np.maximum(-s.truncated, np.minimum(normals[n], s.truncated)) for n, s in spreads.items()}
+    correlated: Any = study.correlation
+    bounded |= correlated.applied(normals)
+    return bounded
+
+
+def _spread(spread: Spread, nominal: Any, uniforms: Any) -> Array:
+    """`Spread.at` of many sensors, for the shapes that do not follow from normal deviates."""
+    if spread.shape == "uniform":
+        return np.asarray(spread.at(nominal, uniforms))
+    return np.array([spread.at(*each) for each in zip(nominal.tolist(), uniforms.tolist(), strict=True)])

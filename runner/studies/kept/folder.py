@@ -1,0 +1,81 @@
+"""The folder of a study: its ledger, and beside it the study as it ran, from which runs can be shown and replayed."""
+
+import contextlib
+from pathlib import Path
+
+from proofmass.blocks.declaration.catalog import Own
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.changes import moved
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.graphs.studies.study_writer import files_beside, write_study
+from proofmass.runner.output.export import whole_file
+from proofmass.runner.run.provenance import graph_text, provenance
+from proofmass.runner.studies.kept.ledger import FILE, Ledger
+from proofmass.runner.studies.outcome.result import StudyResult, collected
+from proofmass.runner.studies.outcome.running_means import RunningMeans
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+
+STUDY_FILE = "study.toml"
+
+
+def keep_study(study: Study, folder: Path) -> None:
+    """Write the study into its folder, where it may be read without the files that it came from."""
+    files = files_beside(study) | {STUDY_FILE: write_study(study, moved(study.graph, str(folder))).encode()}
+    for name, content in files.items():
+        with whole_file(folder / name) as file:
+            file.write(content)
+
+
+def find_folder(path: Path, own: Own | None = None) -> Path:
+    """The folder in which a study file was run last: beside the file, or in the working folder.
+
+    Raises `ModelError` where there is none.
+    """
+    study, found = read_study(path, own), list[Path]()
+    for ledger in {*path.parent.glob(f"*/{FILE}"), *Path().glob(f"*/{FILE}")}:
+        with contextlib.suppress(ModelError):  # a folder of something else, or of other blocks
+            kept = read_study(ledger.parent / STUDY_FILE, own)
+            if _told(kept, str(ledger.parent)) == _told(
+                study.changed(runs=kept.runs, seed=kept.seed), str(ledger.parent)
+            ):
+                found.append(ledger)
+    if not found:
+        hint = f"run it: proofmass montecarlo {path} --out FOLDER; or name the folder"
+        raise ModelError([Problem(message="no folder of this study is near", file=str(path), hint=hint)])
+    return max(found, key=lambda ledger: ledger.stat().st_mtime).parent
+
+
+def _told(study: Study, folder: str) -> tuple[str, str]:
+    """What a study says, with its recordings named from a folder."""
+    return study.text(), graph_text(moved(study.graph, folder))
+
+
+def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
+    """What the ledger in a folder holds, of a study that has ended or is still running; nothing is run.
+
+    Raises `ModelError` where there is no study, or its ledger is that of another.
+    """
+    for name in (FILE, STUDY_FILE):
+        if not (folder / name).is_file():
+            hint = f"proofmass montecarlo STUDY.toml --out {folder} makes one"
+            raise ModelError([Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint)])
+    study = read_study(folder / STUDY_FILE, own)
+    measures = SensorRuns(study, "python").measures
+    names = (measure.name for measure in measures)
+    ledger = Ledger(folder / FILE, names, len(study.epochs), {"study": study.text()})
+    try:
+        means = RunningMeans(study, measures)
+        means.add(ledger.outcomes(means.end))
+        kept = collected(measures, ledger.outcomes(means.end))
+    finally:
+        ledger.close()
+    return StudyResult(
+        study=study,
+        measures=measures,
+        planned_runs=means.end,
+        seconds=0.0,
+        engine="",
+        provenance=provenance(study.graph, ""),
+        **kept,
+    )

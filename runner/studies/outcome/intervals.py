@@ -1,0 +1,86 @@
+"""Confidence intervals of what a study estimates, at a level of 95 %, for sensors that are drawn independently."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from proofmass.runner.run.result import Array
+
+LEVEL = 0.95
+_Z = 1.959963984540054  # standard normal quantile of (1 + LEVEL) / 2
+
+Interval = tuple[float, float]
+
+
+def part_interval(good: int, runs: int) -> Interval:
+    """Wilson's interval of a probability, of which `good` of `runs` are known (Wilson, JASA 22 (1927)).
+
+    (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)
+    """
+    part, share = good / runs, _Z * _Z / runs
+    middle = part + 0.5 * share
+    half = math.sqrt(share * part * (1.0 - part) + 0.25 * share * share)
+    low = 0.0 if good == 0 else (middle - half) / (1.0 + share)
+    return low, 1.0 if good == runs else (middle + half) / (1.0 + share)
+
+
+def halves_of_means(runs: Array, deviations: Array) -> Array:
+    """Half of Student's intervals of means, t s / sqrt(n), each of two values or more."""
+    from scipy.special import stdtrit
+
+    return np.asarray(stdtrit(runs - 1, 0.5 + 0.5 * LEVEL) * deviations / np.sqrt(runs))
+
+
+def mean_interval(values: Array) -> Interval:
+    """Student's interval of the mean."""
+    half = float(halves_of_means(np.array(len(values)), values.std(ddof=1))) if len(values) > 1 else math.inf
+    return float(values.mean()) - half, float(values.mean()) + half
+
+
+def deviation_interval(values: Array) -> Interval:
+    """Interval of the standard deviation of any distribution with a fourth moment, for many runs: s -+ z s_s.
+
+    s_s^2 = (m4 / s^2 - s^2) / 4n, with m4 the fourth central moment.
+    """
+    if len(values) < 2:
+        return 0.0, math.inf
+    deviation = float(values.std(ddof=1))
+    if deviation == 0.0:
+        return 0.0, 0.0
+    standard = (values - values.mean()) / deviation
+    error = 0.5 * deviation * math.sqrt(max(float((standard**4).mean()) - 1.0, 0.0) / len(values))
+    return max(deviation - _Z * error, 0.0), deviation + _Z * error
+
+
+def percentile_interval(values: Array, percent: float) -> Interval:
+    """Interval of a percentile of any distribution: two of the values in order; infinite where they are too few.
+
+    The number of values below the percentile is binomial (David and Nagaraja, "Order statistics", 3rd ed. (2003), 7.1).
+    """
+    from scipy.special import bdtr, bdtrik
+
+    ordered, runs, part = sorted(values.tolist()), len(values), percent / 100.0
+    aside = 0.5 - 0.5 * LEVEL
+    first = 0 if bdtr(0, runs, part) > aside else math.floor(bdtrik(aside, runs, part)) + 1  # ranks, from 1
+    last = math.ceil(bdtrik(1.0 - aside, runs, part)) + 1
+    return ordered[first - 1] if first >= 1 else -math.inf, ordered[last - 1] if last <= runs else math.inf
+
+
+def concise(value: float, interval: Sequence[float]) -> str:
+    """A value with the larger half of its interval in brackets, in units of its last digits (GUM, 7.2.2).
+
+    >>> concise(9.806657, (9.8055, 9.8079)), concise(523461.0, (523000.0, 523900.0)), concise(2.0, (2.0, math.inf))
+    ('9.8067(12)', '523461(460)', '2')
+    >>> concise(-7.61e-6, (-15.7e-6, 0.0))
+    '-7.6(81)e-06'
+    """
+    half = max(value - interval[0], interval[1] - value)
+    if not 0.0 < half < math.inf:
+        return f"{value:.9g}"
+    power = math.floor(math.log10(max(abs(value), half)))
+    if -4 <= power < 9:
+        power = 0
+    value, half = value / 10.0**power, float(f"{half / 10.0**power:.1e}")
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    return f"{value:.{digits}f}({round(half * 10**digits)})" + (f"e{power:+03d}" if power else "")

@@ -1,0 +1,153 @@
+"""The outcome of a study: every measure of every sensor at every epoch, statistics and yield."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.plan.planned import PlannedMeasure
+from proofmass.runner.run.result import Array
+from proofmass.runner.studies.draws.factors import parameters_of
+from proofmass.runner.studies.outcome.intervals import (
+    Interval,
+    deviation_interval,
+    mean_interval,
+    part_interval,
+    percentile_interval,
+)
+from proofmass.runner.studies.outcome.outcomes import Outcomes
+
+if TYPE_CHECKING:
+    import xarray
+
+RECALIBRATION = "recalibration"  # column of the intervals between calibrations
+PERCENTILES = (1.0, 50.0, 99.0)
+
+
+@dataclass(frozen=True, repr=False)
+class StudyResult:
+    """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch."""
+
+    study: Study
+    measures: tuple[PlannedMeasure, ...]
+    numbers: Array  # of the runs that are done
+    values: Mapping[str, Array]
+    faults: Mapping[tuple[int, int], str]  # by run and epoch
+    planned_runs: int
+    seconds: float
+    engine: str
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __getitem__(self, measure: str) -> Array:
+        return self.values[measure]
+
+    def __repr__(self) -> str:
+        runs = f"{len(self.numbers):,} of {self.planned_runs:,} runs"
+        epochs = f" at {len(self.study.epochs)} epochs" if len(self.study.epochs) > 1 else ""
+        failed = f", {len(self.faults):,} failed" if self.faults else ""
+        return f"<StudyResult of {self.study.graph.name}: {runs}{epochs}{failed}; {', '.join(self.values)}>"
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether runs are missing."""
+        return len(self.numbers) < self.planned_runs
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over all values in the order of runs, epochs and names: equal when every bit is."""
+        digest = hashlib.sha256()
+        for name in sorted(self.values):
+            digest.update(np.ascontiguousarray(self.values[name], dtype="<f8").tobytes())
+        return digest.hexdigest()
+
+    def good(self) -> Array | None:
+        """Per run, whether it keeps all limits at all epochs; None without limits."""
+        if not self.study.limits:
+            return None
+        return np.asarray(np.logical_and.reduce([self._kept(name) for name in self.study.limits]))
+
+    def _kept(self, name: str) -> Array:
+        """Per run, whether it keeps a limit at all epochs that count for it."""
+        limit = self.study.limits[name]
+        first = limit.counted(self.study.epochs)
+        return np.array([limit.kept(row) for row in self.values[name][:, first:].tolist()], dtype=bool)
+
+    def summary(self) -> list[dict[str, Any]]:
+        """Per measure and epoch: runs, mean, std (n - 1), extremes, percentiles; failed runs are left out.
+
+        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few.
+        """
+        rows = []
+        for measure in self.measures:
+            for epoch, age in enumerate(self.study.epochs):
+                values = self.values[measure.name][:, epoch]
+                values = values[np.isfinite(values)]
+                row: dict[str, Any] = {"measure": measure.name, "unit": measure.unit, "age_s": age, "runs": len(values)}
+                if len(values):
+                    row |= {"mean": float(values.mean()), "min": float(values.min()), "max": float(values.max())}
+                    row["std"] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+                    found = np.percentile(values, PERCENTILES)
+                    row |= {f"p{p:g}": float(v) for p, v in zip(PERCENTILES, found, strict=True)}
+                    intervals = {"mean": mean_interval(values), "std": deviation_interval(values)}
+                    intervals |= {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
+                    row["intervals"] = intervals
+                rows.append(row)
+        return rows
+
+    def yield_intervals(self) -> dict[str, Interval]:
+        """Confidence intervals of the yields."""
+        runs = len(self.numbers)
+        return {name: part_interval(round(part * runs), runs) for name, part in self.yields().items()}
+
+    def yields(self) -> dict[str, float]:
+        """Part of the sensors that keep each limit at all epochs, and all limits together."""
+        good = self.good()
+        if good is None or not len(good):
+            return {}
+        each = {name: float(self._kept(name).mean()) for name in self.study.limits}
+        return {**each, "all limits": float(good.mean())}
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """A Dataset over run and epoch: a variable per measure in its unit; as coordinates the parameters of each run.
+
+        A parameter that drifts has a value for each run and epoch, one that does not a value for each run.
+        """
+        import xarray
+
+        study = self.study
+        coordinates: dict[str, Any] = {
+            "run": self.numbers,
+            "age": ("epoch", np.array(study.epochs), {"units": "s", "long_name": "age"}),
+        }
+        if study.recalibration.carried:
+            intervals = np.array([study.recalibrated_every(int(run)) for run in self.numbers])
+            about = {"units": "s", "long_name": "time between calibrations"}
+            coordinates[RECALIBRATION] = ("run", intervals, about)
+        for name, rows in parameters_of(study, self.numbers).items():
+            facts = {"units": study.unit_of(name), "long_name": "parameter of the run"}
+            drifts = name in study.drift
+            values = rows.T if drifts else rows[0]
+            coordinates[self.column_of(name)] = (("run", "epoch") if drifts else "run", values, facts)
+        about_measures = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
+        variables = {name: (("run", "epoch"), values, about_measures[name]) for name, values in self.values.items()}
+        return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def column_of(self, name: str) -> str:
+        """Name of a parameter in tables: as it is written, or its path where a measure or column has that name."""
+        written = self.study.name_of(name)
+        return name if written in {"run", "epoch", "age", "fault", RECALIBRATION, *self.values} else written
+
+    def attributes(self) -> dict[str, str]:
+        """What the numbers were made with."""
+        own = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
+        return own | dict(self.provenance)
+
+
+def collected(measures: tuple[PlannedMeasure, ...], outcomes: Outcomes) -> dict[str, Any]:
+    """Numbers, values and faults of runs as a result has them."""
+    values = {measure.name: outcomes.values[:, :, i] for i, measure in enumerate(measures)}
+    return {"numbers": outcomes.numbers, "values": values, "faults": outcomes.faults}

@@ -1,0 +1,1 @@
+"""Runs of a study, one by one or side by side."""

@@ -1,0 +1,37 @@
+"""Margins as measures of a study: each run is linearised with its own parameters, at a stated operating point.
+
+A loop that is not stable has no margins (NaN, which no limit lets pass), one without limit an infinite one. `stable` is
+1, 0 of an unstable loop, and 0.5 where rounding decides: a limit says by `at_least` which of them count.
+"""
+
+import math
+
+from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.loops import MARGIN_MEASURES, REQUIREMENTS, VERDICTS
+from proofmass.runner.plan.planned import Plan, PlannedMeasure
+
+
+def margin_measures(plan: Plan, at: str) -> tuple[PlannedMeasure, ...]:
+    """The measures of all loops that the graph names: "main.gain_margin" and so on; none where no `at` is said."""
+    return tuple(
+        PlannedMeasure(f"{name}.{margin}", loop.open_at, margin, unit, split(loop.open_at), False, 0)
+        for name, loop in plan.graph.loops.items()
+        for margin, unit in MARGIN_MEASURES.items()
+        if at
+    )
+
+
+def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
+    """Their values in a run, in the same order; raises `ModelError` where a loop cannot be linearised."""
+    if not at:
+        return ()
+    from proofmass.runner.analysis.margins.stability import all_margins, attained
+
+    return tuple(
+        value
+        for found in all_margins(plan.graph, plan, at=at).values()
+        for value in (
+            *(attained(found, margin) if found.stable else math.nan for margin in REQUIREMENTS),
+            VERDICTS[found.verdict],
+        )
+    )

@@ -1,0 +1,73 @@
+"""Runs of a study in the lanes of vector instructions."""
+
+import threading
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import split
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.plan.keys import WireOf
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import varied
+from proofmass.runner.targets.native import Array
+from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
+
+
+class SideBySide:
+    """Runs sensors of a study, `lanes` at a time; the bits are those of each run alone."""
+
+    def __init__(self, study: Study, plan: Plan, ticks: int, lanes: int, names: Iterable[str]) -> None:
+        self.study, self.plan, self.ticks, self.lanes = study, plan, ticks, lanes
+        nodes = {name: _node(name) for name in names}
+        self.compiled = CompiledLanes(plan, frozenset(nodes.values()), lanes)
+        self._settled = [name for name, node in nodes.items() if node[0] in self.compiled.settled]
+        self._free = {name: node for name, node in nodes.items() if name not in self._settled}
+
+    def measured(self, values: Mapping[str, Array], noise: Array, stop: threading.Event) -> tuple[Array, Array]:
+        """Values of the measures, a row for each sensor, and which rows are sound: others are looked for alone.
+
+        `values` has an array for each parameter by `block.parameter`, `noise` the numbers that noise follows from.
+        Raises `StoppedError` soon after the event is set.
+        """
+        able, found = self._inside(values, len(noise)), np.full((len(noise), len(self.plan.measures)), np.nan)
+        plans: list[Plan] = []
+        if self._settled:
+            made = {int(number): self._plan(values, int(number)) for number in np.flatnonzero(able)}
+            able[[number for number, plan in made.items() if plan is None]] = False
+            plans = [plan for plan in made.values() if plan is not None]
+        if not able.any():
+            return found, able
+        free = {node: values[name][able] for name, node in self._free.items()}
+        lanes = Lanes(self.compiled, self.study.seed, noise[able], free, plans)
+        lanes.advance(self.ticks, stop)
+        if self.plan.measures:
+            found[able] = np.stack([lanes.value(WireOf(*measure.node)) for measure in self.plan.measures], axis=1)
+        able[able] = lanes.sound()
+        return found, able
+
+    def _inside(self, values: Mapping[str, Array], sensors: int) -> Array:
+        """Which sensors have parameters within their bounds."""
+        inside = np.ones(sensors, dtype=bool)
+        for given in values.values():
+            inside &= np.isfinite(given)
+        for name, (block, parameter) in self._free.items():
+            declared, given = self.plan.blocks[block].parameters[parameter], values[name]
+            if not (declared.inside(given.min()) and declared.inside(given.max())):
+                inside &= np.array([declared.inside(value) for value in given.tolist()])
+        return inside
+
+    def _plan(self, values: Mapping[str, Array], number: int) -> Plan | None:
+        """The plan of a sensor with the blocks that are settled before it runs; None where it cannot be made."""
+        try:
+            blocks = self.study.blocks({name: float(values[name][number]) for name in self._settled})
+            return varied(self.plan, blocks)
+        except ModelError:
+            return None
+
+
+def _node(name: str) -> Node:
+    block, parameter = split(name)
+    return block, parameter

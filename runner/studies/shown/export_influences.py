@@ -1,0 +1,83 @@
+"""What scatters the measures, for other tools: JSON and netCDF, and CSV or Parquet where they are wanted.
+
+The rows are those of `influence_rows` and `index_rows`; every file appears whole or not at all.
+"""
+
+import csv
+import io
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from proofmass.runner.output.export import whole_file
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.influences import index_rows, influence_rows
+
+ABOUT = {  # of each file
+    "influences": "Effect of one standard deviation of each factor on the measures, by linear regression.",
+    "sobol_indices": "Parts of the variance; noise and drift, which a group of the design shares, are in no index.",
+}
+
+
+def save_influences(result: StudyResult, folder: Path, formats: tuple[str, ...] = ()) -> list[str]:
+    """Write `influences.*`, and with Saltelli's design `sobol_indices.*`; returns the names of the files."""
+    savers = {"json": _save_json, "nc": _save_netcdf, "csv": _save_csv, "parquet": _save_parquet}
+    written = []
+    for name, rows in zip(ABOUT, (influence_rows(result), index_rows(result)), strict=True):
+        for form in ("json", "nc", *formats) if rows else ():
+            path = folder / f"{name}.{form}"
+            savers[form](result, rows, path)
+            written.append(path.name)
+    return written
+
+
+def _save_json(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    with whole_file(path) as file:
+        finite = [{key: _finite(value) for key, value in row.items()} for row in rows]
+        data = {"about": ABOUT[path.stem], "digest": result.digest, "rows": finite}
+        file.write((json.dumps(data, indent=1) + "\n").encode())
+
+
+def _finite(value: Any) -> Any:
+    """A value for JSON, which has neither NaN nor infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _save_csv(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    with whole_file(path) as file:
+        text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        text.flush()
+        text.detach()
+
+
+def _save_parquet(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    table = pyarrow.table(_columns(rows)).replace_schema_metadata(result.attributes())
+    with whole_file(path) as file:
+        pyarrow.parquet.write_table(table, file)
+
+
+def _save_netcdf(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    import h5netcdf
+    import xarray
+    from xarray.backends import H5NetCDFStore
+
+    columns = {name: ("row", np.array(column)) for name, column in _columns(rows).items()}
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as data:
+        about = {"about": ABOUT[path.stem], **result.attributes()}
+        xarray.Dataset(columns, attrs=about).dump_to_store(H5NetCDFStore(data))
+    with whole_file(path) as file:
+        file.write(memory.getvalue())
+
+
+def _columns(rows: list[dict[str, Any]]) -> dict[str, list[Any]]:
+    return {name: [row[name] for row in rows] for name in rows[0]}

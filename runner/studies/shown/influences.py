@@ -1,0 +1,119 @@
+"""What scatters the measures of a study: at each of its points and epochs, as values and as rows for other tools.
+
+A study without drift has one epoch that tells all; with drift, what matters at an age is what has changed since the
+last calibration. Points and intervals between calibrations are never mixed, as long as tables tell them apart.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.graphs.studies.ages import some_of
+from proofmass.runner.plan.planned import PlannedMeasure
+from proofmass.runner.run.result import Array
+from proofmass.runner.studies.draws.factors import CHANGE, Drawn, Factors
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.points import first_point, parts
+from proofmass.runner.studies.shown.sensitivities import MOST_RUNS, Regression, regression, sobol_indices
+
+MOST_TABLES = 500  # points, epochs and measures multiplied, up to which every epoch is looked at
+
+
+@dataclass(frozen=True)
+class Influences:
+    """What scatters one measure of some runs at one epoch."""
+
+    measure: PlannedMeasure
+    epoch: int
+    since: Array  # of each run the epoch of its last calibration
+    factors: Factors
+    values: Array
+    found: Regression
+
+
+def influences_at(result: StudyResult, drawn: Drawn, epoch: int) -> Iterator[Influences]:
+    """Of each measure that scatters at an epoch; `drawn` are the parameters of the first runs of the result."""
+    factors, since = drawn.factors(epoch), drawn.since(epoch)
+    for measure in result.measures:
+        values = result[measure.name][: len(drawn.runs), epoch]
+        found = regression(factors.columns, values)
+        if found is not None:
+            yield Influences(measure, epoch, since, factors, values, found)
+
+
+def drawn_of(result: StudyResult) -> Drawn:
+    """The parameters of the first runs of a result."""
+    return Drawn(result.study, result.numbers[:MOST_RUNS])
+
+
+def epochs_looked_at(result: StudyResult) -> list[int]:
+    """All epochs, or a dozen where there would be too many tables."""
+    epochs = result.study.epochs
+    many = len(epochs) * min(len(parts(result)), result.study.points) * len(result.measures) > MOST_TABLES
+    shown = some_of(epochs) if many else frozenset(epochs)
+    return [number for number, age in enumerate(epochs) if age in shown]
+
+
+def influence_rows(result: StudyResult) -> list[dict[str, Any]]:
+    """A row for each point, epoch, measure and factor: what a standard deviation of the factor does."""
+    return [
+        row for part in parts(result).values() if len(part.numbers) for row in _rows(part, epochs_looked_at(result))
+    ]
+
+
+def index_rows(result: StudyResult) -> list[dict[str, Any]]:
+    """A row for each point, epoch, measure and parameter with its Sobol indices; none without Saltelli's design."""
+    study = result.study
+    if study.design != "saltelli" or not len(result.numbers):
+        return []
+    rows = []
+    for part in parts(result).values():
+        for epoch in epochs_looked_at(result):
+            for measure in result.measures:
+                for index in sobol_indices(part, measure.name, epoch, first_point(part)):
+                    first, total = index.first_interval, index.total_interval
+                    rows.append(
+                        _place(part, measure, epoch)
+                        | {"parameter": study.name_of(index.parameter), "first_order": index.first}
+                        | {"first_order_low": first[0], "first_order_high": first[1], "total": index.total}
+                        | {"total_low": total[0], "total_high": total[1]}
+                    )
+    return rows
+
+
+def _rows(part: StudyResult, epochs: list[int]) -> Iterator[dict[str, Any]]:
+    drawn, study = drawn_of(part), part.study
+    for epoch in epochs:
+        for influences in influences_at(part, drawn, epoch):
+            found = influences.found
+            for influence in found.influences:
+                first = influence.parameters[0]
+                yield (
+                    _place(part, influences.measure, epoch)
+                    | {"since_s": _one_age(study.epochs, influences.since), "factor": influence.parameter}
+                    | {"change": all(name.startswith(CHANGE) for name in influence.parameters)}
+                    | {"factor_unit": influences.factors.units[first], "slope": influence.slope}
+                    | {"effect": influence.effect, "effect_half": influence.effect_half}
+                    | {"standardised": influence.standardised, "of_ranks": influence.rank}
+                    | {"explained": found.explained, "explained_of_ranks": found.explained_of_ranks}
+                    | {"runs": found.runs}
+                )
+
+
+def _place(part: StudyResult, measure: PlannedMeasure, epoch: int) -> dict[str, Any]:
+    """The point of a part of a study, an epoch and a measure."""
+    study, point = part.study, first_point(part)
+    told_apart = len(part.numbers) and (part.numbers % study.points == point).all()
+    swept = study.point(point) if told_apart else {}
+    every = {"recalibration_s": study.recalibrated_every(point) if told_apart else math.nan}
+    return (
+        {study.name_of(name): value for name, value in swept.items()}
+        | (every if study.recalibration.carried else {})
+        | {"measure": measure.name, "unit": measure.unit, "epoch": epoch, "age_s": study.epochs[epoch]}
+    )
+
+
+def _one_age(ages: tuple[float, ...], since: Array) -> float:
+    """The age of the last calibration, where that of all runs is the same."""
+    return ages[int(since[0])] if (since == since[0]).all() else math.nan

@@ -1,0 +1,144 @@
+"""Picture of a study: each measure as a histogram, or as a fan of percentiles over its epochs; point by point."""
+
+from itertools import cycle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty, save_figure
+from proofmass.runner.plan.planned import PlannedMeasure
+from proofmass.runner.run.result import Array
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.points import parts, swept_parts
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_COLUMNS = 4  # points of a sweep beside each other
+LIMIT = "limit"
+LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
+COLORS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
+MARKED = 24  # epochs up to which each has a dot
+FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
+
+
+def plot_study(result: StudyResult) -> "Figure":
+    """A figure with a panel per measure, in its unit, limits dashed."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    study, columns = result.study, swept_parts(result)
+    columns = columns if len(columns) <= MOST_COLUMNS else {"": result}
+    with matplotlib.rc_context(STYLE):
+        size = max(8.0, 5.0 * len(columns)), 1.2 + 2.6 * len(result.measures)
+        figure = Figure(figsize=size, facecolor=PAPER, layout="constrained")
+        panels = figure.subplots(len(result.measures), len(columns), squeeze=False)
+        for (name, part), column in zip(columns.items(), panels.T, strict=True):
+            column[0].set_title(name, fontsize=10)
+            for panel, measure in zip(column, result.measures, strict=True):
+                (_fans if len(study.epochs) > 1 else _histograms)(panel, part, measure)
+        yields = result.yields() if study.points == 1 else {}
+        good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
+        figure.suptitle(f"{study.graph.name}: {len(result.numbers):,} runs{good}".replace("$", r"\$"))
+        _legend(figure)
+    return figure
+
+
+def plot_measure(result: StudyResult, name: str) -> "Figure":
+    """One measure: histograms at the first and the last epoch, and beside them its fan over the epochs."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    epochs, measure = result.study.epochs, next(m for m in result.measures if m.name == name)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 3.4), facecolor=PAPER, layout="constrained")
+        panels = figure.subplots(1, 1 if len(epochs) < 2 else 2, squeeze=False)[0]
+        _histograms(panels[0], result, measure)
+        if len(epochs) > 1:
+            _fans(panels[1], result, measure)
+        _legend(figure)
+    return figure
+
+
+def save_study_plot(result: StudyResult, path: str | Path) -> Path:
+    """Write the picture; its form follows from the ending."""
+    return save_figure(plot_study(result), path)
+
+
+def _whole(result: StudyResult, name: str) -> Array:
+    """Values of a measure of the runs that have it at every epoch."""
+    return result[name][np.isfinite(result[name]).all(axis=1)]
+
+
+def _legend(figure: "Figure") -> None:
+    """What is drawn how, once for all panels, below them: it hides nothing there."""
+    found = [panel.get_legend_handles_labels() for panel in figure.axes]
+    entries = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
+    if len(entries) > 1 or LIMIT in entries:
+        widths = [len(label) + SPACE for label in entries]
+        columns = len(entries) if sum(widths) <= LETTERS else max(1, LETTERS // max(widths))
+        figure.legend(entries.values(), entries, loc="outside lower center", ncols=columns, fontsize=8)
+
+
+def _fans(panel: Any, result: StudyResult, measure: PlannedMeasure) -> None:
+    """The fan of a measure over the epochs, or one for each point of the study."""
+    told_apart = parts(result)
+    for color, (name, part) in zip(cycle(COLORS), told_apart.items(), strict=False):
+        values = _whole(part, measure.name)
+        if not len(values):
+            continue
+        if len(told_apart) == 1:
+            _fan(panel, result.study.epochs, values, color, INK, "median", "{:g} to {:g} %")
+        else:
+            _fan(panel, result.study.epochs, values, color, color, name, "")
+    panel.set_ylabel(label_of(measure))
+    _limits(panel.axhline, result, measure.name)
+
+
+def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str, median: str, edges: str) -> None:
+    size, unit = (YEAR, "years") if ages[-1] >= YEAR else (HOUR, "hours")
+    at = np.array(ages) / size
+    for low, high, strength in FAN:
+        rows = np.percentile(values, (low, high), axis=0)
+        panel.fill_between(at, *rows, color=color, alpha=strength, linewidth=0.0, label=edges.format(low, high))
+    marker = "o" if len(at) <= MARKED else ""
+    panel.plot(at, np.median(values, axis=0), color=ink, marker=marker, markersize=3, label=median)
+    panel.set_xlabel(f"age [{unit}]")
+
+
+def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> None:
+    """The first and the last epoch, or the last one of each point of the study."""
+    told_apart, epochs = parts(result), result.study.epochs
+    youngest, oldest = age_text(epochs[0]), age_text(epochs[-1])
+    for color, (name, part) in zip(cycle(COLORS), told_apart.items(), strict=False):
+        values = _whole(part, measure.name)
+        if not len(values):
+            continue
+        edges = np.histogram_bin_edges(values[:, [0, -1][: len(epochs)]], bins="auto")
+        if len(told_apart) > 1:
+            panel.hist(values[:, -1], bins=edges, color=color, alpha=0.6, label=name)
+            continue
+        panel.hist(values[:, 0], bins=edges, color=color, alpha=0.8, label=youngest if len(epochs) > 1 else "")
+        if len(epochs) > 1:
+            panel.hist(values[:, -1], bins=edges, histtype="step", color=INK, label=oldest)
+    at = f" at {oldest}" if len(told_apart) > 1 and len(epochs) > 1 else ""
+    panel.set_xlabel(label_of(measure) + at)
+    panel.set_ylabel("runs")
+    panel.locator_params(axis="x", nbins=6)
+    _limits(panel.axvline, result, measure.name)
+
+
+def label_of(measure: PlannedMeasure) -> str:
+    """Name and unit of a measure for an axis."""
+    unit = pretty(measure.unit)
+    return measure.name + (f" [{unit}]" if unit != "1" else "")
+
+
+def _limits(draw: Any, result: StudyResult, name: str) -> None:
+    """The limits that lie near the values; those further away would only squeeze the picture."""
+    limit, values = result.study.limits.get(name), result[name][np.isfinite(result[name])]
+    for edge in (limit.at_least, limit.at_most) if limit and len(values) else ():
+        if np.isfinite(edge) and values.min() - np.ptp(values) <= edge <= values.max() + np.ptp(values):
+            draw(edge, color=ORANGE, linestyle="--", label=LIMIT)

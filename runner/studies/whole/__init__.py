@@ -1,0 +1,1 @@
+"""Studies from their first run to their last."""

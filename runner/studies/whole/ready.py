@@ -1,0 +1,96 @@
+"""Whether a graph is ready to run: it is planned as a run plans it, so that what a run refuses is refused here."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.check import check as check_wiring
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.ages import age_text
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.plan.measuring import refuse_late
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.recording_notes import recording_notes
+from proofmass.runner.run.trace_size import refuse_large
+
+MANY_STEPS = 1000  # in a tick
+
+
+def check(graph: Graph) -> list[Problem]:
+    """All problems of a graph, each with its place; only notes are left when the graph can run.
+
+    The files that it names are read, and it is planned as for a run. A graph that is a part of others, whose inputs
+    they drive, is looked at by itself.
+    """
+    problems = check_wiring(graph)
+    if all(problem.note for problem in problems) and runs_alone(graph):
+        problems += unready(graph)
+    return problems
+
+
+def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
+    """What a run of a graph, or of a study of it, refuses beyond its wiring; notes on what it needs or plays."""
+    try:
+        planned = plan(graph)
+    except ModelError as error:
+        return list(error.problems)
+    length = list(_length(planned, study))
+    if any(not problem.note for problem in length):
+        return length
+    end = None if length else Fraction(planned.ticks() - 1) / planned.schedule.base_rate
+    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(_uncalibrated(study) if study else ())]
+    return [*length, *(_measures(planned, study) if end is not None else ()), *notes]
+
+
+def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
+    """Why a run has no length; a note where the command line may say one."""
+    try:
+        planned.ticks()
+    except ModelError as error:
+        missing = planned.graph.samples is None and planned.graph.duration is None
+        yield from (replace(problem, note=missing and study is None) for problem in error.problems)
+
+
+def _uncalibrated(study: Study) -> Iterator[Problem]:
+    """Limits that count the first epoch of sensors that are calibrated at its end."""
+    if not study.recalibration.carried or len(study.epochs) < 2:
+        return
+    for name, limit in study.limits.items():
+        if name in study.flat.measures and limit.counted(study.epochs) == 0:
+            problem = Problem(
+                message="counts the first epoch too, whose run has no calibration before it",
+                key=f"limits.{name}",
+                hint=f'from = "{age_text(study.epochs[1])}" counts from the next epoch on',
+                note=True,
+                path=("limits", name),
+            )
+            yield study.placed(problem)
+
+
+def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:
+    """Groups of continuous blocks that a tick takes a thousand steps of, or more."""
+    for solver in planned.solvers:
+        if solver.exact or solver.substeps < MANY_STEPS:
+            continue
+        blocks = solver.group.blocks
+        problem = Problem(
+            message=f"{', '.join(blocks)}: a tick takes {solver.substeps:,} steps of {solver.method}",
+            key=f"blocks.{blocks[0]}",
+            got=f"{solver.substeps * planned.ticks():,} in the run" if end is not None else "",
+            hint='choose method = "radau", a lower accuracy or a higher rate, or look for a parameter that is far off',
+            note=True,
+            path=("blocks", blocks[0]),
+        )
+        yield planned.graph.placed(problem)
+
+
+def _measures(planned: Plan, study: Study | None) -> Iterator[Problem]:
+    """Measures that begin too late, and traces that only a folder can hold: a study keeps the first, not the second."""
+    for refuse in (refuse_late, *(() if study else (refuse_large,))):
+        try:
+            refuse(planned, planned.ticks())
+        except ModelError as error:
+            yield from (replace(problem, note=study is None) for problem in error.problems)

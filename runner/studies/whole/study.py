@@ -1,0 +1,174 @@
+"""A study from its first to its last run: ledger, batches, progress, interruption."""
+
+import contextlib
+import dataclasses
+import functools
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.host.interrupts import StoppedError, interrupts
+from proofmass.runner.plan.measuring import Measured
+from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.provenance import provenance
+from proofmass.runner.run.result import Array, Result
+from proofmass.runner.run.simulate import simulate_plan
+from proofmass.runner.studies.kept.folder import keep_study
+from proofmass.runner.studies.kept.ledger import FILE, Ledger
+from proofmass.runner.studies.outcome.outcomes import Outcomes
+from proofmass.runner.studies.outcome.result import StudyResult, collected
+from proofmass.runner.studies.outcome.running_means import RunningMeans
+from proofmass.runner.studies.runs.facts import facts_of
+from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
+
+BATCH_SECONDS = 0.2  # of runs that are kept together
+Source = Callable[[Array, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
+StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, a mean as it is now
+
+
+def run_study(
+    study: Study,
+    *,
+    runs: int | None = None,
+    seed: int | None = None,
+    engine: EngineName = "auto",
+    lanes: int | None = None,
+    threads: int | None = None,
+    dask: str | None = None,
+    folder: str | Path | None = None,
+    progress: StudyProgress | None = None,
+) -> StudyResult:
+    """Run a study, or what is left of it.
+
+    `runs` and `seed` take the place of those of the study. The compiled engine moves `lanes` runs side by side, 0 for
+    none, in each of `threads`; both follow from the study and the machine, and change no bit.
+    With `dask` the workers of a Dask cluster compute instead of threads: those of a scheduler's address, or "local" or
+    "local:4" for processes of this machine.
+
+    With a `folder` every run is kept in a ledger there as it is done: the same call goes on from it after Ctrl-C,
+    SIGTERM or a crash, to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under
+    way, and the result holds what is done.
+    A study with `stop` ends when its means are known well enough; `planned_runs` of the result says after how many.
+
+    Raises `ModelError` when the study is wrong, or the ledger in the folder belongs to another graph or study;
+    `RunError` when the cluster fails.
+    """
+    began = time.perf_counter()
+    study = with_numbers(study, runs, seed)
+    sensors = SensorRuns(study, engine, lanes)
+    total = study.runs * study.points
+    path = None
+    if folder is not None:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        path = Path(folder) / FILE
+    facts = facts_of(sensors) if path else {}
+    ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts)
+    try:
+        if folder is not None:
+            keep_study(study, Path(folder))
+        kept, means = ledger.outcomes(total), RunningMeans(study, sensors.measures)
+        means.add(kept)
+        left = np.setdiff1d(np.arange(total), kept.numbers, assume_unique=True)
+        if dask is None:
+            source = functools.partial(_in_threads, sensors, threads or _processors())
+        else:
+            from proofmass.runner.studies.workers.chunks import runs_on_workers
+
+            source = functools.partial(runs_on_workers, dask, sensors)
+        _fill(ledger, source, left, means, progress)
+        found = collected(sensors.measures, ledger.outcomes(means.end))
+    finally:
+        ledger.close()
+    return StudyResult(
+        study=study,
+        measures=sensors.measures,
+        planned_runs=means.end,
+        seconds=time.perf_counter() - began,
+        engine=sensors.engine,
+        provenance=provenance(study.graph, sensors.engine),
+        **found,
+    )
+
+
+def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") -> Result:
+    """One run of a study at one epoch again, bit for bit, with the traces of all probes of the graph."""
+    began = time.perf_counter()
+    for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
+        if not 0 <= value < count:
+            problem = Problem(
+                message=f"there is no such {what}", key=what, got=shown(value), expected=f"0 to {count - 1}"
+            )
+            raise ModelError([problem])
+    values = study.drawn(run)[epoch]
+    if any(study.calibrated(run)[:epoch]):
+        values = SensorRuns(study, engine).parameters(run, epoch)
+    planned = varied(plan(study.graph), study.blocks(values))
+    graph = study.graph.with_parameters(values)
+    number = noise_run(study, run, epoch)
+    result = simulate_plan(planned, graph, number, None, None, study.seed, engine, None, None, False, began)
+    found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)
+    margins = {m.name: Measured(value, m.unit, m.signal, m.statistic) for m, value in found}
+    return dataclasses.replace(result, measures={**result.measures, **margins})
+
+
+def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:
+    """The study with other runs and seed, where they are given."""
+    return study.changed(runs=study.runs if runs is None else runs, seed=study.seed if seed is None else seed)
+
+
+def _fill(
+    ledger: Ledger,
+    source: Source,
+    left: Array,
+    means: RunningMeans,
+    progress: StudyProgress | None,
+) -> None:
+    """Do the runs that are left; they are written together, batch by batch, and at the latest when it ends."""
+    batch: list[Outcomes] = []
+    done, written = means.end - len(left), time.perf_counter()
+    with interrupts() as interrupted, contextlib.closing(source(left, means, interrupted)) as arriving:
+        for outcomes in arriving:
+            means.add(outcomes)
+            batch.append(outcomes)
+            done += len(outcomes.numbers)
+            if time.perf_counter() - written > BATCH_SECONDS:
+                ledger.keep(batch)
+                batch, written = [], time.perf_counter()
+                if progress:
+                    progress(min(done, means.end), means.end, means.text())
+        ledger.keep(batch)
+        if progress:
+            progress(min(done, means.end), means.end, means.text())
+
+
+def _in_threads(
+    sensors: SensorRuns, threads: int, left: Array, means: RunningMeans, interrupted: threading.Event
+) -> Generator[Outcomes, None, None]:
+    """Results in the order of the runs, computed in threads ahead of whom they are for, until enough is known."""
+    threads = threads if sensors.engine == "compiled" else 1  # plain Python gains nothing
+    parts, waiting = iter(sensors.parts(left, threads)), deque[Future[Outcomes]]()
+    with ThreadPoolExecutor(threads) as pool, contextlib.suppress(StoppedError):
+        while True:
+            while len(waiting) <= threads and not interrupted.is_set() and not means.enough:
+                some = next(parts, None)
+                if some is None:
+                    break
+                waiting.append(pool.submit(sensors.runs, some, interrupted))
+            if not waiting:
+                return
+            yield waiting.popleft().result()
+
+
+def _processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,1 @@
+"""Chunks of runs on threads and on workers of a cluster."""

@@ -1,0 +1,102 @@
+"""A Dask cluster for a study: one that is there, by the address of its scheduler, or workers of this machine."""
+
+import asyncio
+import contextlib
+import logging
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.runner.run.faults import RunError
+
+LOCAL = "local"
+CONNECT_SECONDS = 5
+MOST_WORKERS = 1024
+_ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d+")
+
+
+@contextlib.contextmanager
+def connected(where: str) -> Iterator[Any]:
+    """A client of the cluster: `local`, `local:4`, or an address such as `tcp://10.0.0.5:8786`.
+
+    Raises `ModelError` for what is neither, `RunError` where no scheduler answers or Dask is not installed.
+    """
+    count = local_workers(where)
+    distributed = _distributed()
+    with contextlib.ExitStack() as open_:
+        place: Any = where
+        if count is None:
+            _refuse_silent(distributed, where)
+        else:
+            place = open_.enter_context(_local_cluster(distributed, count))
+        try:
+            client = distributed.Client(place, timeout=CONNECT_SECONDS, set_as_default=False)
+        except OSError as error:
+            raise _no_scheduler(where, error) from None
+        yield open_.enter_context(client)
+
+
+def local_workers(where: str) -> int | None:
+    """How many workers of this machine are meant, 0 for as many as processors; None for an address."""
+    name, _, number = where.partition(":")
+    if name != LOCAL and _ADDRESS.fullmatch(where):
+        return None
+    if where == LOCAL:
+        return 0
+    if name == LOCAL and number.isdecimal() and 1 <= int(number) <= MOST_WORKERS:
+        return int(number)
+    expected = f"local, local:1 to local:{MOST_WORKERS}, or tcp://HOST:PORT"
+    raise ModelError([Problem(message="is no cluster", key="dask", got=shown(where), expected=expected)])
+
+
+def _local_cluster(distributed: Any, count: int) -> Any:
+    """Workers that speak with this process alone: over TLS, with a certificate that is made for them and never written.
+
+    Whoever reaches the port of a scheduler can otherwise run code as its owner, other users of this machine too.
+    """
+    try:
+        security = distributed.Security.temporary()
+    except ImportError:
+        hint = 'pip install "proofmass[dask]"'
+        message = "cryptography is not installed, with which local workers are kept from strangers"
+        raise RunError(Problem(message=message, key="dask", hint=hint)) from None
+    return distributed.LocalCluster(
+        security=security,
+        n_workers=count or None,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",  # of its pages; any port that is free
+        worker_dashboard_address=None,
+        silence_logs=logging.CRITICAL,  # what a worker cannot do is said here
+        preload="proofmass.runner.studies.workers.worker",
+    )
+
+
+def _refuse_silent(distributed: Any, address: str) -> None:
+    """Raise `RunError` where no server of Dask answers: a client would wait for ever for one of another kind."""
+
+    async def ask() -> None:
+        security = distributed.Security().get_connection_args("client")
+        comm = await distributed.comm.connect(address, timeout=CONNECT_SECONDS, **security)
+        comm.abort()
+
+    try:
+        asyncio.run(asyncio.wait_for(ask(), CONNECT_SECONDS + 1))
+    except OSError as error:
+        raise _no_scheduler(address, error) from None
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        hint = 'pip install "proofmass[dask]"'
+        raise RunError(Problem(message="Dask is not installed", key="dask", hint=hint)) from None
+    return distributed
+
+
+def _no_scheduler(where: str, error: Exception) -> RunError:
+    hint = "start one with: dask scheduler; it prints its address, such as tcp://10.0.0.5:8786"
+    reason = (str(error) or type(error).__name__).splitlines()[0]
+    return RunError(Problem(message=f"no Dask scheduler answers: {reason}", key="dask", got=shown(where), hint=hint))

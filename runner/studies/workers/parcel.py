@@ -1,0 +1,105 @@
+"""A study as it travels to other machines: its text, and the files that it needs, as they are.
+
+Nothing compiled and no object of a graph travels: whoever unpacks it reads the text, plans and compiles.
+"""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from proofmass.blocks.declaration.catalog import load_own_blocks, own_file
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_reader import parsed
+from proofmass.graphs.model.changes import with_recordings
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study_text
+from proofmass.graphs.studies.study_writer import files_beside, write_study
+from proofmass.runner.host.versions import PROOFMASS
+from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.provenance import graph_text
+from proofmass.runner.studies.runs.facts import facts_of
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+
+
+class ParcelError(RuntimeError):
+    """A parcel that cannot be unpacked here; a text alone, which survives the way back."""
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """A study, how its runs are computed, and what must come out alike wherever it is unpacked."""
+
+    text: str
+    files: tuple[tuple[str, bytes], ...]  # recordings and long lists, named by their hashes, and files of own blocks
+    own: tuple[str, ...]  # which of them are those
+    engine: EngineName
+    lanes: int
+    version: str
+    facts: str  # hash of them
+
+
+def packed(sensors: SensorRuns) -> Parcel:
+    """The study of some sensors.
+
+    Raises `ModelError` for own blocks that no file declares, and for more text than may be read; `OSError`.
+    """
+    study = sensors.study
+    own, files = _own_files(study), files_beside(study)
+    files |= {path.name: path.read_bytes() for path in own}
+
+    def by_content(folder: str, file: str) -> str:
+        path = Path(folder) / file
+        content = path.read_bytes()
+        name = hashlib.sha256(content).hexdigest() + path.suffix
+        files[name] = content
+        return name
+
+    graph = with_recordings(study.graph, "", by_content)
+    engine: EngineName = "compiled" if sensors.engine == "compiled" else "python"
+    facts = _digest(facts_of(sensors) | {"graph": graph_text(graph)})
+    text = write_study(study, graph)
+    _refuse_unreadable(text)
+    return Parcel(text, tuple(files.items()), tuple(p.name for p in own), engine, sensors.lanes, PROOFMASS, facts)
+
+
+def unpacked(parcel: Parcel, folder: Path) -> SensorRuns:
+    """The sensors of a parcel, whose files are written into the folder. Raises `ParcelError`, `OSError`."""
+    if parcel.version != PROOFMASS:
+        raise ParcelError(f"proofmass {PROOFMASS} is installed there, and {parcel.version} here")
+    for name, content in parcel.files:
+        if name not in parcel.own and hashlib.sha256(content).hexdigest() != Path(name).stem:
+            raise ParcelError(f"the file {name} has been damaged on its way")
+        (folder / name).write_bytes(content)
+    own = {kind: block for name in parcel.own for kind, block in load_own_blocks(folder / name).items()}
+    try:
+        study = read_study_text(parcel.text, "the study", own, str(folder))
+        sensors = SensorRuns(study, parcel.engine, parcel.lanes)
+    except ModelError as error:
+        raise ParcelError(str(error)) from None
+    if _digest(facts_of(sensors)) != parcel.facts:
+        raise ParcelError("its blocks compute something else than those here; install the same proofmass")
+    return sensors
+
+
+def _own_files(study: Study) -> list[Path]:
+    """The files that declare the user's own blocks among those of the graph."""
+    kinds = {type(block) for block in study.flat.blocks.values()}
+    files = {kind: own_file(kind) for kind in kinds if not kind.__module__.startswith("proofmass.blocks.")}
+    for kind, file in files.items():
+        if file is None:
+            message, hint = "a block declared here cannot travel to workers", "put it into a file: --blocks FILE.py"
+            raise ModelError([Problem(message=message, key="blocks", got=kind.__name__, hint=hint)])
+    return sorted({file for file in files.values() if file})
+
+
+def _refuse_unreadable(text: str) -> None:
+    """Raise `ModelError` for more than a worker would read: what several files hold is one text here."""
+    try:
+        parsed(text, "", ".")
+    except ModelError as error:
+        message, hint = "the study with its graph is too large for workers", "run it here, without --dask"
+        raise ModelError([Problem(message=message, key="dask", got=error.problems[0].message, hint=hint)]) from None
+
+
+def _digest(facts: dict[str, str]) -> str:
+    return hashlib.sha256(repr(sorted(facts.items())).encode()).hexdigest()

@@ -1,0 +1,1 @@
+"""Machine code of a tick loop, for one run or several side by side."""

@@ -1,0 +1,156 @@
+"""The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.plan.keys import ConstantOf, Given, Moving, OverflowsOf, ParameterOf, StateField, WireOf
+from proofmass.runner.plan.memory import Memory, Rows, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.generate import Generated, generate
+from proofmass.runner.program.pieces import FLOATS, INTEGERS, K, Slots, fields, numbers_of
+from proofmass.runner.targets.compile import is_cached, key_of, load
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+class CompiledPlan:
+    """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
+
+    def __init__(self, plan: Plan, generated: Generated | None = None) -> None:
+        self.plan, self.generated = plan, generated or generate(plan)
+        self.loop = load(self.generated, argument_kinds(self.generated, plan))
+
+    def constant_values(self, plan: Plan) -> Mapping[Given, Any]:
+        """The numbers of the loop for a plan with some blocks changed."""
+        changed = (name for name, block in plan.blocks.items() if block is not self.plan.blocks[name])
+        values = dict(self.generated.constant_values)
+        for name in changed:
+            values |= block_values(plan, name)
+        return values
+
+
+class CompiledLoop:
+    """A run of a plan as one compiled loop; bit for bit the reference engine."""
+
+    name = "compiled"
+
+    def __init__(
+        self,
+        plan: Plan,
+        seed: int,
+        run: int = 0,
+        memory: Memory | None = None,
+        compiled: CompiledPlan | None = None,
+    ) -> None:
+        self.plan, self.seed, self.run = plan, seed, run
+        compiled = compiled or CompiledPlan(plan)
+        made = self._generated = compiled.generated
+        self._loop = compiled.loop
+        memory = memory or start(plan)
+        self.tick = memory.tick
+        self._counted = [name for name in plan.digital if name in memory.overflows]
+        self._constants = _arrays(made.constants, compiled.constant_values(plan))
+        self._state = _arrays(made.memory, {key: moving(memory, key) for key in made.memory.kinds})
+        self._vectors = {
+            node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=dtype_of(kind))
+            for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
+        }
+        self._scratch = np.empty(made.scratch + 1)
+        states = [made.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states]
+        integrated = [place for kind, place in states if kind is float]
+        self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
+        self._refused = made.memory.counts[INTEGERS]  # place of `state_integers`
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
+        self._scratch.fill(np.nan)  # what nothing has been computed from yet
+        arrays = [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
+        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
+        self.tick = last
+        finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())
+        return finite and not self._state[INTEGERS][self._refused]
+
+    def memory(self) -> Memory:
+        """What moves, as it stands."""
+        return self.snapshot()()
+
+    def snapshot(self) -> Callable[[], Memory]:
+        """What moves, kept as it is now, and made a `Memory` when it is asked for."""
+        tick, recorded = self.tick, self.plan.recorded
+        state = {name: array.copy() for name, array in self._state.items()}
+        vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
+        return lambda: self._memory(tick, state, vectors)
+
+    def _memory(self, tick: int, state: dict[str, Array], vectors: dict[Node, Array]) -> Memory:
+        kinds, plan = self._generated.memory.kinds, self.plan
+        values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
+        states: dict[str, Any] = {}
+        for name, block in plan.blocks.items():
+            made: Any = block.state_class()
+            states[name] = None if made is None else made(*(values[StateField(name, f)] for f in made._fields))
+        wires: dict[Node, Any] = {
+            (key.block, key.port): value for key, value in values.items() if isinstance(key, WireOf)
+        }
+        wires |= {node: array.tolist() for node, array in vectors.items() if node not in plan.buffers}
+        buffers: dict[Node, Sequence[float]] = {
+            n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
+        }
+        overflows = {name: values.get(OverflowsOf(name), 0) for name in self._counted}
+        return Memory(tick, states, buffers, wires, overflows)
+
+
+def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
+    """C types of the loop's arguments."""
+    vectors = [_pointer(float if kind is float else int) for kind in generated.vector_kinds]
+    probes = [_pointer(probe.dtype) for probe in plan.probes]
+    return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
+
+
+def block_values(plan: Plan, name: str) -> dict[Given, Any]:
+    """The numbers of the loop that a block brings: its constants, or the parameters that they follow from."""
+    made, block = plan.constants[name], plan.blocks[name]
+    if made is not None:
+        return numbers_of(made, lambda field: ConstantOf(name, field))
+    kind, drivers = block.parameters_class(), plan.schedule.drivers
+    given = numbers_of(kind(*(getattr(block, p) for p, _ in fields(kind))), lambda p: ParameterOf(name, p))
+    driven = {ParameterOf(name, p) for p, _ in fields(kind) if (name, p) in drivers}
+    return {key: value for key, value in given.items() if key not in driven}
+
+
+def already_compiled(plan: Plan) -> bool:
+    """Whether the loop of a plan is in the cache."""
+    generated = generate(plan)
+    return is_cached(key_of(generated, argument_kinds(generated, plan)))
+
+
+def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, Array]:
+    """An array of floats and one of integers, each with a place to spare behind the numbers."""
+    arrays: dict[str, Array] = {
+        FLOATS: np.zeros(slots.counts[FLOATS] + 1),
+        INTEGERS: np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64),
+    }
+    for key, (kind, index) in slots.kinds.items():
+        arrays[FLOATS if kind is float else INTEGERS][index] = values[key]
+    return arrays
+
+
+def moving(memory: Memory, key: Moving) -> Any:
+    """What the memory holds of a state's field, a wire or the overflows of a block."""
+    match key:
+        case OverflowsOf(block):
+            return memory.overflows.get(block, 0)
+        case StateField(block, field):
+            return getattr(memory.states[block], field)
+        case WireOf(block, port):
+            return memory.wires[block, port]
+
+
+def dtype_of(kind: type) -> Any:
+    return np.float64 if kind is float else np.int64
+
+
+def _pointer(kind: type) -> str:
+    return f"{kind.__name__}*"

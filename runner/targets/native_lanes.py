@@ -1,0 +1,175 @@
+"""The compiled loop of several runs side by side, on arrays that hold everything that moves in each."""
+
+import math
+import threading
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.host.interrupts import StoppedError
+from proofmass.runner.plan.keys import ConstantOf, Moving, ParameterOf, StateField
+from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.lanes import generate_lanes, settled_before
+from proofmass.runner.program.pieces import FLOATS, INTEGERS, K, Slots
+from proofmass.runner.program.pieces import array as array_of
+from proofmass.runner.targets.compile import load
+from proofmass.runner.targets.native import Array, argument_kinds, block_values, dtype_of, moving
+
+CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
+_LINE = 64  # bytes of a cache line, and of the widest vector
+_RUN_ARGUMENT = 3  # of the loop: first, last, seed, run
+
+
+class CompiledLanes:
+    """The loop of a plan for several runs, compiled once; they differ in noise and in the varied parameters."""
+
+    def __init__(self, plan: Plan, varied: Collection[Node], lanes: int) -> None:
+        self.plan, self.lanes = plan, lanes
+        self.settled = settled_before(plan, varied)  # blocks of which a run brings constants, start and buffers
+        made = self.generated = generate_lanes(plan, varied, lanes)
+        kinds = list(argument_kinds(made, plan))
+        kinds[_RUN_ARGUMENT] = "int*"
+        self.loop = load(made, tuple(kinds))
+        memory = start(plan)
+        self.constants = _rows(made.constants, made.constant_values, lanes)
+        self.state = _rows(made.memory, {key: moving(memory, key) for key in made.memory.kinds}, lanes)
+        named = zip(made.vectors, made.vector_kinds, strict=True)
+        self.vectors = {node: self._vector(memory, node, kind) for node, kind in named}
+        integrated = [
+            made.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
+        ]
+        self.watched = [place for kind, place in integrated if kind is float] + [made.memory.counts[FLOATS]]
+
+    @property
+    def size(self) -> int:
+        """Bytes that a group of runs takes."""
+        own = [rows for node, rows in self.vectors.items() if node not in self.plan.recorded]
+        return sum(rows.nbytes for rows in (*self.constants.values(), *self.state.values(), *own))
+
+    def _vector(self, memory: Memory, node: Node, kind: type) -> Array:
+        held = np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=dtype_of(kind))
+        return held if node in self.plan.recorded else np.tile(held, (self.lanes, 1))
+
+
+class Lanes:
+    """Runs of a plan in groups of as many as there are lanes; each run to the bit what it would be alone.
+
+    `values` has a number for each run of the varied parameters; of blocks that are settled before a run starts, it is
+    `plans` that have them, one for each run.
+    """
+
+    def __init__(
+        self,
+        compiled: CompiledLanes,
+        seed: int,
+        runs: Sequence[int] | Array,
+        values: Mapping[Node, Array],
+        plans: Sequence[Plan] = (),
+    ) -> None:
+        self._compiled, self._seed, self.tick = compiled, seed, 0
+        self._count, self._groups = len(runs), -(-len(runs) // compiled.lanes)
+        self._runs = self._padded(np.asarray(runs, dtype=np.int64))
+        self._constants = self._copied(compiled.constants)
+        self._state = self._copied(compiled.state)
+        recorded = compiled.plan.recorded
+        own = self._copied({node: rows for node, rows in compiled.vectors.items() if node not in recorded})
+        self._vectors = {node: own.get(node, rows) for node, rows in compiled.vectors.items()}
+        self._scratch = aligned((compiled.generated.scratch * compiled.lanes + 1,), np.dtype(float))
+        self._set(values)
+        if compiled.settled:
+            for number, plan in enumerate(plans):
+                self._settle(*divmod(number, compiled.lanes), plan)
+
+    def _copied(self, rows: Mapping[Any, Array]) -> dict[Any, Array]:
+        """The same rows for every group."""
+        copies: dict[Any, Array] = {}
+        for key, of_one in rows.items():
+            copies[key] = aligned((self._groups, *of_one.shape), of_one.dtype)
+            copies[key][:] = of_one
+        return copies
+
+    def _padded(self, given: Array) -> Array:
+        """A number for every lane of every group; lanes without a run do as the first one."""
+        padded = aligned((self._groups, self._compiled.lanes), given.dtype)
+        padded[:] = given[0]
+        padded.reshape(-1)[: self._count] = given
+        return padded
+
+    def _set(self, values: Mapping[Node, Array]) -> None:
+        """The varied parameters."""
+        places = self._compiled.generated.constants.kinds
+        for node, given in values.items():
+            if node[0] not in self._compiled.settled:
+                place = places.get(ParameterOf(*node)) or places[ConstantOf(*node)]
+                self._constants[FLOATS][:, place[1]] = self._padded(given)
+
+    def _settle(self, group: int, lane: int, plan: Plan) -> None:
+        """Constants, start and buffers of the blocks that are settled before a run."""
+        memory, made = start(plan), self._compiled.generated
+        for name in self._compiled.settled:
+            for given, value in block_values(plan, name).items():
+                kind, place = made.constants.kinds[given]
+                self._constants[array_of(kind)][group, place, lane] = value
+            for key, (kind, place) in made.memory.kinds.items():
+                if key.block == name:
+                    self._state[array_of(kind)][group, place, lane] = moving(memory, key)
+            for node, rows in self._vectors.items():
+                if node[0] == name and node not in plan.recorded:
+                    rows[group, lane] = memory.buffers.get(node, memory.wires.get(node))
+
+    def advance(self, last: int, stop: threading.Event | None = None) -> None:
+        """Run all of them up to, not including, the tick `last`, group after group.
+
+        Raises `StoppedError` soon after the event is set.
+        """
+        own = [self._runs, *self._constants.values(), *self._state.values()]
+        recorded = self._compiled.plan.recorded
+        places = [(rows.ctypes.data, rows.strides[0]) for rows in own] + [(self._scratch.ctypes.data, 0)]
+        for node, rows in self._vectors.items():
+            places.append((rows.ctypes.data, 0 if node in recorded else rows.strides[0]))
+        step = CHUNK // self._compiled.lanes
+        for group in range(self._groups):
+            pointers = [begin + group * length for begin, length in places]
+            for first in range(self.tick, last, step):
+                if stop is not None and stop.is_set():
+                    raise StoppedError
+                self._scratch.fill(np.nan)  # what nothing has been computed from yet
+                self._compiled.loop(first, min(first + step, last), self._seed, *pointers)
+        self.tick = last
+
+    def sound(self) -> Array:
+        """Of each run, whether its numbers were finite and fitted their formats, so far."""
+        refused = self._state[INTEGERS][:, self._compiled.generated.memory.counts[INTEGERS]]
+        finite = np.isfinite(self._state[FLOATS][:, self._compiled.watched]).all(axis=1)
+        return self._of_runs(finite & (refused == 0))
+
+    def value(self, key: Moving) -> Array:
+        """Of each run, a wire that a measure reads, or a field of a state."""
+        kind, place = self._compiled.generated.memory.kinds[key]
+        return self._of_runs(self._state[array_of(kind)][:, place])
+
+    def _of_runs(self, rows: Array) -> Array:
+        return rows.reshape(-1)[: self._count]
+
+
+def aligned(shape: tuple[int, ...], dtype: Any) -> Array:
+    """An empty array that begins with a cache line, so that no vector lies in two of them."""
+    size = math.prod(shape) * dtype.itemsize
+    room = np.empty(size + _LINE, dtype=np.uint8)
+    first = -room.ctypes.data % _LINE
+    line: Array = room[first : first + size].view(dtype)
+    return line.reshape(shape)
+
+
+def _rows(slots: Slots[K], values: Mapping[K, Any], lanes: int) -> dict[str, Array]:
+    """An array of floats and one of integers, with a row of lanes for each number and one to spare."""
+    rows: dict[str, Array] = {
+        FLOATS: np.zeros((slots.counts[FLOATS] + 1, lanes)),
+        INTEGERS: np.zeros((slots.counts[INTEGERS] + 1, lanes), dtype=np.int64),
+    }
+    for key, (kind, index) in slots.kinds.items():
+        rows[array_of(kind)][index] = values[key]
+    return rows

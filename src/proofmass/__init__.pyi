@@ -1,0 +1,18 @@
+from proofmass.blocks.declaration.declare import Block as Block, Buffer as Buffer, Input as Input, block as block, param as param
+from proofmass.blocks.declaration.problem import ModelError as ModelError, Problem as Problem
+from proofmass.graphs.files.toml_reader import read_graph as read_graph
+from proofmass.graphs.files.toml_writer import write_graph as write_graph
+from proofmass.graphs.model.graph import Graph as Graph, Probe as Probe, Wire as Wire
+from proofmass.graphs.studies.study import Study as Study
+from proofmass.graphs.studies.study_reader import read_study as read_study
+from proofmass.runner.analysis.linearisation.linearise import linearise as linearise
+from proofmass.runner.analysis.margins.margins import Margins as Margins
+from proofmass.runner.analysis.margins.stability import margins as margins
+from proofmass.runner.run.faults import RunError as RunError
+from proofmass.runner.run.result import Result as Result, Trace as Trace
+from proofmass.runner.run.simulate import simulate as simulate
+from proofmass.runner.studies.outcome.result import StudyResult as StudyResult
+from proofmass.runner.studies.whole.ready import check as check
+from proofmass.runner.studies.whole.study import replay as replay, run_study as run_study
+
+__version__: str

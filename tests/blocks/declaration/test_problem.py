@@ -1,0 +1,115 @@
+"""Problems are rendered in one place: what, where, got, expected, hint."""
+
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, nearest, shown
+
+
+def test_every_part_is_rendered_in_its_place() -> None:
+    problem = Problem(
+        message="must be > 0",
+        file="sensor.toml",
+        line=12,
+        key="blocks.mass.stiffness",
+        got="-3.0 N/m",
+        expected="a number > 0, in N/m",
+        hint="leave out the sign",
+    )
+    assert str(problem) == (
+        "sensor.toml:12: blocks.mass.stiffness: must be > 0\n"
+        "  got:      -3.0 N/m\n"
+        "  expected: a number > 0, in N/m\n"
+        "  hint:     leave out the sign"
+    )
+
+
+def test_empty_parts_are_left_out() -> None:
+    assert str(Problem(message="the graph has no rate")) == "the graph has no rate"
+    assert str(Problem(message="is not used", key="adc.number", note=True)) == "note: adc.number: is not used"
+    assert str(Problem(message="not text", file="a.toml")) == "a.toml: not text"
+
+
+def test_a_place_is_added_and_never_taken_away() -> None:
+    problem = Problem(message="m", file="a.toml", line=3)
+    assert problem.at("b.toml", 4) == Problem(message="m", file="b.toml", line=4)
+    assert problem.at() == problem
+
+
+def test_as_data() -> None:
+    assert Problem(message="m", key="k", line=2).as_data() == {
+        "file": "",
+        "line": 2,
+        "key": "k",
+        "message": "m",
+        "got": "",
+        "expected": "",
+        "hint": "",
+        "note": False,
+    }
+
+
+def test_an_error_lists_every_problem() -> None:
+    error = ModelError([Problem(message="first", got="1"), Problem(message="second")])
+    assert str(error) == "first\n  got:      1\nsecond"
+    assert [problem.message for problem in error.problems] == ["first", "second"]
+    with pytest.raises(ValueError, match="first"):
+        raise error
+
+
+@pytest.mark.parametrize(
+    ("text", "rendered"),
+    [
+        ("gain\x1b[31m", "gain\\x1b[31m"),
+        ("a\nb: fine", "a\\nb: fine"),
+        ("\u202eniag", "\\u202eniag"),
+        ("\ud800", "\\ud800"),
+        ("Ω and µ", "Ω and µ"),
+    ],
+)
+def test_nothing_from_a_file_can_steer_the_terminal_or_forge_a_line(text: str, rendered: str) -> None:
+    assert str(Problem(message="unknown", key=text, got=text)) == f"{rendered}: unknown\n  got:      {rendered}"
+
+
+@pytest.mark.parametrize(
+    ("word", "found"),
+    [
+        ("dampign", "damping"),
+        ("Stiffness", "stiffness"),
+        ("proof_mass", "mass"),
+        ("mas", "mass"),
+        ("", ""),
+        ("x" * 1000, ""),
+    ],
+)
+def test_nearest_name(word: str, found: str) -> None:
+    assert nearest(word, ["mass", "damping", "stiffness"]) == found
+
+
+def test_did_you_mean() -> None:
+    assert did_you_mean("gian", ["gain", "unit"], "parameter") == "did you mean gain?"
+    assert did_you_mean("quux", ["unit", "gain"], "parameter") == "the valid parameters: gain, unit"
+    assert did_you_mean("quux", ["gain"], "parameter") == "the only parameter: gain"
+    assert did_you_mean("quux", [], "parameter") == "there is no parameter here"
+
+
+class Awkward:
+    def __repr__(self) -> str:
+        raise RuntimeError("no")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1.5, "1.5"),
+        ("a\nb", "'a\\nb'"),
+        ("µ", "'\\xb5'"),
+        (10**29, "1" + "0" * 29),
+        (-(10**30), "an integer of over 30 digits"),
+        (10**4000, "an integer of over 30 digits"),
+        ([10**5000], "a list that cannot be shown"),
+        (Awkward(), "a Awkward that cannot be shown"),
+        ("x" * 100, "'" + "x" * 76 + "..."),
+    ],
+)
+def test_values_are_shown_on_one_short_line(value: object, text: str) -> None:
+    assert shown(value) == text

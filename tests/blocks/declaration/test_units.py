@@ -1,0 +1,215 @@
+"""Units: pint as the oracle of dimensions and factors, exact decimals, errors, and hostile expressions."""
+
+import contextlib
+import itertools
+import math
+import time
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+
+import pint
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from proofmass.blocks.declaration.units import (
+    PREFIXES,
+    UnitError,
+    convert,
+    convert_exactly,
+    same_dimension,
+    same_unit,
+    unit,
+)
+
+EXPRESSIONS = {  # ours: pint's
+    "m": "m", "nm": "nm", "inch": "inch", "kg": "kg", "mg": "mg", "us": "us", "min": "min", "h": "hour", "d": "day",
+    "month": "month",
+    "year": "year", "K": "K", "kHz": "kHz", "1/s": "1/s", "mN": "mN", "N/m": "N/m", "kg/s": "kg/s", "N*s/m": "N*s/m",
+    "kg*m^2": "kg*m**2", "N m s/rad": "N*m*s/rad", "J": "J", "W*h": "W*hour", "Pa": "Pa", "mbar": "mbar", "mV": "mV",
+    "V/m": "V/m", "uA": "uA", "Mohm": "Mohm", "kΩ": "kohm", "S": "S", "pF": "pF", "fF/um": "fF/um", "C": "C",
+    "Wb": "Wb", "mT": "mT", "uH": "uH", "mol": "mol", "mcd": "millicandela", "deg": "deg", "deg/h": "deg/hour",
+    "mrad/s": "mrad/s", "m/s^2": "m/s**2", "mg0": "1e-3*standard_gravity", "ppm": "ppm", "%": "percent",
+    "1": "dimensionless", "nV/sqrt(Hz)": "nV/Hz**0.5", "(m/s^2)/sqrt(Hz)": "(m/s**2)/Hz**0.5", "V^0.5": "V**0.5",
+    "s^-2": "s**-2",
+    "deg/sqrt(h)": "deg/hour**0.5", "(m/s)^2": "(m/s)**2", "kg*m^2/s^2/m": "kg*m**2/s**2/m",
+}  # fmt: skip
+
+ORACLE = pint.UnitRegistry()
+QUANTITIES = {ours: (1.0 * ORACLE(theirs)).to_base_units() for ours, theirs in EXPRESSIONS.items()}
+
+
+def in_oracle_base(ours: str) -> float:
+    """Our factor in the base units of the oracle, which may count mass in grams."""
+    mass = unit(ours).exponents[1]
+    base = (1.0 * ORACLE.kg).to_base_units().magnitude
+    return float(unit(ours).factor) * base ** float(mass)
+
+
+@pytest.mark.parametrize("ours", EXPRESSIONS)
+def test_factor_as_the_oracle_has_it(ours: str) -> None:
+    assert in_oracle_base(ours) == pytest.approx(QUANTITIES[ours].magnitude, rel=1e-15)
+
+
+def test_every_pair_is_convertible_exactly_when_the_oracle_says_so() -> None:
+    compared = 0
+    for first, second in itertools.product(EXPRESSIONS, repeat=2):
+        a, b = QUANTITIES[first], QUANTITIES[second]
+        assert same_dimension(first, second) == (a.dimensionality == b.dimensionality)
+        if a.dimensionality == b.dimensionality:
+            ratio = a.magnitude / b.magnitude
+            assert abs(convert(f"1 {first}", second) - ratio) <= 3 * math.ulp(ratio)  # three roundings of the oracle
+            compared += 1
+        else:
+            with pytest.raises(UnitError, match=" not "):
+                convert(f"1 {first}", second)
+    assert compared > 2 * len(EXPRESSIONS)
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "exact"),
+    [
+        ("1 inch", "m", "0.0254"),
+        ("1 g0", "m/s^2", "9.80665"),
+        ("3 h", "s", "10800"),
+        ("1 year", "d", "365.25"),
+        ("5 mbar", "Pa", "500"),
+        ("4 sqrt(kHz^2)", "Hz", "4000"),
+        ("1 sqrt(fF^2)/sqrt(m^4)", "F/m^2", "1e-15"),
+        ("200 ppm", "1", "2e-4"),
+        ("1/3 kHz", "Hz", "1000/3"),
+        ("7 mV/V", "ppm", "7000"),
+    ],
+)
+def test_exact_where_the_factors_are_rational(text: str, target: str, exact: str) -> None:
+    numerator, _, denominator = exact.partition("/")
+    assert convert_exactly(text, target) == Fraction(numerator) / Fraction(denominator or 1)
+
+
+def test_degrees_to_the_nearest_float() -> None:
+    assert convert("180 deg", "rad") == math.pi
+    assert convert("360 deg/h", "rad/s") == pytest.approx(2 * math.pi / 3600, rel=2e-16)
+
+
+def test_a_decimal_in_the_declared_unit_is_the_float_that_python_reads() -> None:
+    assert convert("50.43e-9 kg", "kg") == 50.43e-9
+    assert convert("50.43 ug", "kg") == 50.43e-9
+    assert convert("1_000.5", "V") == 1000.5
+
+
+@given(st.floats(-1e300, 1e300))
+def test_any_float_survives_its_own_unit(value: float) -> None:
+    assert convert(f"{value!r} V", "V") == value
+    assert convert(repr(value), "V") == value
+
+
+@given(st.integers(-(10**6), 10**6), st.sampled_from(sorted(PREFIXES)), st.integers(-20, 20))
+def test_a_prefix_is_rounded_once(digits: int, prefix: str, ten: int) -> None:
+    assert convert(f"{digits}e{ten} {prefix}V", "V") == float(
+        Fraction(digits) * Fraction(10) ** (ten + PREFIXES[prefix])
+    )
+
+
+def test_the_longest_reading_of_a_name_wins() -> None:
+    assert same_dimension("min", "s")
+    assert not same_dimension("min", "m")
+    assert unit("cd").exponents[6] == 1
+    assert unit("d").factor == 86400
+    assert unit("T") == unit("Wb/m^2")
+    assert unit("mT").factor == Fraction(1, 1000)
+    assert unit("µV") == unit("μV") == unit("uV")
+    assert unit("kΩ") == unit("kohm")
+    assert same_unit("N", "kg*m/s^2")
+    assert not same_unit("N", "mN")
+
+
+def test_products_and_quotients_read_from_the_left() -> None:
+    assert unit("m/s s") == unit("m*s/s") == unit("(m/s) s") == unit("m")
+    assert unit("m/s/s") == unit("m/s^2") == unit("m*s^-2")
+    assert unit("N") == unit(" N ")
+    assert unit("N*m").in_base_units() == "m^2*kg/s^2"
+    assert unit("1/sqrt(s)").in_base_units() == "1/s^1/2"
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "message", "hint"),
+    [
+        ("5 V", "A", "V is m^2*kg/s^3/A, not A", "give it in A"),
+        ("5 hours", "s", "unknown unit 'hours'", "did you mean h?"),
+        ("5 khz", "Hz", "unknown unit 'khz'", "did you mean kHz?"),
+        ("5 m²", "m^2", "cannot read the unit 'm²' at '²'", '"kg*m^2/s"'),
+        ("5 kmin", "s", "unknown unit 'kmin'", "did you mean min?"),
+        ("V", "V", "not a number followed by a unit", 'such as "1.5 V"'),
+        ("1,5 V", "V", "cannot read the unit ',5 V'", '"kg*m^2/s"'),
+        ("nan", "V", "not a number followed by a unit", 'such as "1.5 V"'),
+        ("inf V", "V", "not a number followed by a unit", 'such as "1.5 V"'),
+        ("1e400 V", "V", "too large for a number", ""),
+        ("1e9999 V", "V", "an exponent of ten beyond 400", ""),
+        ("1/0 V", "V", "a division by zero", ""),
+        ("5 V/", "V", "the unit ends too early", '"kg*m^2/s"'),
+        ("5 /V", "V", "a unit is missing before '/'", '"kg*m^2/s"'),
+        ("5 (V", "V", "a bracket is not closed", ""),
+        ("5 V)", "V", "cannot read the unit 'V)' at ')'", '"kg*m^2/s"'),
+        ("5 V^13", "V", "an exponent beyond 12", ""),
+        ("5 V^x", "V", "an exponent must be a number such as 2, -1 or 0.5", ""),
+    ],
+)
+def test_errors_say_what_is_wrong_and_what_to_write(text: str, target: str, message: str, hint: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        convert(text, target)
+    assert message in str(caught.value)
+    assert hint in caught.value.hint
+
+
+def test_an_empty_unit_is_refused_with_what_to_write() -> None:
+    with pytest.raises(UnitError, match="an empty unit") as caught:
+        unit("  ")
+    assert caught.value.hint == 'write "1" for a plain number'
+
+
+MARKS = (*"*/^()+-. ²µ\x00", "sqrt(", "^-1", "^12", "^0.3333", "1e9", "9" * 30)
+pieces = st.sampled_from([*EXPRESSIONS, *MARKS])
+
+
+def readers() -> Iterator[Callable[[str], object]]:
+    """Every way a text gets read as a unit."""
+    yield unit
+    yield lambda text: convert(text, "m")
+    yield lambda text: convert("1 " + text, "kg")
+    yield lambda text: convert("1 m", text)
+    yield lambda text: unit(text).in_base_units()
+
+
+@given(st.one_of(st.text(max_size=40), st.lists(pieces, max_size=30).map("".join)))
+@example("sqrt(sqrt(sqrt(Ym^11)))^11")
+@example("(ym^12*ym^12)^-0.5")
+def test_any_text_is_read_or_refused_with_a_unit_error(text: str) -> None:
+    for read in readers():
+        began = time.process_time()
+        with contextlib.suppress(UnitError):
+            read(text)
+        assert time.process_time() - began < 0.5
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * 100000,
+        "(" * 90 + "m" + ")" * 90,
+        "m" * 100000,
+        " " * 100000 + "V",
+        "V" + "1" * 190,
+        "(" * 15 + "Ym" + ")^12" * 15,
+        "(" * 15 + "deg" + ")^12" * 15,
+        "Ym^12*" * 30 + "m",
+        "ym^12*" * 30 + "m",
+        "km^0.3333*" * 15 + "m",
+    ],
+)
+def test_hostile_expressions_return_quickly(text: str) -> None:
+    began = time.process_time()
+    for _ in range(3):
+        for read in readers():
+            with pytest.raises(UnitError):
+                read(text)
+    assert time.process_time() - began < 0.5

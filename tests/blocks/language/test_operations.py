@@ -1,0 +1,156 @@
+"""Every operation of a user's function means in compiled code, to the last bit, what it means in Python."""
+
+import inspect
+import math
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
+from proofmass.blocks.language.functions import lowered
+from proofmass.runner.program.generate import Generated
+from proofmass.runner.program.pieces import Slots
+from proofmass.runner.targets.compile import load
+from tests.blocks.language import one_operation_each
+
+Number = Any
+Outcome = tuple[bytes, bool]  # the bits of the value, and whether there is none
+
+HOSTILE_INTEGERS = [
+    *(0, 1, -1, 2, -2, 3, 7, 10, 63, 64, -64, 1000, 2**31, -(2**32), 3037000499, 3037000500, -3037000500),
+    *(2**53 - 1, 2**53, 2**53 + 1, -(2**53) - 1, 2**62, -(2**62), HIGHEST, HIGHEST - 1, LOWEST, LOWEST + 1),
+]
+HOSTILE_NUMBERS = [
+    *(0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 1.5, 2.5, -2.5, 2.0, 3.0, 10.0, 1e-320, -5e-324, 2.2250738585072014e-308),
+    *(1e308, -1e308, math.inf, -math.inf, math.nan, 2.0**52 + 0.5, 2.0**53, 2.0**63, -(2.0**63), 1e19, 710.0, -745.2),
+    *(math.pi, 0.1, 1.0 + 2.0**-52, 1.0 - 2.0**-53, 4503599627370495.5, -4503599627370495.5, 9007199254740993.0),
+]
+integers = st.one_of(st.sampled_from(HOSTILE_INTEGERS), st.integers(LOWEST, HIGHEST), st.integers(-100, 100))
+numbers = st.one_of(st.sampled_from(HOSTILE_NUMBERS), st.floats(), st.floats(-10.0, 10.0))
+OF_TYPES: dict[tuple[type, type], list[Callable[..., Number]]] = {}
+for function in vars(one_operation_each).values():
+    if inspect.isfunction(function):
+        OF_TYPES.setdefault(tuple(inspect.get_annotations(function).values()), []).append(function)  # type: ignore[arg-type]
+OPERANDS = {int: integers, float: numbers}
+TYPES = pytest.mark.parametrize("types", OF_TYPES, ids=lambda types: " and ".join(kind.__name__ for kind in types))
+
+
+def python(function: Callable[..., Number], a: Number, b: Number) -> Outcome:
+    """What Python gives; nothing, where it raises, or gives what is no number of 64 bits."""
+    if function.__name__ == "to_the_power" and b < 0:
+        return b"", True  # the type of the result would follow from a value: such a power is of numbers
+    least = {"to_the_power": 2, "shifted_left": 1}.get(function.__name__, 0)
+    if least and abs(a) >= least and b > 64:
+        return b"", True  # Python would try, for hours
+    try:
+        value = function(a, b)
+    except (ArithmeticError, ValueError, IndexError):
+        return b"", True
+    if isinstance(value, complex) or (isinstance(value, int) and not LOWEST <= value <= HIGHEST):
+        return b"", True
+    return bits(value), False
+
+
+def bits(value: Number) -> bytes:
+    """A value with its sign, and one NaN for all."""
+    if isinstance(value, float):
+        return b"nan" if math.isnan(value) else struct.pack("d", value)
+    return struct.pack("q", int(value))
+
+
+class Compiled:
+    """All functions of two types as one compiled loop over many operands."""
+
+    def __init__(self, types: tuple[type, type]) -> None:
+        self.types, self.functions = types, OF_TYPES[types]
+        self.forms = [lowered(function, types, None, compiled=True) for function in self.functions]  # type: ignore[arg-type]
+        assert not [problem for form in self.forms for problem in form.problems]
+        lines = ["def loop(count, a, b, " + ", ".join(f"value_{i}, fault_{i}" for i in range(len(self.forms))) + "):"]
+        pointers = ["a", "b", *(f"{word}_{i}" for i in range(len(self.forms)) for word in ("value", "fault"))]
+        lines += [f"    {name} = carray({name}, (count,))" for name in pointers]
+        lines.append("    for entry in range(count):")
+        for i, form in enumerate(self.forms):
+            call = f"form_{i}(a[entry], b[entry])"
+            lines.append(f"        value_{i}[entry], fault_{i}[entry] = {call if form.fails else f'{call}, False'}")
+        names = {f"form_{i}": form.function for i, form in enumerate(self.forms)}
+        source, nothing = "\n".join(lines) + "\n", Slots[Any]("")
+        generated = Generated(source, names, nothing, {}, nothing, (), (), 0, (), frozenset(), (), lanes=0)
+        self.results = [float if form.result is float else int for form in self.forms]
+        kinds = [f"{kind.__name__}*" for kind in types]
+        kinds += [text for result in self.results for text in (f"{result.__name__}*", "int*")]
+        self.loop = load(generated, ("int", *kinds))
+
+    def __call__(self, a: list[Number], b: list[Number]) -> list[list[Outcome]]:
+        """Outcomes of each function for each pair of operands."""
+        dtypes = {float: np.float64, int: np.int64}
+        given = [np.array(v, dtype=dtypes[kind]) for v, kind in zip((a, b), self.types, strict=True)]
+        found = [np.zeros(len(a), dtype=dtypes[kind]) for result in self.results for kind in (result, int)]
+        self.loop(len(a), *(array.ctypes.data for array in (*given, *found)))
+        return [
+            [
+                (b"", True) if failed else (bits(value), False)
+                for value, failed in zip(v.tolist(), f.tolist(), strict=True)
+            ]
+            for v, f in zip(found[::2], found[1::2], strict=True)
+        ]
+
+
+_made: dict[tuple[type, type], Compiled] = {}
+
+
+@TYPES
+@pytest.mark.defect("S14", before="x ** 3, overflow, n // 0 differ in silence", after="the same bits, or the run ends")
+def test_compiled_code_means_what_python_means(types: tuple[type, type]) -> None:
+    compiled = _made.setdefault(types, Compiled(types))
+    hostile = {int: HOSTILE_INTEGERS, float: HOSTILE_NUMBERS}
+    agree(compiled, [(a, b) for a in hostile[types[0]] for b in hostile[types[1]]])
+
+    @settings(max_examples=200)
+    @given(st.lists(st.tuples(OPERANDS[types[0]], OPERANDS[types[1]]), min_size=1, max_size=40))
+    def drawn(pairs: list[tuple[Number, Number]]) -> None:
+        agree(compiled, pairs)
+
+    drawn()
+
+
+def agree(compiled: Compiled, pairs: list[tuple[Number, Number]]) -> None:
+    found = compiled([a for a, _ in pairs], [b for _, b in pairs])
+    for function, outcomes in zip(compiled.functions, found, strict=True):
+        for (a, b), outcome in zip(pairs, outcomes, strict=True):
+            assert outcome == python(function, a, b), f"{function.__name__}({a!r}, {b!r})"
+
+
+@TYPES
+@settings(max_examples=300)
+@given(data=st.data())
+def test_plain_python_raises_where_compiled_code_notes_a_fault(types: tuple[type, type], data: st.DataObject) -> None:
+    a, b = (data.draw(OPERANDS[kind]) for kind in types)
+    for function in OF_TYPES[types]:
+        form = lowered(function, types, None, compiled=False)  # type: ignore[arg-type]
+        try:
+            outcome = bits(form.function(a, b)), False
+        except (ArithmeticError, ValueError, IndexError):
+            outcome = b"", True
+        assert outcome == python(function, a, b), f"{function.__name__}({a!r}, {b!r})"
+
+
+@TYPES
+@settings(max_examples=300)
+@given(data=st.data())
+def test_the_compiled_form_run_as_python_is_the_same(types: tuple[type, type], data: st.DataObject) -> None:
+    """Whatever compiles it: the rewriting itself, with integers that never wrap."""
+    a, b = (data.draw(OPERANDS[kind]) for kind in types)
+    for function in OF_TYPES[types]:
+        expected = python(function, a, b)
+        form = lowered(function, types, None, compiled=True)  # type: ignore[arg-type]
+        try:
+            value, fault = form.function(a, b) if form.fails else (form.function(a, b), False)
+        except (ArithmeticError, ValueError):  # as functions of numbers do in Python instead of giving NaN
+            value, fault = 0, True
+        assert bool(fault) == expected[1], f"{function.__name__}({a!r}, {b!r})"
+        assert fault or bits(value) == expected[0], f"{function.__name__}({a!r}, {b!r})"

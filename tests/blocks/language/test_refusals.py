@@ -1,0 +1,187 @@
+"""What `check` says of functions that no engine runs alike: construct, file, line, and what to write."""
+
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from proofmass.blocks.declaration.catalog import load_own_blocks
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.command_line import main
+
+FILE = '''
+import math, os, random, time
+from random import gauss
+from typing import NamedTuple
+
+from proofmass import Block, Buffer, Input, param
+
+TABLE = [1.0, 2.0]
+COUNTED = 0
+
+
+class State(NamedTuple):
+    count: int
+    level: float
+
+
+class Mine(Block):
+    """A block of the user's own."""
+
+    gain: float = param("1", "Gain.", default=2.0)
+    input = Input("1", "Input.")
+    line = Buffer("Line.", float, (4,))
+
+
+def helped(a: float) -> float:
+    {helper}
+    return a
+
+
+@Mine.output("1")
+def level(p, x: State, line, input: float) -> float:
+    """Level."""
+    {output}
+
+
+@Mine.update
+def update(p, x: State, line, input: float) -> State:
+    {update}
+'''
+GRAPH = """
+name = "mine"
+rate = "1 kHz"
+samples = 5
+wires = ["source.output -> mine.input"]
+probes = ["mine.level"]
+[blocks.source]
+kind = "Constant"
+[blocks.mine]
+kind = "Mine"
+"""
+
+
+def problems(folder: Path, output: str = "", update: str = "", helper: str = "") -> list[str]:
+    """What `check` says of a block with these statements."""
+    given = {"output": output or "return x.level", "update": update or "return x", "helper": helper or "a = a + 1.0"}
+    parts = {key: textwrap.indent(text, "    ").lstrip() for key, text in given.items()}
+    path = folder / "mine.py"
+    path.write_text(FILE.format(**parts))
+    (folder / "mine.toml").write_text(GRAPH)
+    found = check(read_graph(folder / "mine.toml", load_own_blocks(path)))
+    lines = path.read_text().splitlines()
+    for problem in found:
+        assert problem.file == str(path)
+        assert problem.got[:6] in lines[problem.line - 1]
+    return [f"{problem.key}: {problem.message}; {problem.hint}" for problem in found]
+
+
+OUTPUTS = {
+    "print(x.level)\nreturn x.level": "print() is not compiled; record it",
+    "with open('x') as file:\n    return 1.0": "with is not compiled",
+    "text = open('x')\nreturn 1.0": "open() is not compiled; read files in `constants`",
+    "try:\n    return 1.0\nexcept ValueError:\n    return 2.0": "try is not compiled; look at the numbers before",
+    "return random.random()": "random.random() would make a run another each time; for noise name",
+    "return gauss(0.0, 1.0)": "gauss() would make a run another each time",
+    "return time.time()": "time.time() would make a run another each time; name the argument `time`",
+    "os.system('ls')\nreturn 1.0": "os.system() reaches outside the block",
+    "global COUNTED\nreturn 1.0": "global is not compiled; what a block remembers is its state",
+    "return [u for u in line][0]": "a comprehension",
+    "return sum(line)": "sum() is not compiled; add the entries up in a loop",
+    "return (lambda u: u)(input)": "a lambda",
+    "import math\nreturn math.sqrt(input)": "an import within a function",
+    "text = f'{input}'\nreturn input": "a text",
+    "return math.gamma(input)": "math.gamma() is not compiled; Python has its own",
+    "return math.hypot(input, 1.0)": "math.hypot() is not compiled; write math.sqrt",
+    "return math.sqr(input)": "math has no sqr; did you mean sqrt?",
+    "return input.real": "a number has no real",
+    "return p.gian * input": "MineParameters has no field gian; did you mean gain?",
+    "return inptu": "there is no inptu; did you mean input?",
+    "if input > 0.0:\n    return 1.0": "it does not always return a number; return a value on every path",
+    "if input > 0.0:\n    u = 1.0\nreturn u": "u may have no value here; give it one before: u = 0.0",
+    "u = x.count\nu = u * 0.5\nreturn u": "u is an integer elsewhere, and a number here",
+    "return TABLE[0]": "a list is no value of a block's function; a table is a tuple of numbers",
+    "return 123456789012345678901": "an integer of more than 64 bits",
+    "return float('nan')": "a text is no value",
+    "return input if input > 0.0 else x.count": "the value is a number in one case and an integer in another",
+    "line[0] = 1.0\nreturn 1.0": "it is only read here; buffers are changed in `update`",
+    "return line[input]": "an index is an integer, and is given a number",
+    "return (1.0, 2.0)[2]": "there is no entry 2 in a tuple of 2",
+    "return input is None": "is and in are not compiled; compare with == and or",
+    "return input & 1": "bits of a number; the operators of bits are of integers",
+    "return round(input, 2)": "round() is not compiled",
+    "return max(line)": "max() of a list is not compiled; compare its entries in a loop",
+    "while True:\n    pass\nelse:\n    return 1.0\nreturn 2.0": "else of a loop",
+    "return level(p, x, line, input)": "level calls itself; write a loop",
+    "return 'text'": "a text is no value of a block's function",
+    "return None": "nothing is returned, and a number elsewhere or in the declaration",
+    "return x": "what is returned is a number, and is given a State",
+}
+UPDATES = {
+    "return (1, 2.0)": "what is returned is a State, and is given a tuple of 2; return State(...)",
+    "return State(1)": "State is given other fields than it has; its fields: count, level",
+    "return State(0.5, 1.0)": "the field count is an integer, and is given a number; write int(...)",
+    "x.level = 1.0\nreturn x": "a field cannot be changed; return a new State(...) from update",
+    "return x._replace(levle=1.0)": "State has no field levle; did you mean level?",
+    "pass": "it does not always return a State",
+    "line.append(1.0)\nreturn x": "a list of values has no append; declare a Buffer",
+    "for i in range(input):\n    pass\nreturn x": "a range of numbers; range is of integers",
+}
+
+
+@pytest.mark.defect(
+    "H2", before="open, try, random in a block: a hang, or another run each time", after="told by check"
+)
+@pytest.mark.defect("H3", before="print in a block: a hang that outlives SIGTERM", after="told by check, with the line")
+@pytest.mark.parametrize("output", OUTPUTS, ids=[text.splitlines()[-1][:30] for text in OUTPUTS])
+def test_an_output_that_cannot_be_compiled(output: str, tmp_path: Path) -> None:
+    [problem] = problems(tmp_path, output)
+    assert OUTPUTS[output] in problem
+    assert problem.startswith("Mine.level: ")
+
+
+@pytest.mark.parametrize("update", UPDATES, ids=[text.splitlines()[0][:30] for text in UPDATES])
+def test_an_update_that_cannot_be_compiled(update: str, tmp_path: Path) -> None:
+    [problem] = problems(tmp_path, update=update)
+    assert UPDATES[update] in problem
+
+
+def test_a_function_that_is_called_is_looked_into_and_all_is_told_at_once(tmp_path: Path) -> None:
+    found = problems(
+        tmp_path, "print(1)\nu = helped(input)\nreturn random.random()", helper="print(a)\na = time.time()"
+    )
+    assert [text.partition(";")[0] for text in found] == [
+        "Mine.helped: print() is not compiled",
+        "Mine.helped: time.time() would make a run another each time",
+        "Mine.level: print() is not compiled",
+        "Mine.level: random.random() would make a run another each time",
+    ]
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_the_commands_say_it_and_do_not_run(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problems(tmp_path, "print(input)\nreturn input")
+    monkeypatch.chdir(tmp_path)
+    assert main([command, "mine.toml", "--blocks", "mine.py"]) == 1
+    told = "".join(capsys.readouterr())
+    assert "mine.py:33: Mine.level: print() is not compiled" in told
+    assert "breakpoint() and --engine python" in told
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x: State, line, input: float) -> float", "the first argument is the constants"),
+        ("input: float) -> float", "the first argument is the constants"),
+        ("p, x: State, speed: float) -> float", "cannot bind the argument"),
+    ],
+)
+def test_a_first_argument_that_is_not_the_constants(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.py"
+    given = {"output": "return 1.0", "update": "return x", "helper": "a = a + 1.0"}
+    path.write_text(FILE.format(**given).replace("p, x: State, line, input: float) -> float", text))
+    with pytest.raises(TypeError, match=message):
+        load_own_blocks(path)

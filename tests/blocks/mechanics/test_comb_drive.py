@@ -1,0 +1,62 @@
+"""The comb drive against its closed forms, in exact rational arithmetic."""
+
+import random
+from fractions import Fraction
+
+import pytest
+
+from proofmass.blocks import CombDrive
+from tests.by_hand.functions import drive
+
+
+def forces(block: CombDrive, voltages: list[float]) -> list[float]:
+    return [row["force"] for row in drive(block, [{"voltage": v} for v in voltages])]
+
+
+def voltages() -> list[float]:
+    source = random.Random(16)
+    return [0.0, 1.694, -2.259, *(source.uniform(-30.0, 30.0) for _ in range(500))]
+
+
+@pytest.mark.parametrize("bias", [20.0, 15.0, 0.1, 0.0, -7.3])
+def test_push_pull_is_linear_to_the_rounding_of_its_squares(bias: float) -> None:
+    gradient = CombDrive().capacitance_gradient
+    for v, force in zip(voltages(), forces(CombDrive(bias=bias), voltages()), strict=True):
+        exact = 2 * Fraction(gradient) * Fraction(bias) * Fraction(v)
+        one_comb = 0.5 * gradient * (abs(bias) + abs(v)) ** 2
+        assert abs(Fraction(force) - exact) <= 1e-15 * one_comb
+
+
+@pytest.mark.parametrize("bias", [20.0, -7.3])
+def test_linearised_push_pull_to_a_few_last_digits(bias: float) -> None:
+    gradient = CombDrive().capacitance_gradient
+    block = CombDrive(bias=bias, linearised=True)
+    for v, force in zip(voltages(), forces(block, voltages()), strict=True):
+        exact = 2 * Fraction(gradient) * Fraction(bias) * Fraction(v)
+        assert abs(Fraction(force) - exact) <= 4e-16 * abs(exact)
+
+
+def test_one_sided_is_the_quadratic() -> None:
+    gradient = CombDrive().capacitance_gradient
+    for v, force in zip(voltages(), forces(CombDrive(push_pull=False), voltages()), strict=True):
+        exact = Fraction(gradient) * (20 + Fraction(v)) ** 2 / 2
+        assert abs(Fraction(force) - exact) <= 1e-15 * exact
+
+
+def test_one_sided_linearised_is_the_tangent_at_zero() -> None:
+    full, line = CombDrive(push_pull=False), CombDrive(push_pull=False, linearised=True)
+    assert forces(line, [0.0]) == pytest.approx(forces(full, [0.0]), rel=1e-15)
+    for v in (1.0, -3.0, 8.0):
+        missing = forces(full, [v])[0] - forces(line, [v])[0]
+        assert missing == pytest.approx(0.5 * full.capacitance_gradient * v * v, rel=1e-12)
+
+
+def test_one_micronewton_at_the_voltages_of_the_paper() -> None:
+    assert forces(CombDrive(), [1.694]) == pytest.approx([1.0e-6], rel=3e-4)
+    assert forces(CombDrive(bias=15.0), [2.259]) == pytest.approx([1.0e-6], rel=3e-4)
+
+
+def test_gradient_of_the_default_geometry() -> None:
+    pairs, height, gap, vacuum = 100, 25e-6, 3e-6, 8.8541878128e-12
+    exact = 2 * pairs * vacuum * height / gap
+    assert CombDrive().capacitance_gradient == float(f"{exact:.4e}")  # to five digits, as the class says

@@ -1,0 +1,55 @@
+"""The oscillator: its phase is the integral of the frequency, by counting cycles and against mpmath."""
+
+import itertools
+import math
+
+import mpmath
+import pytest
+
+from proofmass.blocks import NumericallyControlledOscillator
+from tests.by_hand.functions import drive
+
+PERIOD = 1e-4
+
+
+def rising_zeros(values: list[float]) -> int:
+    return sum(before < 0.0 <= after for before, after in itertools.pairwise(values))
+
+
+@pytest.mark.defect(
+    "S6", before="a Sine of driven frequency: 200 cycles", after="150 cycles from 100 Hz to 200 Hz in 1 s"
+)
+def test_a_ramp_from_100_to_200_hertz_makes_150_cycles_in_a_second() -> None:
+    block = NumericallyControlledOscillator(frequency=100.0, initial_phase=-1e-6)
+    rows = drive(block, [{"control": 100.0 * n * PERIOD} for n in range(10_001)], PERIOD)
+    assert rising_zeros([row["sine"] for row in rows]) == 150
+
+
+def test_against_mpmath_with_a_frequency_that_swings() -> None:
+    block = NumericallyControlledOscillator(frequency=1234.5, gain=-40.0, amplitude=3.0, initial_phase=0.75)
+    control = [math.sin(0.01 * n) for n in range(3000)]
+    turns = mpmath.mpf(0.75) / (2 * mpmath.pi)
+    for u, row in zip(control, drive(block, [{"control": u} for u in control], PERIOD), strict=True):
+        assert abs(row["sine"] - 3 * mpmath.sinpi(2 * turns)) < 1e-11
+        assert abs(row["cosine"] - 3 * mpmath.cospi(2 * turns)) < 1e-11
+        assert abs(row["phase"] - 2 * mpmath.pi * (turns - mpmath.nint(turns))) < 1e-11
+        turns += (mpmath.mpf(1234.5) - 40 * mpmath.mpf(u)) * mpmath.mpf(PERIOD)
+
+
+def test_a_jump_of_the_frequency_is_no_jump_of_the_phase() -> None:
+    control = [0.0] * 5001 + [1000.0] * 5
+    rows = drive(NumericallyControlledOscillator(frequency=0.0), [{"control": u} for u in control], PERIOD)
+    assert [row["phase"] for row in rows[:5002]] == [0.0] * 5002
+    assert rows[5002]["phase"] == pytest.approx(2 * math.pi * 0.1)
+
+
+def test_without_control_it_keeps_its_frequency() -> None:
+    rows = drive(NumericallyControlledOscillator(frequency=0.25, amplitude=2.0), [{"control": 0.0}] * 8, 1.0)
+    assert [row["sine"] for row in rows] == [0.0, 2.0, 0.0, -2.0] * 2
+    assert [row["cosine"] for row in rows] == [2.0, 0.0, -2.0, 0.0] * 2
+
+
+def test_it_breaks_a_loop_and_its_frequency_may_be_driven() -> None:
+    assert NumericallyControlledOscillator.feedthrough("sine") == ()
+    assert NumericallyControlledOscillator.drivable("frequency")
+    assert not NumericallyControlledOscillator.drivable("initial_phase")

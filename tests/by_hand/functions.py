@@ -1,0 +1,59 @@
+"""Drive one block by hand, without graph or runner: its registered functions, called in the order of a tick."""
+
+import functools
+import types
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Block
+
+
+def drive(
+    block: Block,
+    samples: list[dict[str, Any]],
+    period: float = 1.0,
+    normal: float = 0.0,
+    recorded: dict[str, list[float]] | None = None,
+) -> list[dict[str, Any]]:
+    """Outputs of a discrete block in each tick, for the inputs of each tick; `recorded` are its recordings."""
+    constants: Any = block
+    if "constants" in block.functions:
+        constants = block.functions["constants"].function(block, period)
+    known: dict[str, Any] = dict(recorded or {})
+    known |= {
+        name: [0 if buffer.dtype is int else 0.0] * block.shape_of(buffer)[0]
+        for name, buffer in block.buffers.items()
+        if name not in known
+    }
+    state_class = block.state_class()
+    if "start" in block.functions:
+        start = block.functions["start"]
+        known["x"] = start.function(block, *(known[name] for name in start.arguments))
+    elif state_class is not None:
+        known["x"] = state_class(*(kind(0) for kind in state_class.__annotations__.values()))
+    rows = []
+    for tick, inputs in enumerate(samples):
+        known |= inputs | {"tick": tick, "time": tick * period, "normal": normal}
+        row = {}
+        for name, behaviour in block.output_functions.items():
+            shape = block.shape_of(block.outputs[name])
+            out = [0] * (shape[0] if shape else 0)
+            arguments = [out if a == "out" else known[a] for a in behaviour.arguments]
+            value = behaviour.function(constants, *arguments)
+            row[name] = out if shape else value
+        rows.append(row)
+        if "update" in block.functions:
+            update = block.functions["update"]
+            known["x"] = update.function(constants, *(known[a] for a in update.arguments))
+    return rows
+
+
+@functools.cache
+def compiled(function: Any) -> Any:
+    """A function of a block, and all it calls from the blocks, compiled by Numba one by one."""
+    import numba
+
+    called = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
+    for name, value in called.items():
+        if isinstance(value, types.FunctionType) and value.__module__.startswith("proofmass.blocks"):
+            called[name] = compiled(value)
+    return numba.njit(types.FunctionType(function.__code__, called, function.__name__), error_model="numpy")

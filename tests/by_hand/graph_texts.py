@@ -1,0 +1,74 @@
+"""Graph files for tests: the library, a small one to break, and what is said about a text."""
+
+from pathlib import Path
+
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.files.toml_reader import read_graph, read_table
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.studies.check_file import check_file, check_text
+from proofmass.graphs.studies.study_reader import is_study
+
+_FILES = sorted((Path(__file__).parents[2] / "graphs" / "library").glob("*.toml"))
+LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
+STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their own, beside the graph
+ALONE = [path for path in LIBRARY if runs_alone(read_graph(path))]  # the others are parts, with open inputs
+# Of each kind one: where every graph is interpreted, these are compiled too. All of them are in test_engines_agree.
+COMPILED = {
+    "closed_loop_accelerometer",
+    "pn_self_test_minimal",
+    "quartz_calibration",
+    "self_calibration_fixed",
+    "temperature_compensation_m1",
+    "vibratory_gyroscope",
+}
+
+SMALL = """\
+name = "a mass and a converter"
+rate = "10 kHz"
+duration = "1 s"
+wires = [
+    "push.output -> mass.force",
+    "mass.displacement -> readout.input",
+    "readout.output -> adc.voltage",
+]
+probes = ["adc.code"]
+
+[blocks.push]
+kind = "Constant"
+value = "1 uN"
+unit = "N"
+
+[blocks.mass]
+kind = "MassSpringDamper"
+
+[blocks.readout]
+kind = "Gain"
+gain = "1e6 V/m"
+input_unit = "m"
+output_unit = "V"
+
+[blocks.adc]
+kind = "AnalogToDigital"
+bits = 16
+"""
+
+
+def problems_of(text: str, file: str = "model.toml", folder: str = ".") -> list[Problem]:
+    """Everything that reading and checking say about a text."""
+    return check_text(text, file, folder=folder).problems
+
+
+def said_about(path: Path) -> str:
+    """What a user sees, with the file's name instead of its path."""
+    return "\n".join(map(str, check_file(path).problems)).replace(str(path), path.name)
+
+
+def changed(text: str, old: str, new: str) -> str:
+    """The text with one piece replaced; the piece must be there once."""
+    assert text.count(old) == 1, f"{old!r} is there {text.count(old)} times"
+    return text.replace(old, new)
+
+
+def line_of(text: str, piece: str) -> int:
+    """Line of the first place of a piece."""
+    return text.count("\n", 0, text.index(piece)) + 1

@@ -1,0 +1,271 @@
+"""A graph file: read, or refused with file, line, key and cure; what is in it is never run."""
+
+import datetime
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from proofmass.blocks import MassSpringDamper
+from proofmass.blocks.declaration.catalog import load_own_blocks
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
+from proofmass.graphs.model.graph import Probe, Wire
+from tests.by_hand.graph_texts import LIBRARY, SMALL, changed, line_of, problems_of
+
+
+def said(*changes: tuple[str, str]) -> str:
+    text = SMALL
+    for old, new in changes:
+        text = changed(text, old, new)
+    return "\n".join(map(str, problems_of(text)))
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+def test_the_library_is_read_with_its_place(path: Path) -> None:
+    graph = read_graph(path)
+    text = path.read_text(encoding="utf-8")
+    assert graph.place.file == str(path)
+    assert graph.place.folder == str(path.parent)
+    for name in graph.blocks:
+        assert graph.place.line(("blocks", name)) == line_of(text, f"[blocks.{name}]")
+    for wire in graph.wires:
+        assert graph.place.line(("wires", str(wire))) == line_of(text, f'"{wire}"')
+
+
+def test_what_a_file_says_is_what_the_graph_holds() -> None:
+    graph = read_graph_text(SMALL)
+    assert graph.name == "a mass and a converter"
+    assert graph.rate == Fraction(10_000)
+    assert graph.duration == 1
+    assert graph.wires[0] == Wire("mass.displacement", "readout.input")
+    assert graph.probes == (Probe("adc.code"),)
+    assert graph.blocks["mass"] == MassSpringDamper()
+
+
+def test_inline_tables_and_dotted_keys_give_the_same_graph() -> None:
+    text = """\
+blocks = { push = { kind = "Constant", value = "1 uN", unit = "N" }, adc.kind = "AnalogToDigital", adc.bits = 16, \
+mass = { kind = "MassSpringDamper" }, readout = { kind = "Gain", gain = 1e6, input_unit = "m", output_unit = "V" } }
+name = "a mass and a converter"
+rate = 10_000.0
+duration = 1
+probes = [{ signal = "adc.code" }]
+wires = [ "push.output->mass.force", " mass.displacement  ->  readout.input ", "readout.output -> adc.voltage" ]
+"""
+    assert read_graph_text(text) == read_graph_text(SMALL)
+
+
+def test_a_number_with_a_unit_needs_quotes() -> None:
+    assert (
+        said(('rate = "10 kHz"', "rate = 50 kHz  # fast"))
+        == """\
+model.toml:2: not TOML: Expected newline or end of document after a statement
+  hint:     a number with a unit is written in quotes: rate = "50 kHz\""""
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "hint"),
+    [
+        ('kind = "MassSpringDamper"', "kind = MassSpringDamper", 17, 'written in quotes: kind = "MassSpringDamper"'),
+        ('value = "1 uN"', "value = -1.5e-3 uN", 13, 'written in quotes: value = "-1.5e-3 uN"'),
+        ('value = "1 uN"', "value = .5 N", 13, 'written in quotes: value = ".5 N"'),
+        ('value = "1 uN"', 'value = "1 uN', 13, "a quote is missing"),
+        ("bits = 16", "bits 16", 27, "a line gives a key its value"),
+        ("bits = 16", "bits =", 27, "the value is missing: bits = ..."),
+        ("bits = 16", "bits = 16\nbits = 12", 28, "the same name is given twice"),
+        ("[blocks.adc]", "[blocks.push]", 25, "the same name is given twice"),
+        ('"push.output -> mass.force",', '"push.output -> mass.force"', 6, "look for a missing comma"),
+        ('"push.output -> mass.force",', "push.output -> mass.force,", 5, "a wire is a text"),
+        ('probes = ["adc.code"]', "probes = [adc.code]", 9, "look for a missing quote"),
+    ],
+)
+def test_what_is_not_toml_is_explained(old: str, new: str, line: int, hint: str) -> None:
+    problem = problems_of(changed(SMALL, old, new))[0]
+    assert (problem.line, problem.file) == (line, "model.toml")
+    assert problem.message.startswith("not TOML: ")
+    assert hint in problem.hint
+
+
+def test_a_file_that_ends_too_early_is_refused_at_its_last_line() -> None:
+    assert [(p.line, p.message) for p in problems_of("a = 1\nwires = [\n\n")] == [(2, "not TOML: Invalid value")]
+    assert [(p.line, p.message) for p in problems_of('a = 1\n\nb = """\nc\n')] == [(4, "not TOML: Unterminated string")]
+
+
+@pytest.mark.parametrize("key", ["wires", "probes", "duration", "samples", "name", "description", "blocks"])
+def test_a_key_after_the_first_block_is_told_where_it_belongs(key: str) -> None:
+    value = {"wires": "[]", "probes": "[]", "duration": '"1 s"', "samples": "5", "blocks": "5"}.get(key, '"x"')
+    assert (
+        said(('kind = "MassSpringDamper"', f'kind = "MassSpringDamper"\n{key} = {value}'))
+        == f"""\
+model.toml:18: blocks.mass.{key}: MassSpringDamper has no such parameter
+  got:      '{key}'
+  hint:     after [blocks.mass] it belongs to that block: move it above the first [blocks. ...]"""
+    )
+
+
+def test_ports_given_as_parameters_are_told_what_they_are() -> None:
+    assert (
+        said(("bits = 16", 'bits = 16\nvoltage = "5 V"\ncode = 3'))
+        == """\
+model.toml:28: blocks.adc.voltage: AnalogToDigital has no such parameter
+  got:      'voltage'
+  hint:     voltage is an input: connect it in wires, as in "block.output -> adc.voltage"
+model.toml:29: blocks.adc.code: AnalogToDigital has no such parameter
+  got:      'code'
+  hint:     code is an output: record it in probes, as in "adc.code\""""
+    )
+
+
+def test_unknown_keys_at_the_top() -> None:
+    assert (
+        said(('name = "a mass and a converter"', 'nmae = "x"\nblock = 3\nfoo.bar = 1'))
+        == """\
+model.toml:1: nmae: unknown key
+  got:      'nmae'
+  hint:     did you mean name?
+model.toml:2: block: unknown key
+  got:      'block'
+  hint:     did you mean blocks?
+model.toml:3: foo: unknown key
+  got:      'foo'
+  hint:     the keys: blocks, description, duration, exports, integration, loops, measures, name, probes, rate, \
+samples, seed, and 2 more."""
+    )
+
+
+def test_a_block_without_a_kind() -> None:
+    assert "did you mean kind instead of knid?" in said(('kind = "Gain"', 'knid = "Gain"'))
+    assert 'write [blocks.readout] and below it kind = "Gain"' in said(('kind = "Gain"', ""))
+    assert 'write it in quotes, such as kind = "Gain"' in said(('kind = "Gain"', "kind = 5"))
+    assert "blocks.more: a block needs a kind" in said(('kind = "Gain"', 'kind = "Gain"\n[blocks]\nmore = 3'))
+
+
+def test_keys_of_the_wrong_type() -> None:
+    text = "name = 5\ndescription = [1]\nrate = { a = 1 }\nduration = 2020-01-01\nwires = 3\nprobes = {}\nblocks = 3\n"
+    assert [(p.line, p.key, p.message) for p in problems_of(text)] == [
+        (1, "name", "must be a string"),
+        (2, "description", "must be a string"),
+        (3, "rate", "must be a rate"),
+        (4, "duration", "must be a duration"),
+        (5, "wires", "must be a list"),
+        (6, "probes", "must be a list"),
+        (7, "blocks", "must be a table"),
+    ]
+
+
+@pytest.mark.parametrize(
+    "value", ["true", "nan", "[1]", "{ a = 1 }", "1979-05-27", "07:32:00", "1e999", "'5 A'", "''", "9" * 400]
+)
+def test_values_that_are_no_voltage(value: str) -> None:
+    (problem,) = problems_of(changed(SMALL, "bits = 16", f"bits = 16\nreference = {value}"))
+    assert (problem.file, problem.line, problem.key) == ("model.toml", 28, "blocks.adc.reference")
+    assert problem.expected == "a number > 0, in V"
+
+
+def test_every_problem_has_its_own_line() -> None:
+    text = """\
+rate = "fast"
+seed = -1
+wires = [
+    "push.output -> mass.force",
+    "nonsense",
+
+    "more nonsense",
+]
+probes = ["mass",
+    { signal = "mass.displacement", every = 0 }]
+
+[blocks.push]
+kind = "Constant"
+value = "1 uN"   # of no dimension
+rate = 0
+
+[blocks.mass]
+kind = "MassSpringDamper"
+damping = -1
+"stiffness" = "soft"
+"""
+    assert [(p.line, p.key) for p in problems_of(text)] == [
+        (1, "rate"),
+        (2, "seed"),
+        (5, "wires.1"),
+        (7, "wires.2"),
+        (9, "probes.0"),
+        (10, "probes.1"),
+        (14, "blocks.push.value"),
+        (15, "blocks.push.rate"),
+        (19, "blocks.mass.damping"),
+        (20, "blocks.mass.stiffness"),
+    ]
+
+
+def test_parameters_that_do_not_go_together_are_refused_with_their_line() -> None:
+    text = SMALL + '\n[blocks.chips]\nkind = "ShiftRegister"\nlength = 5\ntaps = 576\n'
+    found = [(p.line, p.key, p.message) for p in problems_of(text)]
+    assert (32, "blocks.chips.taps", "does not go with the other parameters") in found
+
+
+def test_a_file_that_is_not_there_and_a_folder(tmp_path: Path) -> None:
+    for path, message in ((tmp_path / "none.toml", "No such file or directory"), (tmp_path, "Is a directory")):
+        with pytest.raises(ModelError) as caught:
+            read_graph(path)
+        assert str(caught.value) == f"{path}: cannot be read: {message}"
+    with pytest.raises(ModelError, match="cannot be read: embedded null byte"):
+        read_graph("a\0b.toml")
+
+
+def test_own_blocks_are_used_only_when_they_are_given(tmp_path: Path) -> None:
+    file = tmp_path / "own_blocks.py"
+    file.write_text(
+        "from proofmass.blocks.declaration.declare import block\n"
+        '@block("V", voltage="V")\n'
+        "def rectified(p, voltage: float) -> float:\n"
+        '    """Absolute value."""\n'
+        "    return abs(voltage)\n",
+        encoding="utf-8",
+    )
+    text = 'rate = 1\n[blocks.b]\nkind = "Rectified"\n'
+    with pytest.raises(ModelError, match="there is no such kind of block"):
+        read_graph_text(text)
+    own = load_own_blocks(file)
+    assert type(read_graph_text(text, own=own).blocks["b"]) is own["Rectified"]
+
+
+def test_a_failure_inside_a_blocks_own_check_is_a_problem() -> None:
+    from proofmass.blocks.declaration.declare import Block, param
+
+    class Fragile(Block):
+        """A block whose check divides by its parameter."""
+
+        width: float = param("1", "Width.", default=1.0)
+
+    def requires(p: Any) -> Any:
+        if 1.0 / p.width > 2.0:
+            yield "width", "at least 0.5"
+
+    Fragile.requires(requires)
+    text = 'rate = 1\n[blocks.b]\nkind = "Fragile"\nwidth = 0\n'
+    with pytest.raises(ModelError) as caught:
+        read_graph_text(text, own={"Fragile": Fragile})
+    assert str(caught.value) == "<text>:2: blocks.b: its parameters cannot be read: float division by zero"
+
+
+def test_problems_beyond_a_hundred_are_counted_as_more() -> None:
+    text = "rate = 1\n" + "".join(f'[blocks.b{n}]\nkind = "Nothing"\n' for n in range(3000))
+    found = problems_of(text)
+    assert len(found) == 101
+    assert str(found[-1]) == "model.toml:203: and more problems"
+
+
+def test_dates_are_no_numbers() -> None:
+    (problem,) = problems_of(changed(SMALL, "bits = 16", "bits = 2020-01-01"))
+    assert problem.got == repr(datetime.date(2020, 1, 1))
+
+
+@pytest.mark.parametrize("key", ["self", "class", "kind_", "__init__", "_parameters", "mass "])
+def test_keys_that_python_keeps_for_itself_are_no_parameters(key: str) -> None:
+    text = changed(SMALL, "bits = 16", f'"{key}" = 16')
+    assert [(p.line, p.message) for p in problems_of(text)] == [(27, "AnalogToDigital has no such parameter")]

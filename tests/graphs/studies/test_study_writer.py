@@ -1,0 +1,52 @@
+"""A study as text: it reads back to the same study, wherever that came from."""
+
+import hashlib
+import random
+from pathlib import Path
+
+import pytest
+
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.graphs.studies.study_writer import files_beside, write_study
+from tests.by_hand.study_texts import CALIBRATED, RICH, STUDY
+
+
+@pytest.mark.parametrize("text", [STUDY, RICH, CALIBRATED], ids=["plain", "rich", "calibrated"])
+def test_it_reads_back_to_the_same_study(text: str, tmp_path: Path) -> None:
+    path, again = tmp_path / "study.toml", tmp_path / "elsewhere" / "again.toml"
+    path.write_text(text)
+    (tmp_path / "lot.csv").write_text("offset [mV]\n1001\n999.5\n1000\n")
+    again.parent.mkdir()
+    study = read_study(path)
+    again.write_text(write_study(study))
+    assert read_study(again) == study
+    assert read_study(again).text() == study.text()
+    assert read_study(again).drawn(3) == study.drawn(3)
+
+
+def test_a_study_made_in_python(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY)
+    graph = read_study(tmp_path / "study.toml").graph
+    made = Study(graph, runs=3, spread={"noise.density": {"lognormal": 0.1}}, epochs={"ages": ["1 h"]})
+    (tmp_path / "made.toml").write_text(write_study(made))
+    assert read_study(tmp_path / "made.toml") == made
+
+
+def test_a_long_list_of_values_lies_beside_the_text(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY)
+    graph, dice = read_study(tmp_path / "study.toml").graph, random.Random(5)
+    values = [dice.gauss(5.0, 1e-3) for _ in range(100_000)]
+    made = Study(graph, spread={"adc.reference": {"values": values}, "source.value": {"values": [1.0, 2.0]}})
+    ((name, content),) = files_beside(made).items()
+    assert name == f"{hashlib.sha256(content).hexdigest()}.csv"
+    (tmp_path / name).write_bytes(content)
+    text = write_study(made)
+    assert len(text) < 3000
+    (tmp_path / "made.toml").write_text(text)
+    again = read_study(tmp_path / "made.toml")
+    assert again.spread["adc.reference"].values == tuple(sorted(values))
+    assert again.spread["source.value"].values == (1.0, 2.0)
+    assert len(made.text()) < 1000
+    other = Study(graph, spread={"adc.reference": {"values": [*values[:-1], 5.0]}})
+    assert other.text().splitlines()[-2] != made.text().splitlines()[-2]

@@ -1,0 +1,74 @@
+"""Describing functions against quadrature by mpmath of what they are the fundamental of."""
+
+import math
+from collections.abc import Callable
+
+import mpmath
+import pytest
+
+from proofmass.blocks import AnalogToDigital, Comparator, LowPass, Relay, Saturation
+from proofmass.runner.analysis.limit_cycles.describing import (
+    dead_zone,
+    describing_function,
+    quantiser,
+    relay,
+    saturation,
+)
+
+
+def fundamental(function: Callable[[mpmath.mpf], mpmath.mpf], amplitude: float, corners: list[float]) -> complex:
+    """1 / (pi A) times the integral of y (sin t + j cos t) over a turn, between the corners of y."""
+    turns = sorted(
+        {0.0, *(t % (2 * math.pi) for c in corners for a in (math.asin(c / amplitude),) for t in (a, math.pi - a))}
+        | {2.0 * math.pi}
+    )
+    value = mpmath.quad(lambda t: function(t) * mpmath.expj(mpmath.pi / 2 - t), turns)
+    return complex(value) / (math.pi * amplitude)
+
+
+@pytest.mark.parametrize("amplitude", [0.3, 1.0, 7.0])
+def test_a_relay_with_hysteresis(amplitude: float) -> None:
+    late = math.asin(0.2 / amplitude)
+
+    def on(t: mpmath.mpf) -> int:
+        return 1 if late <= t % (2 * math.pi) < math.pi + late else -1
+
+    expected = fundamental(on, amplitude, [0.2, -0.2])
+    assert relay(amplitude, 3.0, 0.2) == pytest.approx(3.0 * expected, rel=1e-9)
+    found = describing_function(Relay(lower=-0.2, upper=0.2, on=3.0, off=-3.0), "input", "output", 1.0)
+    assert found(amplitude) == relay(amplitude, 3.0, 0.2)
+    clocked = describing_function(Comparator(threshold=1.0, hysteresis=0.4), "input", "sign", 1.0)
+    assert clocked(amplitude) == relay(amplitude, 1.0, 0.2)
+    assert relay(0.1, 3.0, 0.2) == 0.0
+    assert relay(amplitude, 1.0) == pytest.approx(4.0 / (math.pi * amplitude))
+
+
+@pytest.mark.parametrize("amplitude", [0.3, 0.75, 4.0])
+def test_a_saturation_and_a_dead_zone(amplitude: float) -> None:
+    corners = [0.5, -0.5] if amplitude > 0.5 else []
+    expected = fundamental(lambda t: max(min(amplitude * mpmath.sin(t), 0.5), -0.5), amplitude, corners)
+    assert saturation(amplitude, 0.5, 2.0) == pytest.approx(2.0 * expected.real, rel=1e-9)
+    assert saturation(amplitude, 0.5) + dead_zone(amplitude, 0.5) == pytest.approx(1.0)
+    assert describing_function(Saturation(lowest=-0.5, highest=0.5), "input", "output", 1.0)(amplitude) == saturation(
+        amplitude, 0.5
+    )
+
+
+@pytest.mark.parametrize("amplitude", [0.4, 0.6, 1.7, 3.2])
+def test_a_quantiser(amplitude: float) -> None:
+    corners = [sign * (k + 0.5) for k in range(4) for sign in (1, -1) if k + 0.5 < amplitude]
+    expected = fundamental(lambda t: mpmath.nint(amplitude * mpmath.sin(t)), amplitude, corners)
+    assert quantiser(amplitude, 1.0) == pytest.approx(expected.real, rel=1e-9, abs=1e-12)
+    assert quantiser(5.0 * amplitude, 5.0) == pytest.approx(expected.real, rel=1e-9, abs=1e-12)
+    converter = AnalogToDigital(bits=8, reference=128.0)  # a volt is a code
+    found = describing_function(converter, "voltage", "number", 1.0)(amplitude)
+    assert found == pytest.approx(quantiser(amplitude, 1.0), rel=1e-2)
+
+
+def test_a_quantiser_with_few_levels_is_a_relay_with_a_dead_zone_far_out() -> None:
+    assert quantiser(1e6, 1.0, 1) == pytest.approx(4.0 / (math.pi * 1e6), rel=1e-9)
+
+
+def test_what_remembers_has_none() -> None:
+    with pytest.raises(ValueError, match="memory"):
+        describing_function(LowPass(), "input", "output", 1.0)

@@ -1,0 +1,175 @@
+"""Maps about operating points that move: carriers that fit the schedule or do not, against simulation."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import proofmass
+from proofmass.blocks import (
+    PID,
+    Constant,
+    Decimator,
+    DiscreteIntegrator,
+    Gain,
+    Negation,
+    Product,
+    Sine,
+    Sum,
+    TransferFunction,
+)
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.analysis.linearisation.linearise import open_loop
+from proofmass.runner.analysis.linearisation.orbit import FROZEN
+from proofmass.runner.planning.plan import plan
+
+RATE, SLOW = 10_000, 1000
+
+
+def modulated(carrier: float, tone: float = 0.0) -> Graph:
+    """A controller at 1 kHz whose output is modulated on to a carrier, and demodulated behind a resonator there."""
+    w0, q = 2.0 * math.pi * carrier, 20.0
+    blocks: dict[str, Block] = {
+        "tone": Sine(amplitude=1.0 if tone else 0.0, frequency=tone),
+        "into": Sum(),
+        "carrier": Sine(frequency=carrier, phase=0.3),
+        "force": Product(),
+        "resonator": TransferFunction(numerator=(2.0 * w0 / q, 0.0), denominator=(1.0, w0 / q, w0 * w0)),
+        "detector": Product(),
+        "average": Decimator(ratio=RATE // SLOW),
+        "minus": Negation(),
+        "control": PID(proportional=0.2, integral=80.0, derivative_gain=0.0),
+    }
+    wires = [
+        "control.output -> into.first",
+        "tone.output -> into.second",
+        "into.output -> force.first",
+        "carrier.output -> force.second",
+        "force.output -> resonator.input",
+        "resonator.strictly_proper_part -> detector.first",
+        "carrier.output -> detector.second",
+        "detector.output -> average.input",
+        "average.mean -> minus.input",
+        "minus.output -> control.error",
+    ]
+    return Graph(
+        name="modulated",
+        rate=RATE,
+        rates={"control": SLOW, "minus": SLOW, "tone": SLOW, "into": SLOW},
+        blocks=blocks,
+        wires=wires,
+        probes=["control.output", "into.output"],
+    )
+
+
+def simulated(carrier: float, tone: float, periods: int) -> complex:
+    """L at a frequency: what comes back over what goes in, after all else has died away."""
+    result = proofmass.simulate(modulated(carrier, tone), duration=f"{0.7 + periods / tone} s")
+    out, into = (np.array(result[name].values) for name in ("control.output", "into.output"))
+    kept = slice(len(into) - round(periods * SLOW / tone), None)
+    turn = np.exp(-2j * math.pi * tone / SLOW * np.arange(len(into)))[kept]
+    return -complex((turn @ out[kept]) / (turn @ into[kept]))
+
+
+@pytest.mark.defect("S3", before="crossovers 0.0006, 195 and 204 Hz", after="10.5 Hz, over the 5 ms of the orbit")
+@pytest.mark.parametrize(("carrier", "periods"), [(1000.0, 1), (1050.0, 20), (1025.0, 40)])
+def test_a_carrier_is_taken_over_the_periods_in_which_its_orbit_closes(carrier: float, periods: int) -> None:
+    loop = open_loop(plan(modulated(carrier)), ("control", "output"), 5000)
+    assert loop.map.period == pytest.approx(periods / SLOW)
+    assert loop.per_period == periods
+    assert bool(loop.map.notes) == (periods > 1)
+    for tone in (10.0, 20.0, 40.0):
+        expected = simulated(carrier, tone, round(0.2 * tone))
+        assert complex(loop.response(2.0 * math.pi * tone)) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.defect("S3", before="margins of a loop that is none", after="refused, with block, change and cure")
+def test_a_carrier_that_never_fits_is_refused() -> None:
+    with pytest.raises(ModelError, match="does not repeat in 1 ms, the period of the schedule") as caught:
+        proofmass.margins(modulated(1000.0 * math.pi / 3.0), "control.output", at="0.5 s")
+    (problem,) = caught.value.problems
+    assert problem.key.removeprefix("blocks.") in modulated(1.0).blocks
+    assert "of its swing from one period to the next" in problem.got
+    assert "carrier" in problem.hint
+
+
+def test_systems_between_wires_are_checked_too() -> None:
+    with pytest.raises(ModelError, match="does not repeat"):
+        proofmass.linearise(modulated(1000.0 * math.pi / 3.0), ["into.output"], ["average.mean"], at="0.5 s")
+    closed = proofmass.linearise(modulated(1050.0), ["into.output"], ["average.mean"], at="0.5 s")
+    assert closed.dt == pytest.approx(0.02)
+
+
+def test_a_carrier_that_nearly_fits_is_frozen_and_said_to_be() -> None:
+    """0.2 Hz beside it the loop is that of the one that fits, within what the note says."""
+    near, exact = (open_loop(plan(modulated(f)), ("control", "output"), 5000) for f in (1000.01, 1000.0))
+    assert near.per_period == 1
+    for tone in (10.0, 40.0):
+        L = [complex(loop.response(2.0 * math.pi * tone)) for loop in (near, exact)]
+        assert L[0] == pytest.approx(L[1], rel=FROZEN)
+
+
+def drifting() -> Graph:
+    """A linear loop with what never repeats: an integrator fed by a constant, and a sine of no ratio."""
+    blocks: dict[str, Block] = {
+        "constant": Constant(value=1.0),
+        "drift": DiscreteIntegrator(gain=1.0, output_unit="1"),
+        "sine": Sine(frequency=math.pi),
+        "both": Sum(),
+        "sum": Sum(),
+        "total": DiscreteIntegrator(gain=20.0, output_unit="1"),
+        "back": Gain(gain=-1.0),
+    }
+    wires = [
+        "constant.output -> drift.input",
+        "drift.output -> both.first",
+        "sine.output -> both.second",
+        "both.output -> sum.first",
+        "back.output -> sum.second",
+        "sum.output -> total.input",
+        "total.output -> back.input",
+    ]
+    return Graph(name="drifting", rate=SLOW, blocks=blocks, wires=wires)
+
+
+@pytest.mark.parametrize("tick", [0, 777])
+def test_a_linear_loop_may_drift(tick: int) -> None:
+    loop = open_loop(plan(drifting()), ("back", "output"), tick)
+    assert loop.map.notes == ()
+    assert loop.map.tick == tick
+    w = 30.0
+    z = complex(math.cos(w / SLOW), math.sin(w / SLOW))
+    assert complex(loop.response(w)) == pytest.approx(20.0 / SLOW / (z - 1.0), rel=1e-9)
+
+
+def rising(**wiring: Any) -> Graph:
+    """A gain in the loop that is at rest at 2 after a start from 1."""
+    graph = drifting()
+    blocks = {
+        **graph.blocks,
+        "sine": Constant(value=1.0),
+        "rise": TransferFunction(numerator=(100.0,), denominator=(1.0, 100.0)),
+        "higher": Sum(),
+        "gain": Product(),
+    }
+    wires = [wire for wire in map(str, graph.wires) if not wire.startswith("total.output")]
+    wires += ["constant.output -> rise.input", "rise.strictly_proper_part -> higher.first"]
+    wires += ["constant.output -> higher.second", "higher.output -> gain.first"]
+    wires += ["total.output -> gain.second", "gain.output -> back.input"]
+    return replace(graph, blocks=blocks, wires=wires, **wiring)
+
+
+def test_a_start_up_is_noted_and_a_settled_loop_is_not() -> None:
+    planned = plan(rising())
+    settled = open_loop(planned, ("back", "output"), 500)
+    assert settled.map.notes == ()
+    assert abs(complex(settled.response(40.0))) == pytest.approx(1.0, rel=1e-3)
+    (note,) = open_loop(planned, ("back", "output"), 0).map.notes
+    assert "tick 0 is a start-up" in note
+    with pytest.raises(ModelError, match="does not repeat") as caught:
+        open_loop(planned, ("back", "output"), 5)
+    assert caught.value.problems[0].hint == "take a later time, or --at settled"

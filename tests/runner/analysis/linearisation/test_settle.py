@@ -1,0 +1,187 @@
+"""When loops have come to rest: against time constants, and what is said of loops that never do."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+import proofmass
+from proofmass.blocks import Constant, DiscreteIntegrator, Gain, Product, Saturation, Sine, Step, Sum
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.settle import MOST, TOLERANCE, settled_tick
+from proofmass.runner.command_line import main
+from proofmass.runner.planning.plan import plan
+
+
+def loop(gain: float, source: Block, *more: str, rate: float = 1000.0) -> Graph:
+    """x[n+1] = x[n] + T (u - gain x[n]): at rest u / gain, with the time constant 1 / gain."""
+    blocks: dict[str, Block] = {
+        "source": source,
+        "sum": Sum(),
+        "integral": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "back": Gain(gain=-gain),
+    }
+    wires = ["source.output -> sum.first", "back.output -> sum.second", "sum.output -> integral.input"]
+    return Graph(name="loop", rate=rate, blocks=blocks, wires=[*wires, "integral.output -> back.input", *more])
+
+
+@pytest.mark.parametrize("constant", [0.02, 0.1, 0.5])
+def test_a_time_constant_has_gone_by_often_enough(constant: float) -> None:
+    """What is left is below the tolerance at the third last time that was tried, and above it before."""
+    tick = settled_tick(plan(loop(1.0 / constant, Constant(value=3.0))))
+    third, fourth = ((1.0 - 1e-3 / constant) ** (tick / part) for part in (1.875**2, 1.875**3))
+    assert third < TOLERANCE < fourth
+
+
+def test_a_period_does_not_hide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Driven sixty-four ticks to and fro, or any power of two, the loop is nowhere at rest."""
+    monkeypatch.setattr("proofmass.runner.analysis.linearisation.settle.MOST", 1 << 11)
+    for period in (4, 16, 64, 256):
+        with pytest.raises(ModelError, match="the loops do not settle"):
+            settled_tick(plan(loop(10.0, Sine(frequency=1000.0 / period, phase=1.0))))
+
+
+def test_the_time_does_not_depend_on_the_ticks() -> None:
+    coarse, fine = (settled_tick(plan(loop(10.0, Constant(value=3.0), rate=rate))) / rate for rate in (1e3, 8e3))
+    assert 0.5 <= coarse / fine <= 2.0
+
+
+def test_a_gain_that_depends_on_the_operating_point() -> None:
+    """x' = 2 - x^2 comes to rest at sqrt 2, where its pole is at -2 sqrt 2; at tick 0 it is an integrator."""
+    blocks: dict[str, Block] = {
+        "source": Constant(value=2.0),
+        "sum": Sum(),
+        "integral": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "square": Product(),
+        "back": Gain(gain=-1.0),
+    }
+    wires = [
+        "source.output -> sum.first",
+        "back.output -> sum.second",
+        "sum.output -> integral.input",
+        "integral.output -> square.first",
+        "integral.output -> square.second",
+        "square.output -> back.input",
+    ]
+    graph = Graph(name="square", rate=1000, blocks=blocks, wires=wires)
+    (pole,) = proofmass.margins(graph, "back.output", at="settled").poles
+    assert pole.real == pytest.approx(1.0 - 2.0 * math.sqrt(2.0) * 1e-3, rel=1e-7)
+    with pytest.raises(ModelError, match="does not come back"):
+        proofmass.margins(graph, "back.output")
+
+
+def test_a_loop_that_is_driven_to_and_fro_does_not_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("proofmass.runner.analysis.linearisation.settle.MOST", 1 << 13)
+    with pytest.raises(ModelError, match="the loops do not settle") as caught:
+        settled_tick(plan(loop(10.0, Sine(frequency=0.7))))
+    (problem,) = caught.value.problems
+    assert "integral." in problem.got
+    assert "from 4,857 ticks to 9,107" in problem.got
+
+
+def test_a_loop_that_diverges_does_not_settle() -> None:
+    for gain in (-30.0, 2500.0):
+        with pytest.raises(ModelError, match="the loops do not settle"):
+            settled_tick(plan(loop(gain, Constant(value=1.0))))
+
+
+def test_the_command_says_when(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "loop.toml"
+    path.write_text(write_graph(loop(10.0, Constant(value=3.0))))
+    command = ["margins", str(path), "--loop", "back.output", "--at"]
+    assert main([*command, "settled"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("settled after ")
+    assert "stable" in said
+    assert main([*command, "settled", "--json"]) == 0
+    both = capsys.readouterr()
+    assert "settled after" in both.err
+    assert json.loads(both.out)["loops"][0]["poles"] == [[pytest.approx(0.99), 0.0]]
+    assert main([*command, "setled"]) == 1
+    assert 'or "settled"' in capsys.readouterr().err
+
+
+def beyond_pull_in() -> Graph:
+    """A mass on a spring that pushes, 30 / s away from rest, between limits that only hold the force."""
+    blocks: dict[str, Block] = {
+        "source": Step(amplitude=1e-3),
+        "sum": Sum(),
+        "speed": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "place": DiscreteIntegrator(output_unit="1", gain=1.0),
+        "push": Gain(gain=9e4),
+        "limit": Saturation(),
+    }
+    wires = [
+        "source.output -> sum.first",
+        "limit.output -> sum.second",
+        "sum.output -> speed.input",
+        "speed.output -> place.input",
+        "place.output -> push.input",
+        "push.output -> limit.input",
+    ]
+    return Graph(name="pull-in", rate=1000.0, blocks=blocks, wires=wires)
+
+
+@pytest.mark.defect("H1", before="over ten minutes without a word", after="unstable, after some hundred ticks")
+def test_a_loop_that_is_plainly_unstable_is_given_up() -> None:
+    with pytest.raises(ModelError, match="the loops do not settle: they are unstable") as caught:
+        settled_tick(plan(beyond_pull_in()))
+    (problem,) = caught.value.problems
+    assert "a mode that grows by 1.3 in 0.001 s at the start" in problem.got
+    assert int(problem.got.rpartition(" ")[2].replace(",", "")) < 1000
+    assert "tick 0" in problem.hint
+
+
+def test_what_is_unstable_in_tick_0_may_settle() -> None:
+    """x[n+1] = x + T (30 x - 30 x^3 + u): away from 0 to 1."""
+    blocks: dict[str, Block] = {
+        "source": Constant(value=1e-6),
+        "sum": Sum(),
+        "integral": DiscreteIntegrator(output_unit="1", gain=30.0),
+        "square": Product(),
+        "cube": Product(),
+        "back": Gain(gain=-1.0),
+        "both": Sum(),
+    }
+    wires = [
+        "integral.output -> square.first",
+        "integral.output -> square.second",
+        "square.output -> cube.first",
+        "integral.output -> cube.second",
+        "cube.output -> back.input",
+        "back.output -> both.first",
+        "integral.output -> both.second",
+        "both.output -> sum.first",
+        "source.output -> sum.second",
+        "sum.output -> integral.input",
+    ]
+    planned = plan(Graph(name="two places", rate=1000, blocks=blocks, wires=wires))
+    tick = settled_tick(planned)
+    assert memory_at(planned, tick).states["integral"].total == pytest.approx(1.0, rel=1e-3)
+
+
+def test_progress_is_told() -> None:
+    told: list[tuple[int, int]] = []
+    settled_tick(plan(loop(10.0, Constant(value=3.0))), progress=lambda done, of: told.append((done, of)))
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert {of for _, of in told} == {MOST}
+
+
+def test_plain_python_hands_over_to_machine_code_between_two_ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    planned = plan(loop(10.0, Sine(frequency=3.0)))
+    plain = Forward(planned).to(3000)
+    monkeypatch.setattr("proofmass.runner.analysis.linearisation.forward.INTERPRETED", -1e9)
+    run = Forward(planned)
+    both = run.to(3000, of=10**9)
+    assert run.engine == "compiled"
+    assert (both.states, both.wires, both.tick) == (plain.states, plain.wires, 3000)
+
+
+def test_a_run_that_fails_on_the_way_is_a_problem_with_its_place() -> None:
+    with pytest.raises(ModelError, match="is not finite in tick"):
+        proofmass.margins(loop(2500.0, Constant(value=1.0)), "back.output", at="10 s")

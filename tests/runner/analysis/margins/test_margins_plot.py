@@ -1,0 +1,56 @@
+"""Pictures of loops: what is drawn is what was computed, with names on all axes."""
+
+from pathlib import Path
+
+import control
+import numpy as np
+import pytest
+
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.analysis.linearisation.linearise import linearise
+from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities, step_response
+from proofmass.runner.analysis.margins.sensitivity import Effect, Sensitivity
+from proofmass.runner.analysis.margins.stability import margins
+
+GRAPH = read_graph(Path(__file__).parents[4] / "graphs" / "library" / "closed_loop_accelerometer.toml")
+
+
+def test_the_step_response_is_that_of_the_closed_loop() -> None:
+    found = step_response(margins(GRAPH))
+    closed = control.feedback(linearise(GRAPH, loop="main"), 1)
+    _, expected = control.step_response(closed, np.arange(len(found)) * 2e-5)
+    assert len(found) > 1000
+    assert found == pytest.approx(expected, rel=1e-8, abs=1e-9)
+
+
+def test_four_panels_with_names() -> None:
+    figure = plot_margins(margins(GRAPH))
+    names = {axes.get_ylabel(): axes.get_xlabel() for axes in figure.axes}
+    assert names == {
+        "|L| [dB]": "frequency [Hz]",
+        "phase of L [deg]": "frequency [Hz]",
+        "imaginary part of L": "real part of L",
+        "step response of L / (1 + L)": "time [ms]",
+    }
+    magnitude = figure.axes[0].lines[0]
+    w = 2.0 * np.pi * np.asarray(magnitude.get_xdata())
+    expected = 20.0 * np.log10(np.abs(margins(GRAPH).system.response(w)))
+    assert np.asarray(magnitude.get_ydata()) == pytest.approx(expected)
+    title = figure.get_suptitle()
+    assert title == "main: gain margin 31.57 dB, phase margin 90.9°, delay margin 766.8 µs"
+
+
+def test_an_unstable_loop_is_drawn_and_says_so() -> None:
+    figure = plot_margins(margins(GRAPH.with_parameters({"pickoff.gain": 8e5})))
+    assert figure.get_suptitle() == "main: unstable"
+    assert np.isfinite(np.asarray(figure.axes[3].lines[0].get_ydata())).all()
+
+
+def test_a_tornado_has_a_bar_for_each_effect() -> None:
+    effects = (Effect("a.gain", 2.0, "V", 3.0, 0.06), Effect("b.gain", 1.0, "V", -1.0, -0.01))
+    zero = Effect("c.offset", 0.0, "V", 5.0, None)
+    figure = plot_sensitivities([Sensitivity("scale factor", "V", 2.5, (*effects, zero))])
+    (panel,) = figure.axes
+    assert [patch.get_width() for patch in panel.patches] == pytest.approx([60.0, -10.0])  # type: ignore[attr-defined]
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["a.gain", "b.gain"]
+    assert panel.get_xlabel() == "change for +1 % [mV]"

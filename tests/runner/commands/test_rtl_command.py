@@ -1,0 +1,62 @@
+"""The command `rtl`: what it writes, says and refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from proofmass.runner.command_line import main
+
+LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
+CALIBRATION = str(LIBRARY / "self_calibration_fixed.toml")
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
+    assert main(["rtl", *words]) == code
+    captured = capsys.readouterr()
+    return captured.out + captured.err
+
+
+def test_the_digital_part_of_a_graph_is_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    folder = tmp_path / "new" / "hardware"
+    text = said(capsys, CALIBRATION, "-o", str(folder), "--ticks", "40")
+    assert "shift_register: 10 register bits\n" in text
+    assert "fixed_mass_spring_damper: 64 register bits, 545 adder bits, multipliers 32 x 24 (2), by constants" in text
+    names = {path.name for path in folder.iterdir()}
+    stem = "self_calibration_fixed"
+    assert names == {
+        f"{stem}.v", f"{stem}_bench.v", f"{stem}_inputs.hex", f"{stem}_outputs.hex", "report.html", "report.json",
+    }  # fmt: skip
+    assert (folder / f"{stem}.v").read_text(encoding="utf-8").count("endmodule") == 10
+    assert len((folder / f"{stem}_inputs.hex").read_text(encoding="utf-8").splitlines()) == 40
+
+
+def test_one_block_with_another_parameter_as_json(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    words = (CALIBRATION, "--block", "chips", "-o", str(tmp_path), "--ticks", "30", "--set", "chips.seed=5", "--json")
+    assert main(["rtl", *words]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["top"] == "shift_register"
+    assert data["modules"][0]["registers"][0]["reset"] == 5
+    assert "cells <= 10'd5;" in (tmp_path / "shift_register.v").read_text(encoding="utf-8")
+
+
+def test_sums_may_be_merged(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    words = (CALIBRATION, "--block", "stiffness", "-o", str(tmp_path), "--ticks", "1")
+    said(capsys, *words)
+    kept = (tmp_path / "fixed_stiffness_controller.v").read_text(encoding="utf-8")
+    said(capsys, *words, "--merge-adders")
+    assert "keep" in kept
+    assert "keep" not in (tmp_path / "fixed_stiffness_controller.v").read_text(encoding="utf-8")
+
+
+def test_what_is_wrong_is_told_and_nothing_is_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    folder = tmp_path / "hardware"
+    text = said(capsys, CALIBRATION, "--block", "stifness", "-o", str(folder), code=1)
+    assert "blocks.stifness: no such block" in text
+    assert "did you mean stiffness?" in text
+    text = said(capsys, str(LIBRARY / "pn_self_test_minimal.toml"), "-o", str(folder), code=1)
+    assert "correlator.py:46: blocks.correlator.update: a signal bounds a loop or indexes a list" in text
+    text = said(capsys, str(LIBRARY / "closed_loop_accelerometer.toml"), "-o", str(folder), code=1)
+    assert "the graph has no digital blocks" in text
+    assert "-o" in said(capsys, CALIBRATION, code=2)
+    assert not folder.exists()

@@ -1,0 +1,72 @@
+"""The report as text and as data: every number that matters, and JSON that any program reads."""
+
+import json
+from typing import Any
+
+import pytest
+
+from proofmass.runner.design.fit.data import Readings
+from proofmass.runner.design.fit.fit import fit
+from proofmass.runner.design.fit.starts import from_starts
+from proofmass.runner.design.fit.text import data, starts_text, text
+from tests.by_hand.temperature_sets import M1, TEMPERATURE
+
+REPORT = fit(M1.readings())
+
+
+def strict(report: Any) -> Any:
+    """As a program reads it, which knows no NaN and no infinity."""
+    written = json.dumps(report)
+    return json.loads(written, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+
+def test_text_compares_all_fits() -> None:
+    shown = text(REPORT)
+    assert "made: 61 rows, sensor [V] from 0.6 to 1.8, zero bias [V] from 0.00176241 to 0.00566241" in shown
+    assert "peak to peak, 0.0039 before" in shown
+    for fitted in REPORT.fits:
+        row = next(line for line in shown.splitlines() if fitted.model in line and fitted.method in line)
+        assert row.split()[-4:-1] == [f"{fitted.rmse:.5g}", f"{fitted.r_squared:.5f}", f"{fitted.after:.5g}"]
+        if fitted.method == "alternation":
+            continue
+        for c in fitted.coefficients:
+            numbers = [f"{c.value:.8g}", "+-", f"{c.half_width:.2g}", c.unit]
+            assert [*fitted.model.split(), c.name, *numbers] in [line.split() for line in shown.splitlines()]
+
+
+def test_text_tells_what_is_wrong() -> None:
+    line = Readings("made", TEMPERATURE, 3.0 * TEMPERATURE, "sensor", "bias")
+    shown = text(fit(line, tolerance=1e-3))
+    assert "not determined" in shown
+    assert "b1, b2: the two exponents cannot be told apart" in shown
+    assert "sensor from 0.6 to 1.8" in shown
+
+
+def test_data_holds_the_same_numbers() -> None:
+    read = strict(data(REPORT))
+    assert read["rows"] == 61
+    assert read["determined"] is True
+    assert read["peak_to_peak"] == REPORT.before
+    for fitted, back in zip(REPORT.fits, read["fits"], strict=True):
+        assert {name: c["value"] for name, c in back["coefficients"].items()} == fitted.values
+        assert back["rmse"] == fitted.rmse
+        assert back["iterations"] == fitted.iterations
+    assert "starts" not in read
+
+
+def test_data_has_no_infinity() -> None:
+    report = fit(Readings("made", TEMPERATURE[::15], M1.output()[::15], "sensor", "bias"), tolerance=1.0)
+    read = strict(data(report))
+    assert read["fits"][-1]["coefficients"]["c0"]["half_width"] is None
+    assert read["determined"] is False
+    assert next(finding["note"] for finding in read["findings"]) is False
+
+
+def test_starts() -> None:
+    arrivals = from_starts(fit(M1.readings(), tolerance=1e-3), (-0.6, -0.3, 0.6))
+    shown = starts_text(arrivals)
+    assert "alternation: 3 of 3 starts reach the optimum, in " in shown
+    assert "variable projection: 2 of 3 starts" in shown
+    assert "  not from b = (-1, -0.5): did not converge" in shown
+    read = strict(data(REPORT, arrivals))["starts"]
+    assert [arrival["reached"] for arrival in read["variable projection"]] == [False, True, True]

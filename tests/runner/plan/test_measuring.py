@@ -1,0 +1,135 @@
+"""Measures of a run against NumPy on its traces, in both engines, for numbers, codes and bits at several rates."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.measures import STATISTICS
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.plan.measuring import refuse_late
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.studies.whole.study import run_study
+
+GRAPH = read_graph_text("""
+name = "numbers, codes and bits"
+rate = "2 kHz"
+duration = "0.4 s"
+seed = 3
+wires = ["noise.output -> sum.first", "ramp.output -> sum.second", "sum.output -> adc.voltage"]
+probes = ["sum.output", "adc.code", "bits.bit"]
+blocks.noise = { kind = "WhiteNoise", density = "1 mV/sqrt(Hz)", unit = "V" }
+blocks.ramp = { kind = "Ramp", slope = "0.4 V/s", offset = "1 V", unit = "V" }
+blocks.sum = { kind = "Sum", unit = "V" }
+blocks.adc = { kind = "AnalogToDigital", bits = 12, rate = "500 Hz" }
+blocks.bits = { kind = "ShiftRegister", rate = "250 Hz" }
+""")
+BEGIN = 0.1234
+
+
+OPTIONS = {
+    "percentile": {"percent": "75 %"},
+    "allan_deviation": {"tau": "20 ms"},
+    "settling_time": {"target": 1.0, "within": 0.12},
+}
+SIGNALS = {"number": "sum.output", "code": "adc.code", "bit": "bits.bit"}
+MEASURED = dataclasses.replace(
+    GRAPH,
+    measures={
+        f"{kind}_{statistic}": {"signal": signal, "statistic": statistic, "from": BEGIN, **OPTIONS.get(statistic, {})}
+        for kind, signal in SIGNALS.items()
+        for statistic in STATISTICS
+    },
+)
+
+
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+def test_against_numpy(engine: EngineName) -> None:
+    result = simulate(MEASURED, engine=engine)
+    for kind, signal in SIGNALS.items():
+        trace = result[signal]
+        counted = trace.times >= BEGIN
+        t, y = trace.times[counted], trace.values[counted].astype(float)
+        expected = {
+            "mean": y.mean(),
+            "std": y.std(ddof=1),
+            "rms": math.sqrt((y**2).mean()),
+            "min": y.min(),
+            "max": y.max(),
+            "peak_to_peak": np.ptp(y),
+            "last": y[-1],
+            "slope": np.polyfit(t - t.mean(), y, 1)[0],
+            "allan_deviation": allan(y, round(0.02 / (t[1] - t[0]))),
+            "settling_time": (1 + max(np.flatnonzero(abs(y - 1.0) > 0.12), default=-1)) * (t[1] - t[0]),
+        }
+        found = {statistic: result.measures[f"{kind}_{statistic}"].value for statistic in STATISTICS}
+        sorted_in = found.pop("percentile")  # an estimate; of codes and bits a rough one
+        assert np.percentile(y, 75) == pytest.approx(sorted_in, abs=0.05 * np.ptp(y))
+        assert found == pytest.approx(expected, rel=1e-11)
+
+
+def allan(y: "np.ndarray[tuple[int], np.dtype[np.float64]]", m: int) -> float:
+    means = np.convolve(y, np.ones(m) / m, "valid")
+    return math.sqrt(0.5 * ((means[m:] - means[:-m]) ** 2).mean())
+
+
+def test_measures_with_other_options_are_other_measures() -> None:
+    measures = {
+        f"p{percent}": {"signal": "sum.output", "statistic": "percentile", "percent": percent}
+        for percent in (10, 50, 90)
+    }
+    found = simulate(dataclasses.replace(GRAPH, measures=measures), engine="compiled").measures
+    assert found["p10"].value < found["p50"].value - 0.05 < found["p90"].value - 0.1
+
+
+def test_an_averaging_time_beyond_the_run_or_the_memory_is_refused() -> None:
+    long = dataclasses.replace(
+        GRAPH, measures={"allan": {"signal": "sum.output", "statistic": "allan_deviation", "tau": 1}}
+    )
+    assert math.isnan(simulate(long, engine="python").measures["allan"].value)
+    with pytest.raises(ModelError, match=r"(?s)measures\.allan\.from.*a run of 801 ticks"):
+        refuse_late(plan(long), 801)
+    longer = dataclasses.replace(
+        GRAPH, measures={"allan": {"signal": "sum.output", "statistic": "allan_deviation", "tau": "1 d"}}
+    )
+    with pytest.raises(ModelError, match=r"measures\.allan\.tau"):
+        plan(longer)
+
+
+def test_units_and_attributes() -> None:
+    result = simulate(MEASURED, engine="python")
+    units = {name: measure.unit for name, measure in result.measures.items()}
+    assert (units["number_mean"], units["number_slope"]) == ("V", "V/s")
+    assert (units["code_mean"], units["code_slope"]) == ("1", "1/s")
+    assert (units["number_allan_deviation"], units["number_settling_time"]) == ("V", "s")
+    value = result.measures["number_max"].value
+    assert result.to_xarray().attrs["measure_number_max"] == f"{value!r} V"
+
+
+def test_engines_traces_and_other_measures_change_no_bit() -> None:
+    python = simulate(MEASURED, engine="python").measures
+    assert simulate(MEASURED, engine="compiled").measures == python
+    alone = dataclasses.replace(MEASURED, probes=(), measures={"number_mean": MEASURED.measures["number_mean"]})
+    assert simulate(alone, engine="compiled").measures["number_mean"] == python["number_mean"]
+    plain, measured = simulate(GRAPH, engine="python"), simulate(MEASURED, engine="compiled")
+    for name in plain:
+        assert (plain[name].values == measured[name].values).all()
+
+
+def test_lanes_and_plain_python_measure_the_same_bits() -> None:
+    measures = {name: measure for name, measure in MEASURED.measures.items() if name.startswith("number_")}
+    graph = dataclasses.replace(MEASURED, measures=measures)
+    study = Study(graph, runs=5, seed=2, spread={"ramp.slope": {"uniform": 0.2, "relative": True}})
+    python = run_study(study, engine="python")
+    assert python.values.keys() == measures.keys()
+    assert run_study(study, engine="compiled", lanes=4).digest == python.digest
+
+
+def test_a_measure_that_begins_after_the_run_is_not_a_number() -> None:
+    result = simulate(MEASURED, duration=0.1)
+    assert all(math.isnan(measure.value) for measure in result.measures.values())
+    assert result.measures["bit_last"].as_data()["value"] is None

@@ -1,0 +1,64 @@
+"""Continuous groups of many states: the same bits from the loop that sums rows as from plain Python, in seconds."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from proofmass.blocks import LowPass, Sine, UnitDelay
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.group_code import MANY_COLUMNS
+from proofmass.runner.run.engines import choose
+from proofmass.runner.run.simulate import simulate
+
+STATES, CORNER, RATE = 60, 100.0, 10_000.0
+
+
+@pytest.fixture(scope="module")
+def chain() -> Graph:
+    """Low-pass filters in a row, all of one group."""
+    blocks: dict[str, Block] = {"source": Sine(frequency=37.0)}
+    wires, last = [], "source.output"
+    for number in range(STATES):
+        blocks[f"filter_{number}"] = LowPass(corner_frequency=CORNER)
+        wires.append(f"{last} -> filter_{number}.input")
+        last = f"filter_{number}.output"
+    return Graph(name="chain", rate=RATE, blocks=blocks, wires=wires, probes=[last, "filter_9.output", "source.output"])
+
+
+@pytest.mark.defect("H4", before="60 states compiled for minutes (100 s of CPU for 50)", after="10 s of CPU")
+def test_both_engines_give_the_same_bits(chain: Graph) -> None:
+    assert STATES > MANY_COLUMNS
+    plain, compiled = (simulate(chain, samples=80, engine=engine) for engine in ("python", "compiled"))
+    for name, trace in plain.traces.items():
+        assert np.array_equal(trace.values, compiled[name].values), name
+
+
+def test_the_group_is_the_matrix_exponential(chain: Graph) -> None:
+    """x[n+1] = exp(A T) x[n] + A^-1 (exp(A T) - 1) B u[n], A with -w on its diagonal and w below it."""
+    w = 2.0 * np.pi * CORNER
+    a = w * (np.eye(STATES, k=-1) - np.eye(STATES))
+    transition = scipy.linalg.expm(a / RATE)
+    entry = np.linalg.solve(a, transition - np.eye(STATES)) @ (w * np.eye(STATES)[:, 0])
+    found = simulate(chain, samples=80, engine="python")
+    x, last = np.zeros(STATES), []
+    for u in found["source.output"].values:
+        last.append(x[9])
+        x = transition @ x + entry * u
+    assert max(last) > 1e-4
+    assert found["filter_9.output"].values == pytest.approx(last, rel=0.0, abs=1e-12 * max(last))
+
+
+@pytest.mark.defect("H4", before="auto compiled 1,000 blocks in a row for minutes", after="plain Python unless it pays")
+def test_the_choice_of_an_engine_counts_what_large_graphs_take_to_compile() -> None:
+    """Compiling takes the square of the number of blocks: minutes for a thousand of them."""
+    blocks: dict[str, Block] = {"source": Sine(frequency=37.0)}
+    wires, last = [], "source.output"
+    for number in range(1000):
+        blocks[f"delay_{number}"] = UnitDelay()
+        wires.append(f"{last} -> delay_{number}.input")
+        last = f"delay_{number}.output"
+    planned = plan(Graph(name="row", rate=RATE, blocks=blocks, wires=wires, probes=[last]))
+    assert choose(planned, 10_000, "auto") == "python"
+    assert choose(planned, 1_000_000, "auto") == "compiled"

@@ -1,0 +1,83 @@
+"""Runs side by side in lanes against each run alone: every state, to the bit."""
+
+import dataclasses
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.plan.keys import StateField, WireOf
+from proofmass.runner.plan.measuring import value_of
+from proofmass.runner.plan.memory import start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
+from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
+from tests.by_hand.graph_texts import LIBRARY
+
+LANES, RUNS, TICKS = 4, 7, 700
+# A linear group with measures, Runge-Kutta, noise with integer code, correlation cells, a recording:
+GRAPHS = (
+    "scale_factor_drift",
+    "vibratory_gyroscope",
+    "temperature_compensation_m1",
+    "pn_self_test_minimal",
+    "recorded_motion",
+)
+
+
+def changed(planned: Plan, draw: random.Random) -> dict[tuple[str, str], float]:
+    """A small change of every number of a plan that neither a wire nor a format settles."""
+    found = {}
+    for name, block in planned.blocks.items():
+        for parameter, declared in block.parameters.items():
+            if declared.kind is float and not block.digital() and (name, parameter) not in planned.schedule.drivers:
+                found[name, parameter] = getattr(block, parameter) * (1.0 + 1e-4 * draw.uniform(-1.0, 1.0))
+    return found
+
+
+def sensors(planned: Plan, draw: random.Random) -> tuple[list[Plan], list[dict[tuple[str, str], float]]]:
+    """Some plans that differ in their numbers, and the numbers."""
+    plans: list[Plan] = []
+    given: list[dict[tuple[str, str], float]] = []
+    while len(plans) < RUNS:
+        values = changed(planned, draw)
+        blocks: dict[str, Any] = {}
+        try:
+            for name in {name for name, _ in values}:
+                block = planned.blocks[name]
+                now = {p: values.get((name, p), getattr(block, p)) for p in block.parameters}
+                blocks[name] = type(block)(**now)
+            plans.append(varied(planned, blocks))
+        except ModelError:  # two of its numbers must be alike
+            continue
+        given.append(values)
+    return plans, given
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_of_the_library(name: str) -> None:
+    path = next(path for path in LIBRARY if path.stem == name)
+    planned = plan(dataclasses.replace(read_graph(path), probes=()))
+    plans, values = sensors(planned, random.Random(name))
+    given = {node: np.array([each[node] for each in values]) for node in values[0]}
+    lanes = Lanes(CompiledLanes(planned, set(given), LANES), 7, range(RUNS), given, plans)
+    for until in (1, TICKS // 2, TICKS):  # in chunks of any length
+        lanes.advance(until)
+    one = CompiledPlan(planned)
+    different = set()
+    for number, alone in enumerate(plans):
+        loop = CompiledLoop(alone, 7, number, start(alone), one)
+        assert lanes.sound()[number] == loop.advance(TICKS, ())
+        memory, found = loop.memory(), dict[tuple[str, ...], Any]()
+        for name, state in memory.states.items():
+            for field in () if state is None else state._fields:
+                found[name, "x", field] = lanes.value(StateField(name, field))[number].item()
+                assert repr(found[name, "x", field]) == repr(getattr(state, field)), (name, field)
+        for measure in (each for each in planned.measures if each.first < TICKS):
+            assert lanes.value(WireOf(*measure.node))[number] == value_of(alone, measure, memory), measure.name
+        different.add(repr(found))
+    assert len(different) == RUNS

@@ -1,0 +1,358 @@
+"""Runs that are interrupted, or run out of room, and go on to the same bits."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from proofmass.blocks import (
+    AnalogToDigital,
+    Correlator,
+    MassSpringDamper,
+    OneBitActuator,
+    RecordedSignal,
+    ShiftRegister,
+    Sum,
+    TransferFunction,
+    WhiteNoise,
+)
+from proofmass.blocks.declaration.catalog import load_own_blocks
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.graph import Graph, Place
+from proofmass.runner.run import simulate as simulation
+from proofmass.runner.run.checkpoint import FILE
+from proofmass.runner.run.result import Result
+from proofmass.runner.run.simulate import EngineName, simulate
+
+ENGINES: list[EngineName] = ["python", "compiled"]
+LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
+
+
+def made(folder: Path, **changes: Any) -> Graph:
+    """States, buffers, noise, vectors, slow probes, continuous blocks and a recording."""
+    folder.mkdir(exist_ok=True)
+    if not (folder / "recorded.csv").exists():
+        (folder / "recorded.csv").write_text(
+            "time [s],level [V]\n" + "".join(f"{n / 50},{n * n % 7}\n" for n in range(40))
+        )
+    blocks = {
+        "chips": ShiftRegister(length=4, taps=0xC, seed=1),
+        "level": OneBitActuator(level=1e-6),
+        "mass": MassSpringDamper(damping=1e-4),
+        "noise": WhiteNoise(density=0.01, unit="V"),
+        "recorded": RecordedSignal(file="recorded.csv", unit="V"),
+        "readout": TransferFunction(numerator=(3e6,), denominator=(1e-4, 1.0), input_unit="m", output_unit="V"),
+        "sum": Sum(unit="V"),
+        "adc": AnalogToDigital(bits=16, reference=16.0),
+        "cells": Correlator(cells=3, chips=15),
+    }
+    facts: dict[str, Any] = {
+        "name": "all",
+        "rate": "10 kHz",
+        "wires": [
+            "chips.bit -> level.bit",
+            "level.output -> mass.force",
+            "mass.displacement -> readout.input",
+            "readout.output -> sum.first",
+            "noise.output -> sum.second",
+            "recorded.output -> sum.third",
+            "sum.output -> adc.voltage",
+            "adc.code -> cells.code",
+            "chips.bit -> cells.bit",
+        ],
+        "probes": ["adc.code", {"signal": "sum.output", "every": 3}, "cells.impulse_response", "chips.bit"],
+        "seed": 5,
+        "place": Place(folder=str(folder)),
+    }
+    return Graph(**{**facts, **changes, "blocks": {**blocks, **changes.get("blocks", {})}})
+
+
+def bits(result: Result) -> dict[str, bytes]:
+    """Every trace as its bytes."""
+    return {name: np.ascontiguousarray(trace.values).tobytes() for name, trace in result.traces.items()}
+
+
+def interrupt_after(ticks: int, number: int = signal.SIGINT) -> Callable[[int, int], None]:
+    """A progress that interrupts this process, once."""
+    sent: list[int] = []
+
+    def progress(done: int, total: int) -> None:
+        if done >= ticks and not sent:
+            sent.append(done)
+            os.kill(os.getpid(), number)
+
+    return progress
+
+
+@pytest.fixture
+def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation, "CHUNK_BYTES", 700)
+
+
+@pytest.mark.usefixtures("small_chunks")
+class TestGoingOn:
+    @pytest.mark.parametrize("streamed", [False, True], ids=["in memory", "streamed"])
+    @pytest.mark.parametrize("engine", ENGINES)
+    @settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @given(at=st.lists(st.integers(0, 1900), min_size=1, max_size=3).map(sorted))
+    def test_to_the_same_bits(
+        self, engine: EngineName, streamed: bool, at: list[int], tmp_path_factory: pytest.TempPathFactory
+    ) -> None:
+        folder = tmp_path_factory.mktemp("run")
+        graph = made(folder)
+        whole = bits(simulate(graph, samples=2000, engine="python"))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(simulation, "IN_MEMORY", 100 if streamed else 1 << 28)
+            resume = False
+            for ticks in at:
+                progress = interrupt_after(ticks)
+                result = simulate(graph, samples=2000, engine=engine, folder=folder, progress=progress, resume=resume)
+                assert result.interrupted
+                assert ticks <= result.ticks < 2000
+                resume = True
+            half = bits(result)
+            result = simulate(graph, samples=2000, engine=engine, folder=folder, resume=True)
+        assert not result.interrupted
+        assert bits(result) == whole
+        assert all(whole[name].startswith(rows) for name, rows in half.items())
+        files = {path.name for path in folder.iterdir()} - {"recorded.csv"}
+        assert files == ({f"{name}.npy" for name in whole} if streamed else set())
+        for name in whole if streamed else ():
+            assert np.load(folder / f"{name}.npy").tobytes() == whole[name]
+
+    def test_the_engines_take_over_from_each_other(self, tmp_path: Path) -> None:
+        graph = made(tmp_path)
+        whole = bits(simulate(graph, samples=2000, engine="python"))
+        engines: list[EngineName] = ["python", "compiled", "python"]
+        for ticks, engine in zip((300, 900, 1500), engines, strict=True):
+            progress = interrupt_after(ticks)
+            simulate(graph, samples=2000, engine=engine, folder=tmp_path, progress=progress, resume=ticks > 300)
+        assert bits(simulate(graph, samples=2000, engine="compiled", folder=tmp_path, resume=True)) == whole
+
+    def test_a_killed_process_that_had_been_resumed_loses_only_what_it_added(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        graph = made(tmp_path)
+        whole = bits(simulate(graph, samples=2000, engine="python"))["adc.code"]
+        monkeypatch.setattr(simulation, "IN_MEMORY", 100)
+        simulate(graph, samples=2000, engine="python", folder=tmp_path, progress=interrupt_after(500))
+
+        def killed(done: int, total: int) -> None:
+            if done > 1200:
+                raise SystemExit("killed")
+
+        with pytest.raises(SystemExit):
+            simulate(graph, samples=2000, engine="python", folder=tmp_path, progress=killed, resume=True)
+        result = simulate(graph, samples=2000, engine="python", folder=tmp_path, resume=True)
+        assert bits(result)["adc.code"] == whole
+
+    def test_sigterm_is_an_interruption_too(self, tmp_path: Path) -> None:
+        before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+        progress = interrupt_after(100, signal.SIGTERM)
+        assert simulate(made(tmp_path), samples=2000, engine="python", progress=progress).interrupted
+        assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+
+    def test_a_whole_run_leaves_no_checkpoint(self, tmp_path: Path) -> None:
+        simulate(made(tmp_path), samples=200, engine="python", folder=tmp_path / "out")
+        assert not list((tmp_path / "out").iterdir())
+
+
+@pytest.mark.usefixtures("small_chunks")
+class TestRefused:
+    @pytest.fixture
+    def folder(self, tmp_path: Path) -> Path:
+        simulate(made(tmp_path), samples=2000, engine="python", folder=tmp_path / "out", progress=interrupt_after(700))
+        return tmp_path / "out"
+
+    def message(self, folder: Path, graph: Graph | None = None, **changes: Any) -> str:
+        options: dict[str, Any] = {"samples": 2000, **changes}
+        with pytest.raises(ModelError) as caught:
+            simulate(graph or made(folder.parent), engine="python", folder=folder, resume=True, **options)
+        text = str(caught.value)
+        assert str(folder / FILE) in text
+        assert "run without --resume" in text
+        return text
+
+    def test_without_a_checkpoint(self, tmp_path: Path) -> None:
+        assert "there is no checkpoint.json to resume from" in self.message(tmp_path / "nothing", made(tmp_path))
+        with pytest.raises(ValueError, match="needs the folder"):
+            simulate(made(tmp_path), samples=10, resume=True)
+
+    def test_another_parameter(self, folder: Path) -> None:
+        text = self.message(folder, made(folder.parent, blocks={"adc": AnalogToDigital(bits=14, reference=16.0)}))
+        assert "the graph changed" in text
+        assert "got:      [blocks.adc] bits = 14" in text
+        assert "expected: [blocks.adc] bits = 16" in text
+
+    def test_another_seed_or_length(self, folder: Path) -> None:
+        text = self.message(folder, seed=6)
+        assert "the seed changed" in text
+        assert "got:      6" in text
+        assert "expected: 5" in text
+        assert "the number of ticks changed" in self.message(folder, samples=2001)
+
+    def test_another_recording(self, folder: Path) -> None:
+        path = folder.parent / "recorded.csv"
+        path.write_text(path.read_text().replace("0.78,", "0.7801,"))
+        assert "the recordings changed" in self.message(folder)
+
+    def test_another_function_of_a_block(self, tmp_path: Path) -> None:
+        text = (
+            "from typing import Any\nfrom proofmass import block\n"
+            '@block("1", input="1")\ndef mine(p: Any, input: float) -> float:\n    """Mine."""\n    return {} * input\n'
+        )
+
+        def graph(factor: float) -> Graph:
+            (tmp_path / "mine.py").write_text(text.format(factor))
+            kind = load_own_blocks(tmp_path / "mine.py")["Mine"]
+            blocks = {"noise": WhiteNoise(density=1.0), "mine": kind()}
+            wires = ["noise.output -> mine.input"]
+            return Graph(name="mine", rate="1 kHz", blocks=blocks, wires=wires, probes=["mine.mine"])
+
+        out = tmp_path / "out"
+        simulate(graph(2.0), samples=2000, engine="python", folder=out, progress=interrupt_after(100))
+        assert "the code of a block changed" in self.message(out, graph(3.0))
+        simulate(graph(2.0), samples=2000, engine="python", folder=out, resume=True)
+
+    @pytest.mark.parametrize("damage", ["", "{", "[]", '{"run": {}}', "\0\0", "half"])
+    def test_a_damaged_checkpoint(self, folder: Path, damage: str) -> None:
+        path = folder / FILE
+        text = path.read_text()
+        path.write_text(text[: len(text) // 2] if damage == "half" else damage)
+        assert "the checkpoint is damaged" in self.message(folder)
+
+    @pytest.mark.parametrize("key", ["states", "wires", "buffers", "rows", "tick"])
+    def test_a_checkpoint_that_lacks_something(self, folder: Path, key: str) -> None:
+        data = json.loads((folder / FILE).read_text())
+        del data[key]
+        (folder / FILE).write_text(json.dumps(data))
+        assert "the checkpoint is damaged" in self.message(folder)
+
+    def test_traces_that_are_gone_or_cut(self, folder: Path) -> None:
+        path = folder / "adc.code.npy"
+        data = path.read_bytes()
+        path.write_bytes(data[:-8])
+        assert "adc.code.npy is too short" in self.message(folder)
+        path.write_bytes(b"")
+        assert "the checkpoint is damaged" in self.message(folder)
+        path.unlink()
+        assert "there is no adc.code.npy" in self.message(folder)
+
+
+def command(*arguments: str | Path) -> list[str]:
+    return [sys.executable, "-m", "proofmass", *map(str, arguments)]
+
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
+
+
+class TestTheCommand:
+    def interrupted(self, *arguments: str | Path, number: int = signal.SIGINT) -> tuple[int, str, float]:
+        """Exit code and messages of a run that is interrupted in its loop, and the seconds that it took to end."""
+        process = subprocess.Popen(
+            command("run", *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        status = Path(f"/proc/{process.pid}/status")
+        caught = 0
+        while not caught and process.poll() is None:
+            time.sleep(0.05)  # SIGTERM is caught while the loop runs
+            caught = int(status.read_text().partition("SigCgt:")[2].split()[0], 16) >> (signal.SIGTERM - 1) & 1
+        time.sleep(0.3)
+        began = time.monotonic()
+        process.send_signal(number)
+        messages = process.communicate(timeout=20)[1]
+        assert "Traceback" not in messages
+        return process.returncode, messages, time.monotonic() - began
+
+    @needs_proc
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+    def test_ends_within_a_second(self, number: int) -> None:
+        graph = LIBRARY / "pn_self_test_minimal.toml"
+        code, messages, seconds = self.interrupted(graph, "--samples", "1_000_000_000", number=number)
+        assert code == 130, messages
+        assert seconds < 1.0
+        assert "interrupted after" in messages
+        assert "with --out FOLDER a run can be resumed" in messages
+
+    @needs_proc
+    def test_resumes_to_the_same_bits(self, tmp_path: Path) -> None:
+        path = tmp_path / "graph.toml"
+        path.write_text(
+            'name = "noise"\nrate = "1 kHz"\nsamples = 60_000\nprobes = [{ signal = "noise.output", every = 10 }]\n'
+            '[blocks.noise]\nkind = "WhiteNoise"\ndensity = 1.0\n'
+        )
+        options = ("--engine", "python", "--format", "csv", "--quiet")
+        code, messages, _ = self.interrupted(path, *options, "--out", tmp_path / "one")
+        assert code == 130, messages
+        assert "the same command with --resume goes on from there" in messages
+        assert (tmp_path / "one" / FILE).exists()
+        resumed = command("run", path, *options, "--out", tmp_path / "one", "--resume")
+        done = subprocess.run(resumed, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        whole = command("run", path, *options, "--out", tmp_path / "two")
+        subprocess.run(whole, capture_output=True, check=True)
+        assert (tmp_path / "one" / "traces.csv").read_bytes() == (tmp_path / "two" / "traces.csv").read_bytes()
+        assert not (tmp_path / "one" / FILE).exists()
+
+    def test_says_when_the_disk_is_full_and_goes_on_when_there_is_room(self, tmp_path: Path) -> None:
+        path = tmp_path / "graph.toml"
+        path.write_text(
+            'name = "long"\nrate = "1 kHz"\nsamples = 400_000\nprobes = ["noise.output"]\n'
+            '[blocks.noise]\nkind = "WhiteNoise"\ndensity = 1.0\n'
+        )
+        script = (
+            "import sys; from proofmass.runner.engine import simulate; simulate.IN_MEMORY = 1000;"
+            "from proofmass.runner.command_line import main; sys.exit(main(sys.argv[1:]))"
+        )
+        arguments = [sys.executable, "-c", script, "run", str(path), "--out", str(tmp_path / "out"), "--quiet"]
+        arguments += ["--engine", "compiled"]
+
+        def little_room() -> None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
+
+        done = subprocess.run(arguments, preexec_fn=little_room, capture_output=True, text=True, check=False)
+        assert done.returncode == 3, done.stderr
+        assert "cannot write or read" in done.stderr
+        assert "File too large" in done.stderr
+        assert "resume goes on" in done.stderr
+        assert "Traceback" not in done.stderr
+        done = subprocess.run([*arguments, "--resume"], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        [trace] = [np.load(file) for file in (tmp_path / "out").glob("*.npy")]
+        graph = Graph(name="long", rate="1 kHz", blocks={"noise": WhiteNoise(density=1.0)}, probes=["noise.output"])
+        assert np.array_equal(trace, simulate(graph, samples=400_000, engine="compiled")["noise.output"].values)
+
+    @pytest.mark.parametrize("form", ["netcdf", "csv", "parquet"])
+    def test_says_when_the_results_do_not_fit(self, form: str, tmp_path: Path) -> None:
+        def no_room() -> None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+        arguments = command(
+            "run", LIBRARY / "recorded_motion.toml", "--duration", "1 s", "--format", form, "--out", tmp_path
+        )
+        done = subprocess.run(
+            [*arguments, "--engine", "python"], preexec_fn=no_room, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 3, done.stderr
+        assert "Traceback" not in done.stderr
+        assert "too large" in done.stderr.lower()
+        assert not list(tmp_path.glob("traces*"))
+
+    def test_says_when_the_folder_cannot_be_made(self, tmp_path: Path) -> None:
+        (tmp_path / "file").write_text("")
+        arguments = command("run", LIBRARY / "template.toml", "--samples", "3", "--out", tmp_path / "file" / "out")
+        done = subprocess.run(arguments, capture_output=True, text=True, check=False)
+        assert done.returncode == 3
+        assert f"cannot write or read {tmp_path / 'file' / 'out'}: Not a directory" in done.stderr
+        assert "Traceback" not in done.stderr

@@ -1,0 +1,48 @@
+"""The order in which blocks, wires and probes are declared changes no bit: not of the rows, not of the loop."""
+
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.generate import generate
+from proofmass.runner.run.simulate import simulate
+from tests.by_hand.graph_texts import ALONE, COMPILED
+from tests.by_hand.orders import shuffled
+
+
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
+    graph = flatten(read_graph(path))
+    every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in block.outputs]
+    graph = replace(graph, probes=every_output)
+    planned = plan(graph)
+    source = generate(planned).source
+    expected = simulate(graph, samples=3000, engine="compiled") if path.stem in COMPILED else None
+    dice = random.Random(path.stem)
+    for number in range(50):
+        other = shuffled(graph, dice)
+        other_plan = plan(other)
+        assert replace(other_plan, graph=planned.graph) == planned  # the graph has its probes in another order
+        assert generate(other_plan).source == source
+        if expected is None or number >= 5:  # of the same loop with the same numbers
+            continue
+        result = simulate(other, samples=3000, engine="compiled")
+        for name in every_output:
+            assert np.array_equal(result[name].values, expected[name].values), name
+
+
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+def test_permutations_in_plain_python(path: Path) -> None:
+    graph = flatten(read_graph(path))
+    expected = simulate(graph, samples=400, engine="python")
+    dice = random.Random(path.stem)
+    for _ in range(5):
+        result = simulate(shuffled(graph, dice), samples=400, engine="python")
+        for name in expected:
+            assert np.array_equal(result[name].values, expected[name].values), name

@@ -1,0 +1,174 @@
+"""Blocks of a user's own: what may be declared, and what of it is told where the file is loaded or checked."""
+
+from pathlib import Path
+
+import pytest
+
+from proofmass.blocks.declaration.catalog import load_own_blocks
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.command_line import main
+from proofmass.runner.run.simulate import simulate
+
+FILE = """from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from proofmass import Block, Input, param
+
+
+class Mine(Block):
+    \"\"\"A block of the user's own.\"\"\"
+
+    gain: float = param("1", "Gain.", default=2)
+    taps: tuple[float, ...] = param("1", "Taps.", default=(0.5, 0.25))
+    input = Input("1", "Input.")
+
+
+@Mine.output("1")
+def level(p, input: float) -> float:
+    \"\"\"Level.\"\"\"
+    return p.gain * input
+"""
+GRAPH = """name = "mine"
+rate = "1 kHz"
+samples = 5
+wires = ["source.output -> mine.input"]
+probes = ["mine.level"]
+[blocks.source]
+kind = "Constant"
+value = 3.0
+[blocks.mine]
+kind = "Mine"
+"""
+STATEFUL = """
+
+class State(NamedTuple):
+    level: float
+    count: int
+
+
+class Constants(NamedTuple):
+    weights: tuple[float, ...]
+    places: tuple[int, ...]
+
+
+@Mine.constants
+def constants(p: Mine, period: float) -> Constants:
+    return Constants(tuple(tap / 3.0 for tap in p.taps), (2, 0))
+
+
+@Mine.output("1")
+def level(c, x: State, input: float) -> float:
+    \"\"\"Level.\"\"\"
+    return x.level + c.weights[x.count % 2]
+
+
+@Mine.update
+def update(c, x: State, input: float) -> State:
+    return State(input + c.places[x.count % 2], x.count + 1)
+"""
+
+
+def both(folder: Path, blocks: str, graph: str = GRAPH) -> list[float]:
+    """The values in plain Python, which compiled code must have too."""
+    (folder / "own.py").write_text(blocks)
+    (folder / "own.toml").write_text(graph)
+    read = read_graph(folder / "own.toml", load_own_blocks(folder / "own.py"))
+    assert check(read) == []
+    python, compiled = (simulate(read, engine=engine)["mine.level"].values for engine in ("python", "compiled"))  # type: ignore[arg-type]
+    assert python.tobytes() == compiled.tobytes()
+    return python.tolist()  # type: ignore[no-any-return]
+
+
+@pytest.mark.defect(
+    "S14", before="no attribute taps, though it is declared", after="a list is read as other parameters are"
+)
+def test_a_list_among_the_parameters_is_read_in_the_loop(tmp_path: Path) -> None:
+    body = "    total = 0\n    for tap in p.taps:\n        total += tap * input\n    return total + p.taps[-1]"
+    blocks = FILE.replace("    return p.gain * input", body)
+    assert both(tmp_path, blocks) == [2.5] * 5
+    changed = GRAPH + "taps = [1.0, 2.0, 3.0]\n"
+    assert both(tmp_path, blocks, changed) == [21.0] * 5
+
+
+def test_a_list_beside_a_parameter_that_is_driven(tmp_path: Path) -> None:
+    blocks = FILE.replace("return p.gain * input", "return p.gain * p.taps[0]")
+    assert both(tmp_path, blocks, GRAPH.replace("wires = [", 'wires = ["source.output -> mine.gain", ')) == [1.5] * 5
+
+
+@pytest.mark.defect("H2", before="a tuple of floats in Constants: internal TypeError", after="it is held as declared")
+def test_tuples_of_numbers_among_the_constants(tmp_path: Path) -> None:
+    blocks = FILE[: FILE.index("@Mine.output")] + STATEFUL.lstrip()
+    assert both(tmp_path, blocks) == [0.5 / 3.0, 5.0 + 0.25 / 3.0, 3.0 + 0.5 / 3.0, 5.0 + 0.25 / 3.0, 3.0 + 0.5 / 3.0]
+
+
+def test_types_that_are_annotated_as_texts_are_types(tmp_path: Path) -> None:
+    assert both(tmp_path, FILE) == [6.0] * 5
+
+
+def told(folder: Path, capsys: pytest.CaptureFixture[str], old: str, new: str) -> str:
+    """What `check` prints of the file with a change."""
+    assert old in FILE
+    (folder / "own.py").write_text(FILE.replace(old, new))
+    (folder / "own.toml").write_text(GRAPH)
+    assert main(["check", str(folder / "own.toml"), "--blocks", str(folder / "own.py")]) == 1
+    return "".join(capsys.readouterr())
+
+
+FAULTS = {
+    'Mine.output("1")|Mine.output("Volt")': ("own.py:17: ", "Mine.level: unknown unit 'Volt'"),
+    'Input("1", "Input.")|Input("Volt", "Input.")': ("own.py:9: ", "Mine.input: unknown unit 'Volt'"),
+    "default=2)|default=-10.0, at_least=0.0)": ("own.py:9: ", "Mine.gain: its default -10.0 must be >= 0"),
+    'default=2)|default="two")': ("own.py:9: ", "Mine.gain: its default 'two'"),
+    "    gain: float|    c: float": (
+        "own.py:9: ",
+        "Mine.c: the name is taken; c is the constants, the first argument of functions",
+    ),
+    "    gain: float|    size: float": ("own.py:9: ", "Mine.size: the name is taken; every block has a method size"),
+    "    input = Input|    taps = Input": ("own.py:", "taps"),
+    "def level(p|def input(p": (
+        "own.py:17: ",
+        "Mine.input: the name is taken; it is the name of an input of the block",
+    ),
+    "def level(p, input|def level(input": ("own.py:17: ", "Mine.level: the first argument is the constants"),
+    "class Mine(Block)|class Gain(Block)": ("own.py:9: ", "the library has a block of this name"),
+}
+
+
+@pytest.mark.defect(
+    "S14", before="a unit Volt, a default out of bounds, a class Gain are taken in silence", after="told by check"
+)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_what_is_declared_wrong_is_told_with_its_line(
+    fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = fault.split("|")
+    blocks = told(tmp_path, capsys, old, new) if "Gain" not in fault else _as_gain(tmp_path, capsys)
+    for part in FAULTS[fault]:
+        assert part in blocks
+
+
+def _as_gain(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    (folder / "own.py").write_text(FILE.replace("Mine", "Gain"))
+    (folder / "own.toml").write_text(GRAPH.replace("Mine", "Gain"))
+    assert main(["check", str(folder / "own.toml"), "--blocks", str(folder / "own.py")]) == 1
+    return "".join(capsys.readouterr())
+
+
+def test_breakpoint_is_of_plain_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stopped = list[int]()
+    monkeypatch.setattr("sys.breakpointhook", lambda: stopped.append(1))
+    assert both(tmp_path, FILE.replace("    return p.gain", "    breakpoint()\n    return p.gain")) == [6.0] * 5
+    assert len(stopped) == 5
+
+
+def test_a_file_that_is_edited_after_it_was_loaded_changes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(FILE)
+    (tmp_path / "own.toml").write_text(GRAPH)
+    graph = read_graph(tmp_path / "own.toml", load_own_blocks(tmp_path / "own.py"))
+    (tmp_path / "own.py").write_text(FILE.replace("p.gain * input", "p.gain + input"))
+    assert simulate(graph, engine="python")["mine.level"].values.tolist() == [6.0] * 5
+    (tmp_path / "own.py").unlink()
+    assert simulate(graph, engine="python")["mine.level"].values.tolist() == [6.0] * 5

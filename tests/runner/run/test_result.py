@@ -1,0 +1,187 @@
+"""Traces, summaries, and the recorder that keeps rows in memory or on disk."""
+
+import dataclasses
+import signal
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from proofmass.blocks import WhiteNoise
+from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.runner.planning.plan import PlannedProbe
+from proofmass.runner.run import result as result_module
+from proofmass.runner.run import simulate as simulate_module
+from proofmass.runner.run.result import Recorder, Result, Trace, statistics
+from proofmass.runner.run.simulate import simulate
+from tests.by_hand.results import GRAPH, RATE, made_result, made_trace, mixed_result
+
+
+def a_probe(dtype: type = int, shape: tuple[int, ...] = ()) -> PlannedProbe:
+    return PlannedProbe("cells.sums", ("cells", "sums"), 10, dtype, shape, "V", "Sums.")
+
+
+def test_a_trace_knows_its_times_and_label() -> None:
+    trace = made_trace("adc.code", [1, 2, 3], "V", stride=10)
+    assert trace.period == Fraction(1, 5000)
+    assert trace.times.tolist() == [0.0, 10 * (1 / 50_000), 20 * (1 / 50_000)]
+    assert trace.times_of(1, 3).tolist() == trace.times.tolist()[1:]
+    assert trace.label == "adc.code [V]"
+
+
+def test_a_result_is_a_mapping_of_traces_and_says_whether_it_was_interrupted() -> None:
+    result = mixed_result()
+    assert list(result) == ["sine.output", "bits.bit", "adc.code", "cells.sums"]
+    assert result["adc.code"].values.shape == (6,)
+    assert not result.interrupted
+    assert dataclasses.replace(result, planned_ticks=61).interrupted
+
+
+def test_probes_of_one_rate_share_an_axis_the_fastest_first() -> None:
+    axes = mixed_result().axes()
+    assert {name: [t.signal for t in traces] for name, traces in axes.items()} == {
+        "time": ["sine.output", "bits.bit"],
+        "time_2": ["adc.code", "cells.sums"],
+    }
+
+
+def test_xarray_has_units_axes_and_what_the_run_was_made_with() -> None:
+    data = mixed_result().to_xarray()
+    assert data["sine.output"].dims == ("time",)
+    assert data["cells.sums"].dims == ("time_2", "cells.sums_entry")
+    assert data["cells.sums"].attrs == {"units": "V/s", "long_name": "Sums, one per lag."}
+    assert data["time_2"].attrs == {"units": "s", "long_name": "time"}
+    assert data["time_2"].values.tolist() == pytest.approx([n / 5000 for n in range(6)])
+    assert (data.attrs["seed"], data.attrs["base_rate"]) == ("7", "50000 Hz")
+    assert data.attrs["graph_toml"].startswith("#:schema")
+
+
+@pytest.mark.parametrize("piece", [1 << 20, 7, 1])
+def test_statistics_do_not_depend_on_the_pieces(piece: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(result_module, "PIECE", piece)
+    values = 1e9 + np.random.default_rng(1).normal(size=(101, 3))  # far from zero: a sum of squares would lose it
+    found = statistics(values)
+    np.testing.assert_allclose(found.mean, values.mean(axis=0), rtol=1e-15)
+    np.testing.assert_allclose(found.std, values.std(axis=0, ddof=1), rtol=1e-6)
+    assert found.lowest.tolist() == values.min(axis=0).tolist()
+    assert found.highest.tolist() == values.max(axis=0).tolist()
+
+
+def test_a_summary_of_every_kind_of_trace() -> None:
+    result = mixed_result()
+    rows = {row["signal"]: row for row in result.summary()}
+    for name, row in rows.items():
+        values = result[name].values
+        assert row["rows"] == len(values)
+        numbers = [row[key] for key in ("mean", "std", "min", "max")]
+        assert numbers == pytest.approx(
+            [values.mean(), values.std(ddof=1), float(values.min()), float(values.max())], rel=1e-12
+        )
+        assert row["last"] == values[-1].tolist()
+    assert rows["cells.sums"]["entries"] == 4
+    assert "entries" not in rows["adc.code"]
+
+
+def test_a_summary_of_no_rows_has_no_numbers() -> None:
+    result = made_result([made_trace("adc.code", np.zeros(0, dtype=int))])
+    assert result.summary() == [{"signal": "adc.code", "unit": "1", "rows": 0}]
+    assert "nan" in result._repr_html_()
+
+
+def test_the_table_of_a_notebook_is_escaped() -> None:
+    assert "<td>a&lt;b</td><td>&lt;V&gt;</td>" in made_result([made_trace("a<b", [1.0], "<V>")])._repr_html_()
+
+
+@pytest.mark.parametrize(("dtype", "shape"), [(float, ()), (int, (3,)), (bool, ())])
+@pytest.mark.parametrize("streamed", [False, True])
+@pytest.mark.parametrize("kept", [20, 13, 0])
+def test_a_recorder_keeps_rows_and_shortens_what_was_interrupted(
+    dtype: type, shape: tuple[int, ...], streamed: bool, kept: int, tmp_path: Path
+) -> None:
+    rows: Any = np.arange(20 * int(np.prod(shape))).reshape(20, *shape).astype(dtype)[:kept]
+    recorder = Recorder(a_probe(dtype, shape), 20, tmp_path if streamed else None)
+    space = recorder.space(min(kept, 8))
+    space[:] = rows[:8]
+    recorder.keep(space)
+    recorder.keep(rows[8:].copy())
+    trace = recorder.finish(RATE)
+    assert (trace.signal, trace.unit, trace.doc, trace.period) == ("cells.sums", "V", "Sums.", Fraction(1, 5000))
+    assert trace.values.dtype == rows.dtype
+    assert trace.values.shape == (kept, *shape)
+    assert trace.values.tolist() == rows.tolist()
+    assert isinstance(trace.values, np.memmap) == streamed
+    if streamed:
+        file = tmp_path / "cells.sums.npy"
+        assert file.stat().st_size == 256 + rows.nbytes
+        assert np.load(file).tolist() == rows.tolist()
+
+
+def run_sine(samples: int, **options: Any) -> Result:
+    graph = dataclasses.replace(GRAPH, probes=(Probe("sine.output"), Probe("bits.bit", 7)))
+    return simulate(graph, samples=samples, engine="python", **options)
+
+
+def test_a_run_too_large_for_memory_goes_to_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = run_sine(1000)
+    monkeypatch.setattr(simulate_module, "IN_MEMORY", 0)
+    streamed = run_sine(1000, folder=tmp_path)
+    for name in whole:
+        assert isinstance(streamed[name].values, np.memmap)
+        assert streamed[name].values.tolist() == whole[name].values.tolist()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bits.bit.npy", "sine.output.npy"]
+
+
+@pytest.mark.parametrize("folder", [False, True])
+def test_an_interrupted_run_holds_the_rows_that_were_done(
+    folder: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = run_sine(3000)
+    if folder:
+        monkeypatch.setattr(simulate_module, "IN_MEMORY", 0)
+
+    def press(done: int, total: int) -> None:
+        if 0 < done < total:
+            signal.raise_signal(signal.SIGINT)
+
+    part = run_sine(3000, progress=press, folder=tmp_path if folder else None)
+    assert part.interrupted
+    assert 0 < part.ticks < 3000
+    for name in whole:
+        rows = len(part[name].values)
+        assert rows == -(-part.ticks // whole[name].stride)
+        assert part[name].values.tolist() == whole[name].values[:rows].tolist()
+        if folder:
+            assert np.load(tmp_path / f"{name}.npy").shape == (rows,)
+
+
+def test_statistics_of_numbers_whose_squares_overflow() -> None:
+    found = statistics(np.array([1e247, -1e247, 3e247]))
+    assert found.mean == pytest.approx(1e247, rel=1e-15)
+    assert found.std == pytest.approx(2e247, rel=1e-15)
+    assert (found.lowest, found.highest) == (-1e247, 3e247)
+    assert statistics(np.array([1.7e308, 1.7e308])).mean == 1.7e308
+
+
+def test_the_standard_deviation_of_a_trace_is_that_of_the_measure() -> None:
+    graph = Graph(
+        name="noise",
+        rate="1 kHz",
+        blocks={"noise": WhiteNoise(density=1.0)},
+        probes=["noise.output"],
+        measures={"spread": {"signal": "noise.output", "statistic": "std"}},
+    )
+    result = simulate(graph, samples=5, engine="python")
+    (row,) = result.summary()
+    assert row["std"] == pytest.approx(result.measures["spread"].value, rel=1e-14)
+    assert row["std"] == pytest.approx(float(np.std(result["noise.output"].values, ddof=1)), rel=1e-14)
+
+
+@pytest.mark.parametrize(("rate", "stride"), [(Fraction(200_000), 1), (Fraction(1000, 3), 7), (Fraction(10**15, 7), 3)])
+def test_a_time_is_its_tick_over_the_rate_rounded_once(rate: Fraction, stride: int) -> None:
+    trace = Trace("a.b", "V", "", stride, rate, np.zeros(1000))
+    assert trace.times.tolist() == [float(row * stride / rate) for row in range(1000)]
+    assert Trace("a.b", "V", "", 1, Fraction(200_000), np.zeros(2)).times[1] == 5e-6
+    late = trace.times_of(10**15, 10**15 + 3).tolist()
+    assert late == [float(row * stride / rate) for row in range(10**15, 10**15 + 3)]

@@ -1,0 +1,97 @@
+"""Confidence intervals against SciPy, published values, and how often they hold what they should."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from proofmass.runner.studies.outcome.intervals import (
+    concise,
+    deviation_interval,
+    halves_of_means,
+    mean_interval,
+    part_interval,
+    percentile_interval,
+)
+
+
+@pytest.mark.parametrize(("good", "runs"), [(0, 10), (1, 10), (81, 263), (990, 1000), (1000, 1000)])
+def test_wilson_against_scipy(good: int, runs: int) -> None:
+    expected = stats.binomtest(good, runs).proportion_ci(0.95, method="wilson")
+    assert part_interval(good, runs) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+def test_wilson_against_newcombe() -> None:
+    """Newcombe, Statistics in Medicine 17 (1998), table I, method 3."""
+    published = {
+        (81, 263): (0.2553, 0.3662),
+        (15, 148): (0.0624, 0.1605),
+        (0, 20): (0.0, 0.1611),
+        (1, 29): (0.0061, 0.1718),
+    }
+    for (good, runs), interval in published.items():
+        assert part_interval(good, runs) == pytest.approx(interval, abs=5e-5)
+
+
+def test_means_against_scipy() -> None:
+    values = np.random.default_rng(1).normal(3.0, 2.0, 17)
+    expected = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
+    assert mean_interval(values) == pytest.approx((expected.low, expected.high), rel=1e-12)
+    assert mean_interval(values[:1]) == (-math.inf, math.inf)
+    both = halves_of_means(np.array([17.0, 2.0]), np.array([values.std(ddof=1), 1.0]))
+    assert both == pytest.approx([0.5 * (expected.high - expected.low), stats.t.ppf(0.975, 1) / math.sqrt(2.0)])
+
+
+@pytest.mark.parametrize("percent", [1.0, 50.0, 99.0])
+@pytest.mark.parametrize("runs", [5, 100, 700])
+def test_percentiles_by_the_binomial_distribution(percent: float, runs: int) -> None:
+    """The ranks hold the percentile with 95 % at least, and would not if either came nearer by one."""
+    low, high = percentile_interval(np.arange(1.0, runs + 1.0)[::-1], percent)
+    below = stats.binom(runs, percent / 100.0)
+    assert (below.cdf(low - 1.0) if low > 0.0 else 0.0) <= 0.025
+    assert below.cdf(max(low, 0.0)) > 0.025
+    assert (below.sf(high - 1.0) if high <= runs else 0.0) <= 0.025
+    assert below.sf(min(high, runs + 1.0) - 2.0) > 0.025
+
+
+@pytest.mark.parametrize(
+    "law", [stats.norm(), stats.uniform(), stats.expon()], ids=["normal", "uniform", "exponential"]
+)
+def test_they_hold_the_truth_as_often_as_they_say(law: "stats.rv_continuous") -> None:
+    dice = np.random.default_rng(5)
+    truths = {"mean": law.mean(), "std": law.std(), "p90": law.ppf(0.9)}
+    held = dict.fromkeys(truths, 0)
+    for _ in range(600):
+        values = law.rvs(400, random_state=dice)
+        found = {
+            "mean": mean_interval(values),
+            "std": deviation_interval(values),
+            "p90": percentile_interval(values, 90.0),
+        }
+        for name, (low, high) in found.items():
+            held[name] += low <= truths[name] <= high
+    assert all(0.91 * 600 <= times <= 0.985 * 600 for times in held.values()), held
+
+
+def test_one_value_and_equal_values() -> None:
+    assert deviation_interval(np.array([1.0])) == (0.0, math.inf)
+    assert deviation_interval(np.array([1.0, 1.0])) == (0.0, 0.0)
+    assert mean_interval(np.array([2.0, 2.0])) == (2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "text"),
+    [
+        (1.0, (0.9, 1.2), "1.00(20)"),
+        (-0.00123456, (-0.0012349, -0.0012342), "-0.00123456(36)"),
+        (100.0, (90.0, 125.0), "100(25)"),
+        (5e-15, (4e-15, 6e-15), "5.0(10)e-15"),
+        (0.0, (-2e-12, 2e-12), "0.0(20)e-12"),
+        (6.25e23, (6e23, 6.3e23), "6.25(25)e+23"),
+        (7.5, (7.5, 7.5), "7.5"),
+        (7.5, (-math.inf, 8.0), "7.5"),
+    ],
+)
+def test_values_with_their_uncertainty(value: float, interval: tuple[float, float], text: str) -> None:
+    assert concise(value, interval) == text

@@ -1,0 +1,88 @@
+"""Studies in lanes and threads: every bit as one run after the other in plain Python, failures included."""
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.host.interrupts import StoppedError
+from proofmass.runner.run.engines import lanes_for
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.graph_texts import changed
+from tests.by_hand.study_texts import STUDY
+
+
+def study_of(path: Path, text: str = STUDY) -> Study:
+    path.write_text(text)
+    return read_study(path)
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Study:
+    return study_of(tmp_path / "study.toml")
+
+
+def test_one_digest_whatever_the_lanes_and_threads(study: Study) -> None:
+    expected = run_study(study, engine="python").digest
+    for lanes, threads in ((0, 1), (0, 2), (8, 1), (8, 2), (16, 2), (32, 1)):
+        assert run_study(study, engine="compiled", lanes=lanes, threads=threads).digest == expected, (lanes, threads)
+
+
+def test_in_any_company(study: Study) -> None:
+    """Which runs go side by side changes no bit of any."""
+    alone = run_study(study, engine="python")
+    sensors, numbers = SensorRuns(study, "compiled", 8), np.random.default_rng(3).permutation(12).tolist()
+    for first in range(0, 12, 5):
+        some = numbers[first : first + 5]
+        found = sensors.runs(some, threading.Event())
+        assert found.numbers.tolist() == some
+        for place, name in enumerate(alone.values):
+            assert found.values[:, :, place].tolist() == alone[name][some].tolist()
+
+
+def test_sensors_that_fail_fail_alone(tmp_path: Path) -> None:
+    """Some have a reference that no converter can have; of others the sum of three voltages is no number."""
+    text = changed(
+        STUDY, '"adc.reference" = { normal = "200 ppm", relative = true }', '"adc.reference" = { values = [5, -1] }'
+    )
+    text = changed(text, '{ uniform = "1 mV" }', "{ values = [1.0, 1e308] }")
+    text = changed(
+        text, '"sum.output ->', '"source.output -> sum.third", "source.output -> sum.fourth", "sum.output ->'
+    )
+    study = study_of(tmp_path / "study.toml", text)
+    alone, together = run_study(study, engine="python"), run_study(study, engine="compiled", lanes=8)
+    assert together.faults == alone.faults
+    assert together.digest == alone.digest
+    assert any("is not finite" in fault for fault in alone.faults.values())
+    assert any("AnalogToDigital.reference" in fault for fault in alone.faults.values())
+    assert np.isfinite(together["bias"]).any()
+
+
+def test_a_parameter_that_a_start_needs_is_settled_before(tmp_path: Path) -> None:
+    text = changed(STUDY, 'first",', 'first",\n    "source.output -> total.input",')
+    text = changed(text, "[study]", 'total = { kind = "DiscreteIntegrator", initial = 2.0, input_unit = "V" }\n[study]')
+    text = changed(text, "[blocks]", 'total = { signal = "total.output", statistic = "mean" }\n[blocks]')
+    text = changed(
+        text, "[study.sweep]", '"total.initial" = { uniform = 1.0 }\n"total.gain" = { uniform = 0.5 }\n[study.sweep]'
+    )
+    study = study_of(tmp_path / "study.toml", text)
+    assert SensorRuns(study, "compiled", 8).together.compiled.settled == {"total"}
+    assert run_study(study, engine="compiled", lanes=8).digest == run_study(study, engine="python").digest
+
+
+def test_an_interruption_ends_them(study: Study) -> None:
+    stop = threading.Event()
+    stop.set()
+    with pytest.raises(StoppedError):
+        SensorRuns(study, "compiled", 8).runs([0, 1], stop)
+
+
+@pytest.mark.parametrize(
+    ("runs", "lanes"), [(1, 0), (7, 0), (8, 16), (63, 16), (127, 16), (255, 32), (256, 64), (10**6, 64)]
+)
+def test_lanes_are_filled_several_times(runs: int, lanes: int) -> None:
+    assert lanes_for(runs) == lanes
