@@ -14,7 +14,7 @@ from proofmass.blocks.arithmetic.cordic import (
     hyperbolic_shifts,
     turned,
 )
-from tests.by_hand.functions import cordic as cordic_by_hand
+from tests.by_hand import cordic as cordic_by_hand
 
 
 @pytest.mark.parametrize("iterations", [1, 3, 4, 8, 13, 16, 40])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import FixedCordicExponential
+from tests.by_hand import cordic as cordic_by_hand
 from tests.by_hand.cordic import swept
 from tests.by_hand.fixed_point import drive_fixed
-from tests.by_hand.functions import cordic as cordic_by_hand
 
 LN2 = 45426  # of 16 bits: the remainders of a range reduction are below
 

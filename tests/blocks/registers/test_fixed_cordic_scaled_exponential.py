@@ -7,9 +7,9 @@ import pytest
 
 from proofmass.blocks import FixedCordicScaledExponential
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from tests.by_hand import cordic as cordic_by_hand
 from tests.by_hand.cordic import swept
 from tests.by_hand.fixed_point import drive_fixed, words
-from tests.by_hand.functions import cordic as cordic_by_hand
 
 FACTOR = Fixed(24, 24)
 

@@ -23,9 +23,9 @@ import pytest
 from proofmass.blocks import FixedRangeReducer
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.fixed.digital import digital_block
+from tests.by_hand import cordic as cordic_by_hand
 from tests.by_hand.cordic import swept
 from tests.by_hand.fixed_point import drive_fixed
-from tests.by_hand.functions import cordic as cordic_by_hand
 
 
 def test_every_exponent_of_the_paper() -> None:

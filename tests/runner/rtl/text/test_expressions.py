@@ -4,8 +4,9 @@ import pytest
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, wrap
 from proofmass.runner.fixed.trace import trace
+from proofmass.runner.rtl.machine.low_bits import operands_of
 from proofmass.runner.rtl.machine.words import Word
-from proofmass.runner.rtl.text.expressions import fitted, literal, operands_of
+from proofmass.runner.rtl.text.expressions import fitted, literal
 from tests.by_hand.verilog import ModuleByHand
 
 
