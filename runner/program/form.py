@@ -5,8 +5,8 @@ A `Value` is computed once, by one statement, and read only behind it, in the sa
 changes is a `Variable`, which is `Get` and `Set`, or stands in an `Array`. Every value has a kind; tuples and
 NamedTuples are dissolved into numbers before. Each statement knows the line of Python that it comes from.
 
-Arithmetic is that of the reference: one rounding an operation, in the order written, no contraction, integers of 64 bits
-in two's complement. A program is checked by `verify`, read by `listing`.
+Arithmetic is that of the reference: one rounding an operation, in the order written, no contraction; integers of 64
+bits in two's complement. A program is checked by `verify` and read by `listing`.
 """
 
 from dataclasses import dataclass, field
@@ -233,7 +233,7 @@ class For:
 
 @dataclass(frozen=True)
 class While:
-    """The test, and as long as its condition holds the body and the test again. Values of the test are the body's too."""
+    """The test and, as long as its condition holds, the body and the test again. The body may read values of the test."""
 
     test: "Region"
     condition: Operand
