@@ -233,7 +233,7 @@ class For:
 
 @dataclass(frozen=True)
 class While:
-    """The test and, as long as its condition holds, the body and the test again; the body may read the test's values."""
+    """The test and, while its condition holds, the body and the test again; the body may read the test's values."""
 
     test: "Region"
     condition: Operand
