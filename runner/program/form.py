@@ -1,0 +1,306 @@
+"""The typed program: what lowering makes of Python functions and plans, and what every target prints from.
+
+A program is structured: functions of statements, `If`, `For`, `While`; no jumps but `Break`, `Continue` and `Return`.
+A `Value` is computed once, by one statement, and read only behind it, in the same region or in one inside it. What
+changes is a `Variable`, which is `Get` and `Set`, or stands in an `Array`. Every value has a kind; tuples and
+NamedTuples are dissolved into numbers before. Each statement knows the line of Python that it comes from.
+
+Arithmetic is that of the reference: one rounding an operation, in the order written, no contraction; integers of 64
+bits in two's complement. A program is checked by `verify` and read by `listing`.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple, TypeAlias
+
+
+class Kind(Enum):
+    """What a value is: a binary64 number, a 64-bit integer, or a truth value (one byte where it stands in an array)."""
+
+    FLOAT = "f64"
+    INTEGER = "i64"
+    TRUTH = "bool"
+
+
+FLOAT, INTEGER, TRUTH = Kind.FLOAT, Kind.INTEGER, Kind.TRUTH
+
+
+class Line(NamedTuple):
+    """A line of Python that a statement comes from."""
+
+    file: str
+    number: int
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    """What one statement computes, or a parameter of a function; `name` is what a reader knows it by."""
+
+    kind: Kind
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number of the program itself. Zeros of either sign and NaN are constants of their own."""
+
+    kind: Kind
+    value: float | int | bool
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """What may be set again; a function's variables are listed in `Function.variables`."""
+
+    kind: Kind
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Array:
+    """Memory of the caller, or a part of another array; entries are numbered from 0.
+
+    Two arrays among the parameters of a function never overlap.
+    """
+
+    entry: Kind
+    length: int | None  # None where only the caller knows it
+    writable: bool
+    name: str = ""
+
+
+Operand: TypeAlias = Value | Constant
+
+
+# -- operations without effect ----------------------------------------------------------------------------------------
+
+
+class Signature(NamedTuple):
+    """Kinds of an operation's operands, kind of its result, and what it is; None stands for any one kind."""
+
+    operands: tuple[Kind | None, ...]
+    result: Kind | None
+    meaning: str
+
+
+_FF, _II, _TT = (FLOAT, FLOAT), (INTEGER, INTEGER), (TRUTH, TRUTH)
+
+OPERATIONS: dict[str, Signature] = {
+    # numbers, rounded to nearest even
+    "add": Signature(_FF, FLOAT, "a + b"),
+    "subtract": Signature(_FF, FLOAT, "a - b"),
+    "multiply": Signature(_FF, FLOAT, "a * b"),
+    "divide": Signature(_FF, FLOAT, "a / b as IEEE 754 has it: infinite or NaN for b = 0"),
+    "negate": Signature((FLOAT,), FLOAT, "-a, the sign bit alone"),
+    "absolute": Signature((FLOAT,), FLOAT, "|a|, the sign bit alone"),
+    "copy_sign": Signature(_FF, FLOAT, "|a| with the sign bit of b"),
+    "square_root": Signature((FLOAT,), FLOAT, "square root, correctly rounded; NaN below zero"),
+    "floor": Signature((FLOAT,), FLOAT, "the largest whole number not above a"),
+    "ceiling": Signature((FLOAT,), FLOAT, "the smallest whole number not below a"),
+    "truncate": Signature((FLOAT,), FLOAT, "a without its fraction"),
+    "round_half_even": Signature((FLOAT,), FLOAT, "the nearest whole number, the even one of two"),
+    "less": Signature(_FF, TRUTH, "a < b; false for NaN"),
+    "less_equal": Signature(_FF, TRUTH, "a <= b; false for NaN"),
+    "equal": Signature(_FF, TRUTH, "a == b; false for NaN"),
+    "not_equal": Signature(_FF, TRUTH, "a != b; true for NaN"),
+    # integers, modulo 2^64 with sign
+    "add_integers": Signature(_II, INTEGER, "a + b"),
+    "subtract_integers": Signature(_II, INTEGER, "a - b"),
+    "multiply_integers": Signature(_II, INTEGER, "a * b"),
+    "add_overflows": Signature(_II, TRUTH, "whether 64 bits do not hold a + b"),
+    "subtract_overflows": Signature(_II, TRUTH, "whether 64 bits do not hold a - b"),
+    "multiply_overflows": Signature(_II, TRUTH, "whether 64 bits do not hold a * b"),
+    "floor_divide": Signature(_II, INTEGER, "a // b; any value for b = 0 and for -2^63 // -1, but no trap"),
+    "modulo": Signature(_II, INTEGER, "a % b with the sign of b; any value for b = 0, but no trap"),
+    "and": Signature(_II, INTEGER, "bits of both"),
+    "or": Signature(_II, INTEGER, "bits of either"),
+    "xor": Signature(_II, INTEGER, "bits of one"),
+    "shift_left": Signature(_II, INTEGER, "a << b modulo 2^64 for 0 <= b < 64; any value for another b"),
+    "shift_right": Signature(_II, INTEGER, "a >> b with sign for 0 <= b < 64; any value for another b"),
+    "less_integers": Signature(_II, TRUTH, "a < b"),
+    "less_equal_integers": Signature(_II, TRUTH, "a <= b"),
+    "equal_integers": Signature(_II, TRUTH, "a == b"),
+    "not_equal_integers": Signature(_II, TRUTH, "a != b"),
+    # truth values
+    "both": Signature(_TT, TRUTH, "a and b, both known"),
+    "either": Signature(_TT, TRUTH, "a or b, both known"),
+    "differ": Signature(_TT, TRUTH, "a != b"),
+    "not": Signature((TRUTH,), TRUTH, "not a"),
+    # of any kind
+    "select": Signature((TRUTH, None, None), None, "b if a else c, both known"),
+    # from kind to kind
+    "float_of_integer": Signature((INTEGER,), FLOAT, "the nearest number, the even one of two"),
+    "integer_of_float": Signature((FLOAT,), INTEGER, "a without its fraction; any value beyond 64 bits and for NaN"),
+    "integer_of_truth": Signature((TRUTH,), INTEGER, "1 or 0"),
+    "float_of_truth": Signature((TRUTH,), FLOAT, "1.0 or 0.0"),
+    "bits_of_float": Signature((FLOAT,), INTEGER, "the 64 bits of a number as an integer"),
+    "float_of_bits": Signature((INTEGER,), FLOAT, "the number of 64 bits"),
+}
+
+
+# -- statements -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Compute:
+    """`result` = `operation` of the operands."""
+
+    result: Value
+    operation: str  # of OPERATIONS
+    operands: tuple[Operand, ...]
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Get:
+    """`result` = what a variable is now."""
+
+    result: Value
+    variable: Variable
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Set:
+    """A variable becomes a value."""
+
+    variable: Variable
+    value: Operand
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Load:
+    """`result` = an entry of an array; the index is within it."""
+
+    result: Value
+    array: Array
+    index: Operand
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Store:
+    """An entry of an array becomes a value."""
+
+    array: Array
+    index: Operand
+    value: Operand
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class View:
+    """`part` stands for `part.length` entries of `whole` from an index on."""
+
+    part: Array
+    whole: Array
+    first: Operand
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Call:
+    """`results` = what a function returns for arguments, in the order of its parameters."""
+
+    results: tuple[Value, ...]
+    function: "Function | External"
+    arguments: tuple[Operand | Array, ...]
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class If:
+    """One region or the other."""
+
+    condition: Operand
+    then: "Region"
+    otherwise: "Region"
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class For:
+    """The body for `counter` = first, first + step, ... as long as it is below last; the three are read once before."""
+
+    counter: Value
+    first: Operand
+    last: Operand
+    step: int  # not 0; with a negative one as long as the counter is above last
+    body: "Region"
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class While:
+    """The test and, while its condition holds, the body and the test again; the body may read the test's values."""
+
+    test: "Region"
+    condition: Operand
+    body: "Region"
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Break:
+    """Leave the innermost loop."""
+
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Continue:
+    """Go on with the next turn of the innermost loop."""
+
+    line: Line | None = None
+
+
+@dataclass(frozen=True)
+class Return:
+    """Leave the function with these results."""
+
+    values: tuple[Operand, ...] = ()
+    line: Line | None = None
+
+
+Statement: TypeAlias = Compute | Get | Set | Load | Store | View | Call | If | For | While | Break | Continue | Return
+Region: TypeAlias = list[Statement]
+
+
+# -- functions and programs -------------------------------------------------------------------------------------------
+
+
+@dataclass(eq=False)
+class Function:
+    """A function; a body that ends without `Return` returns nothing, and `results` is empty then."""
+
+    name: str  # unique in its program, letters, digits and underscores
+    parameters: tuple[Value | Array, ...]
+    results: tuple[Kind, ...]
+    body: Region = field(default_factory=list)
+    variables: list[Variable] = field(default_factory=list)
+    origin: str = ""  # the Python function that it comes from, for readers
+    inline: bool = False  # whether targets take it into its callers
+
+
+@dataclass(frozen=True)
+class External:
+    """A function of another library, called as C has it: `sin` of libm, or a compiled model of hardware."""
+
+    symbol: str
+    parameters: tuple[Kind, ...]
+    result: Kind | None
+    address: int | None = field(default=None, compare=False, repr=False)  # None where the linker knows the symbol
+    pure: bool = True  # the result follows from the arguments, and nothing else happens
+
+
+@dataclass
+class Program:
+    """Functions by name, those that are called before those that call them; the last is called from outside."""
+
+    functions: dict[str, Function]
+
+    @property
+    def entry(self) -> Function:
+        """The function that is called from outside."""
+        return list(self.functions.values())[-1]
