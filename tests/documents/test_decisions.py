@@ -24,7 +24,9 @@ def test_a_record_has_title_date_status_and_four_sections(path: Path) -> None:
 
 
 def test_the_index_lists_every_record_with_its_title_and_status() -> None:
-    rows = re.findall(r"^\| \[\d{4}\]\((.+?)\) \| (.+?) \| (.+?) \| (.+?) \|$", (FOLDER / "README.md").read_text(), re.M)
+    rows = re.findall(
+        r"^\| \[\d{4}\]\((.+?)\) \| (.+?) \| (.+?) \| (.+?) \|$", (FOLDER / "README.md").read_text(), re.M
+    )
     assert [row[0] for row in rows] == [path.name for path in RECORDS]
     for name, title, date, status in rows:
         text = (FOLDER / name).read_text(encoding="utf-8")
