@@ -6,6 +6,7 @@ from typing import Any
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.catalog import facts
 from proofmass.blocks.declaration.declare import Block
+from proofmass.runner.output.text_table import text_table
 
 
 def block_text(kind: type[Block]) -> str:
@@ -63,8 +64,4 @@ def _indented(text: str) -> list[str]:
 def _table(title: str, head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
     if not rows:
         return []
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    cells = (
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)
-    )
-    return ["", title, *(f"    {line}" for line in cells)]
+    return ["", title, *(f"    {line}" for line in text_table([head, *rows], left=range(len(head))))]

@@ -1,12 +1,13 @@
 """A fit report as text for people and as plain data for programs."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from proofmass.runner.design.fit.fit import Fit, FitReport
 from proofmass.runner.design.fit.scale import CONFIDENCE
 from proofmass.runner.design.fit.starts import Arrivals
+from proofmass.runner.output.text_table import text_table
 
 
 def text(report: FitReport) -> str:
@@ -21,12 +22,12 @@ def text(report: FitReport) -> str:
     ]
     after = f"peak to peak, {report.before:.5g} before"
     head = ("model", "method", "RMSE", "R^2", after, "iterations")
-    lines += _table([head, *(_row(fit) for fit in report.fits)], left=2)
+    lines += text_table([head, *(_row(fit) for fit in report.fits)], left=(0, 1))
     rows: list[tuple[str, ...]] = [("model", "coefficient", "value", f"{CONFIDENCE:.0%} interval", "unit")]
     for fit in report.fits:
         if fit.method != "alternation":
             rows += [_coefficient(fit.model, *c) for c in fit.coefficients]
-    lines += ["", *_table(rows, left=2), ""]
+    lines += ["", *text_table(rows, left=(0, 1)), ""]
     lines.append(f"near the optimum an iteration of the alternation leaves {report.rate:.4f} of an error")
     return "\n".join([*lines, *map(str, report.findings)])
 
@@ -96,11 +97,3 @@ def _coefficient(model: str, name: str, value: float, half_width: float, unit: s
 
 def _named(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
-
-
-def _table(rows: Sequence[tuple[str, ...]], left: int) -> Iterator[str]:
-    """Rows in columns, the first few to the left, numbers to the right."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    for row in rows:
-        cells = [c.ljust(w) if i < left else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True))]
-        yield "  ".join(cells).rstrip()
