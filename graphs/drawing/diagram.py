@@ -269,11 +269,11 @@ def _block_tooltip(graph: Picture, name: str, drivers: Mapping[str, str]) -> str
     for parameter, declared in block.parameters.items():
         value = block.values[parameter] if isinstance(block, Box) else getattr(block, parameter)
         unit = _unit(block, declared)
-        shown = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
+        text = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
         if parameter in drivers:
             lines.append(f"{parameter}: driven by {drivers[parameter]}")
         else:
-            lines.append(f"{parameter} = {shown} {unit}".rstrip())
+            lines.append(f"{parameter} = {text} {unit}".rstrip())
     return "\n".join(line for line in lines if line)
 
 
@@ -288,12 +288,12 @@ def _wire(graph: Picture, link: Link, own: tuple[Point, ...], layout: Layout) ->
     block = graph.blocks[link.source]
     port = block.outputs[link.output]
     unit = _unit(block, port)
-    said = f"{link.source}.{link.output} → {link.target}.{link.port}"
-    tooltip = "\n".join((said + (f" [{unit}]" if unit else ""), port.doc))
+    ends = f"{link.source}.{link.output} → {link.target}.{link.port}"
+    tooltip = "\n".join((ends + (f" [{unit}]" if unit else ""), port.doc))
     (x, y), (before_x, before_y) = path[-1], path[-2]
     back = (before_x > x) - (before_x < x), (before_y > y) - (before_y < y)
     tip = [(x + 9 * back[0] + s * 4 * back[1], y + 9 * back[1] + s * 4 * back[0]) for s in (1, -1)]
-    yield f'<g class="wire{" driven" * link.driven}" data-wire="{_text(said)}"><title>{_text(tooltip)}</title>'
+    yield f'<g class="wire{" driven" * link.driven}" data-wire="{_text(ends)}"><title>{_text(tooltip)}</title>'
     yield f'<path class="reach" d="{_rounded(path, layout.dots)}"/>'
     yield f'<path class="line" d="{_rounded(own, layout.dots)}"/>'
     yield f'<path class="tip" d="M{x} {y}L{tip[0][0]} {tip[0][1]}L{tip[1][0]} {tip[1][1]}Z"/></g>'

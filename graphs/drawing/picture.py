@@ -76,15 +76,15 @@ def _box(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
         known = find_any(flat, signal, graph)
         if isinstance(known, Missing):
             continue
-        block, what = known
-        unit = block.unit_of(what)
-        if isinstance(what, Parameter):
-            parameters[port] = replace(what, name=port, unit=unit)
-            values[port] = getattr(block, what.name)
+        block, inner = known
+        unit = block.unit_of(inner)
+        if isinstance(inner, Parameter):
+            parameters[port] = replace(inner, name=port, unit=unit)
+            values[port] = getattr(block, inner.name)
         elif split(signal)[1] in block.outputs:
-            outputs[port] = replace(what, name=port, unit=unit)
+            outputs[port] = replace(inner, name=port, unit=unit)
         else:
-            inputs[port] = replace(what, name=port, unit=unit)
+            inputs[port] = replace(inner, name=port, unit=unit)
     part = graph.subgraphs[name]
     about = [part.name, part.description.strip(), f"{part.size.blocks} blocks inside"]
     return Box("\n".join(filter(None, about)), inputs, outputs, parameters, values)

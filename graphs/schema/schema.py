@@ -86,14 +86,14 @@ def schema(own: Own | None = None) -> Schema:
 
 
 def _block(kind: type[Block], rate: Schema) -> Schema:
-    known = facts(kind)
-    properties: dict[str, Schema] = {"kind": {"const": known["kind"], "description": known["doc"]}}
-    if not known["continuous"]:
+    about = facts(kind)
+    properties: dict[str, Schema] = {"kind": {"const": about["kind"], "description": about["doc"]}}
+    if not about["continuous"]:
         properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
-    properties |= {name: _parameter(parameter) for name, parameter in known["parameters"].items()}
+    properties |= {name: _parameter(parameter) for name, parameter in about["parameters"].items()}
     return {
-        "title": known["kind"],
-        "description": known["doc"],
+        "title": about["kind"],
+        "description": about["doc"],
         "type": "object",
         "properties": properties,
         "required": ["kind"],

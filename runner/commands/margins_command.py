@@ -51,15 +51,15 @@ def show_margins(request: MarginsRequest) -> int:
     planned = plan(graph)
     point = _operating_point(planned, request)
     loops = _loops(graph, planned, request, point)
-    moved = _sensitivities(graph, planned, loops, request, point)
+    quantities = _sensitivities(graph, planned, loops, request, point)
     if request.as_json:
         data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
-        print_json(data | ({"sensitivities": [quantity.as_data() for quantity in moved]} if moved else {}))
+        print_json(data | ({"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}))
     else:
         print_text(map(margins_text, loops.values()))
-        print_text(_sensitivity_texts(moved))
+        print_text(_sensitivity_texts(quantities))
     if request.picture is not None:
-        for path in _draw(request.picture, loops, moved):
+        for path in _draw(request.picture, loops, quantities):
             print_file(path, request.as_json)
     problems = missed(planned, loops)
     if problems:
@@ -124,21 +124,21 @@ def _sensitivities(
     return sensitivities(graph, planned, loops, *request.sensitivity, at)
 
 
-def _sensitivity_texts(moved: "list[Sensitivity]") -> list[str]:
-    if not moved:
+def _sensitivity_texts(quantities: "list[Sensitivity]") -> list[str]:
+    if not quantities:
         return []
     from proofmass.runner.commands.sensitivity_text import sensitivity_text
 
-    return [sensitivity_text(quantity) for quantity in moved]
+    return [sensitivity_text(quantity) for quantity in quantities]
 
 
-def _draw(picture: Path, loops: dict[str, Margins], moved: "list[Sensitivity]") -> list[Path]:
+def _draw(picture: Path, loops: dict[str, Margins], quantities: "list[Sensitivity]") -> list[Path]:
     """A picture of each loop, and of the parameters; with their names in the file's name if there are several."""
     from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities  # matplotlib
     from proofmass.runner.output.plot import save_figure
 
     figures = {name: plot_margins(margins) for name, margins in loops.items()}
-    if moved:
-        figures["sensitivity"] = plot_sensitivities(moved)
+    if quantities:
+        figures["sensitivity"] = plot_sensitivities(quantities)
     names = [picture if len(figures) == 1 else picture.with_stem(f"{picture.stem}_{name}") for name in figures]
     return [save_figure(figure, path) for figure, path in zip(figures.values(), names, strict=True)]

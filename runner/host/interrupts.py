@@ -27,15 +27,15 @@ def interrupts() -> Iterator[threading.Event]:
         if times[-1] - times[0] > STUCK_SECONDS:
             raise KeyboardInterrupt
 
-    kept: dict[signal.Signals, Any] = {}
+    handlers: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():
-        kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    for number, before in kept.items():
+        handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number, before in handlers.items():
         if before not in (signal.SIG_IGN, None):
             signal.signal(number, note)
     try:
         yield pressed
     finally:
-        for number, before in kept.items():
+        for number, before in handlers.items():
             if before not in (signal.SIG_IGN, None):
                 signal.signal(number, before)

@@ -140,14 +140,14 @@ def prefix(unit: str, largest: float) -> tuple[float, str]:
     >>> prefix("V", 3e-5)
     (1000000.0, 'µV')
     """
-    found = re.fullmatch(r"([A-Za-zµμΩ]+0?)((?![\^\w]).*)", unit)
-    parts = _parts(found[1]) if found else None
-    if found is None or parts is None or not (0.0 < largest < math.inf):
+    match = re.fullmatch(r"([A-Za-zµμΩ]+0?)((?![\^\w]).*)", unit)
+    parts = _parts(match[1]) if match else None
+    if match is None or parts is None or not (0.0 < largest < math.inf):
         return 1.0, pretty(unit)
     power, base = parts
     wanted = 3 * math.floor((math.log10(largest) + power + 1e-9) / 3)
     wanted = min(max(wanted, -24), 0 if base == "s" else 9)
-    return float(10.0 ** (power - wanted)), pretty(_SIGNS[wanted] + base + found[2])
+    return float(10.0 ** (power - wanted)), pretty(_SIGNS[wanted] + base + match[2])
 
 
 def offset(lowest: float, highest: float) -> float:
@@ -218,17 +218,17 @@ def envelope(values: Array, stretches: int) -> Array:
     if rows <= 2 * stretches:
         return np.arange(rows)
     length = -(-rows // stretches)
-    found = [np.array([0, rows - 1])]
+    places = [np.array([0, rows - 1])]
     for first, last in pieces(-(-rows // length), length):
         piece = np.asarray(values[first * length : last * length])
         whole = len(piece) // length
         grid = piece[: whole * length].reshape(whole, length)
         starts = (first + np.arange(whole)) * length
-        found += [starts + grid.argmin(axis=1), starts + grid.argmax(axis=1)]
+        places += [starts + grid.argmin(axis=1), starts + grid.argmax(axis=1)]
         if rest := piece[whole * length :].tolist():
             start = (first + whole) * length
-            found.append(np.array([start + rest.index(min(rest)), start + rest.index(max(rest))]))
-    return np.unique(np.concatenate(found))
+            places.append(np.array([start + rest.index(min(rest)), start + rest.index(max(rest))]))
+    return np.unique(np.concatenate(places))
 
 
 def _draw_signal(panel: "Axes", trace: Trace, held: bool, seconds: tuple[float, str], stretches: int) -> None:
@@ -256,8 +256,8 @@ def _draw_vector(panel: "Axes", trace: Trace) -> None:
 
     last = np.asarray(trace.values[-1], dtype=np.float64).ravel()
     first = _first_not_zero(trace.values)
-    found = statistics(trace.values[first:].reshape(len(trace.values) - first, -1))
-    factor, unit = prefix(trace.unit, float(max(np.abs(found.lowest).max(), np.abs(found.highest).max())))
+    spread = statistics(trace.values[first:].reshape(len(trace.values) - first, -1))
+    factor, unit = prefix(trace.unit, float(max(np.abs(spread.lowest).max(), np.abs(spread.highest).max())))
     entries = np.arange(len(last))
     panel.axhline(0.0, color=INK, linewidth=0.8)
     if len(last) <= 128:
@@ -269,8 +269,8 @@ def _draw_vector(panel: "Axes", trace: Trace) -> None:
     if rows > 1:
         panel.errorbar(
             entries + (0.2 if len(last) <= 128 else 0.0),
-            found.mean * factor,
-            found.std * factor,
+            spread.mean * factor,
+            spread.std * factor,
             color=ORANGE,
             linestyle="",
             marker="_",

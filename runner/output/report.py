@@ -136,15 +136,15 @@ def _value(value: Any) -> str:
 
 
 def _facts(result: Result) -> str:
-    known = dict(result.provenance)
+    provenance = dict(result.provenance)
     about = {
-        "engine": known.pop("engine", ""),
+        "engine": provenance.pop("engine", ""),
         "time of the loop": f"{result.seconds:.4g} s, {result.seconds / max(result.ticks, 1) * 1e9:,.1f} ns a tick",
         "time before it": f"{result.preparation:.4g} s",
         "seed": str(result.seed),
         "ticks": f"{result.ticks:,} at {write_rate(result.base_rate)}",
-        "SHA-256 of the graph": known.pop("graph_hash", ""),
-        **known,
+        "SHA-256 of the graph": provenance.pop("graph_hash", ""),
+        **provenance,
     }
     return facts(about.items())
 

@@ -130,14 +130,14 @@ class _Branch:
 
 def _branches(describing: Describing) -> Iterator[_Branch]:
     values = np.array([describing(float(a)) for a in _AMPLITUDES], dtype=complex)
-    told = np.flatnonzero(np.abs(values) > 0.0)
-    sizes = np.abs(values[told])
+    nonzero = np.flatnonzero(np.abs(values) > 0.0)
+    sizes = np.abs(values[nonzero])
     steps = np.sign(np.round(np.diff(sizes) / sizes[:-1], 12))
     begin = 0
     for i in range(1, len(steps) + 1):
         if i == len(steps) or steps[i] != steps[begin]:
             if steps[begin]:
-                kept = told[begin : i + 1]
+                kept = nonzero[begin : i + 1]
                 yield _Branch(describing, _AMPLITUDES[kept], values[kept])
             begin = i
 

@@ -21,9 +21,9 @@ def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mappi
     Raises `ModelError` where a block has no number to multiply, or its describing function turns the phase.
     """
     flat = flatten(graph)
-    found: dict[str, float] = {}
+    factors: dict[str, float] = {}
     for name, stated in gains.items():
-        found[name] = _number(flat, name, stated, _unit(flat, name, "{out}") + "/" + _unit(flat, name, "{in}"))
+        factors[name] = _number(flat, name, stated, _unit(flat, name, "{out}") + "/" + _unit(flat, name, "{in}"))
     for name, stated in amplitudes.items():
         amplitude = _number(flat, name, stated, _unit(flat, name, "{in}"))
         if not amplitude > 0.0:
@@ -32,8 +32,8 @@ def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mappi
         if abs(gain.imag) > 1e-6 * abs(gain):
             hint = "--limit-cycle finds the amplitude and the frequency with that turn"
             raise _refused(flat, name, "turns the phase for this amplitude: it is no gain", f"{gain:.6g}", hint)
-        found[name] = gain.real
-    return replaced(flat, found)
+        factors[name] = gain.real
+    return replaced(flat, factors)
 
 
 def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:

@@ -50,17 +50,17 @@ def analog_map(plan: Plan, group: Group, node: Node, tick: int) -> PeriodMap:
         if node in loop.nodes:
             raise ModelError([plan.graph.placed(_within(node, loop.tears[0]))])
     memory = memory_at(plan, tick)
-    found = _linearised(plan, group, node, memory)
+    analog = _linearised(plan, group, node, memory)
     later = _linearised(plan, group, node, Forward(plan, memory).to(tick + 1))
-    size = np.maximum(np.abs(found.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
-    moved = np.abs(found.matrix - later.matrix)[:, :-1]
+    size = np.maximum(np.abs(analog.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
+    moved = np.abs(analog.matrix - later.matrix)[:, :-1]
     change = float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
     notes = [_moving(tick, change)] if change > _MOVED else []
     behind = _behind(plan, node)
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
         notes.append(f"loops through discrete blocks are open here: held are {', '.join(held)}")
-    return replace(found, notes=tuple(notes))
+    return replace(analog, notes=tuple(notes))
 
 
 class _Instant(Interpreter):

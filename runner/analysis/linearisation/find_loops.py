@@ -10,23 +10,23 @@ from proofmass.runner.plan.planned import Plan
 
 
 @dataclass(frozen=True)
-class Found:
+class LoopGroup:
     """Outputs that lie in loops with each other, and those of them that all of these loops go through, best first."""
 
     ports: tuple[str, ...]
     open_at: tuple[str, ...]
 
 
-def find_loops(plan: Plan) -> list[Found]:
+def find_loops(plan: Plan) -> list[LoopGroup]:
     """All loops, those that share wires together."""
     wiring = _port_graph(plan)
-    found = []
+    groups = []
     for part in networkx.strongly_connected_components(wiring):
         inner = wiring.subgraph(part)
         if len(part) > 1 or networkx.number_of_selfloops(inner):
             cuts = sorted((node for node in part if _opens(plan, inner, node)), key=lambda n: (-plan.stride(n), n))
-            found.append(Found(_texts(sorted(part)), _texts(cuts)))
-    return sorted(found, key=lambda loop: loop.ports)
+            groups.append(LoopGroup(_texts(sorted(part)), _texts(cuts)))
+    return sorted(groups, key=lambda loop: loop.ports)
 
 
 def _port_graph(plan: Plan) -> Any:

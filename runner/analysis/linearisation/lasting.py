@@ -43,11 +43,11 @@ class Lasting:
         out = np.atleast_2d(out)
         if not self._right.shape[1]:
             return False
-        reached, shown = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
+        reached, observed = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
         within = self._left.T @ self._alike @ self._right
         most = np.outer(np.linalg.norm(out * self._scale, axis=1), np.linalg.norm(into / self._scale[:, None], axis=0))
         for _ in range(len(within)):
-            if np.any(np.abs(shown @ reached) > _UNSEEN * most):
+            if np.any(np.abs(observed @ reached) > _UNSEEN * most):
                 return True
             reached = within @ reached
         return False

@@ -70,9 +70,9 @@ def map_at(
         point = _Search(plan, inputs, outputs, cut, everything, tick).point()
         _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, point
     point = _Latest.point
-    found = point.map
+    exact = point.map
     if by_parameters:
-        found = period_map(
+        exact = period_map(
             plan,
             inputs,
             outputs,
@@ -82,7 +82,7 @@ def map_at(
             tick=tick,
             periods=point.periods,
         )
-    return replace(found, notes=point.notes, later=point.later)
+    return replace(exact, notes=point.notes, later=point.later)
 
 
 class _Latest:
@@ -111,25 +111,25 @@ class _Search:
 
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
-        found = self._map(self._after(0))
+        first = self._map(self._after(0))
         if not self._moves():
-            return _Point(found, 1)
+            return _Point(first, 1)
         maps = dict[int, PeriodMap]()
         for look in _LOOKS:
             maps[look] = self._map(self._after(look))
-            if look == 1 and _change(found, maps[look]) <= SAME:
-                return _Point(found, 1)
-        change, later = self._drift(found, maps, 1, found), tuple(maps.values())
+            if look == 1 and _change(first, maps[look]) <= SAME:
+                return _Point(first, 1)
+        change, later = self._drift(first, maps, 1, first), tuple(maps.values())
         if change <= NOTED:
-            return _Point(found, 1, (), later)
+            return _Point(first, 1, (), later)
         if self._first == 0:
-            return _Point(found, 1, (self._start_up(),), later)
+            return _Point(first, 1, (self._start_up(),), later)
         if change <= FROZEN:
-            return _Point(found, 1, _moving(change), later)
+            return _Point(first, 1, _moving(change), later)
         orbit = self._orbit()
-        closed = self._closed(found, orbit)
+        closed = self._closed(first, orbit)
         if closed is None:
-            raise ModelError([self._plan.graph.placed(self._refused(orbit, found))])
+            raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
 
     def _drift(self, found: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
@@ -171,11 +171,11 @@ class _Search:
             return True
         return dict(_wires(once, self._names)) != dict(_wires(twice, self._names))
 
-    def _crossovers(self, found: PeriodMap) -> list[float]:
+    def _crossovers(self, of_period: PeriodMap) -> list[float]:
         """Where |L| of a loop is about 1, in Hz."""
         if not self._cut:
             return []
-        system = OpenLoop(found.between())
+        system = OpenLoop(of_period.between())
         w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
@@ -183,13 +183,13 @@ class _Search:
     def _closed(self, first: PeriodMap, orbit: "_Orbit") -> _Point | None:
         """The map over so many periods that the orbit comes back."""
         for periods in orbit.returns():
-            found = self._map(self._after(0), periods)
-            change = self._drift(found, {periods: self._map(self._after(periods))}, periods, first)
+            closed = self._map(self._after(0), periods)
+            change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
             if change <= FROZEN:
                 once, whole = _time(self._period), _time(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
                 later = self._map(self._after(periods), periods)
-                return _Point(found, periods, (note, *_moving(change)), (later,))
+                return _Point(closed, periods, (note, *_moving(change)), (later,))
         return None
 
     def _orbit(self) -> "_Orbit":
@@ -274,10 +274,10 @@ def variation(closed: Array, later: Sequence[Array]) -> Array:
     An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
     vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
     """
-    moved = np.abs(later[0] - closed)
+    change = np.abs(later[0] - closed)
     eigen: Any = scipy.linalg.eig
     poles, left, right = eigen(closed, left=True, right=True)
-    bounds = np.einsum("ki,kl,li->i", np.abs(left), moved, np.abs(right))
+    bounds = np.einsum("ki,kl,li->i", np.abs(left), change, np.abs(right))
     shifts = np.max(
         [
             np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - closed, right)) / periods
@@ -288,7 +288,7 @@ def variation(closed: Array, later: Sequence[Array]) -> Array:
     distances = np.abs(1.0 - np.abs(poles))
     near = distances <= max(_NEAR, float(np.min(distances, initial=1.0)))
     parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
-    return np.asarray(moved * min(float(np.max(parts, initial=0.0)), 1.0))
+    return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
 
 
 def _change(first: PeriodMap, second: PeriodMap) -> float:
@@ -302,11 +302,11 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     one, two = first.matrix[:, :-1] - eye, second.matrix[:, :-1] - eye
     size = np.maximum(np.abs(one), np.abs(two))
     rows, columns = _scales(size, n)
-    size, moved = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
+    size, difference = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
     whole = float(np.linalg.norm(size))
     down, across = _groups(first.states, first.outputs), _groups(first.states, first.inputs)
     changes = [
-        float(np.linalg.norm(moved[np.ix_(r, c)])) / part
+        float(np.linalg.norm(difference[np.ix_(r, c)])) / part
         for r in down
         for c in across
         if (part := float(np.linalg.norm(size[np.ix_(r, c)]))) > _NEGLIGIBLE * whole

@@ -96,13 +96,13 @@ class PeriodMap:
 
 def _reached(edges: Array, order: int) -> set[int]:
     """States from which the entries behind the states can be reached, where row i depends on column j."""
-    found = np.zeros(len(edges), dtype=bool)
-    found[order:] = True
+    reached = np.zeros(len(edges), dtype=bool)
+    reached[order:] = True
     while True:
-        grown = found | (edges[found] != 0.0).any(axis=0)
-        if (grown == found).all():
-            return set(np.flatnonzero(found[:order]).tolist())
-        found = grown
+        grown = reached | (edges[reached] != 0.0).any(axis=0)
+        if (grown == reached).all():
+            return set(np.flatnonzero(reached[:order]).tolist())
+        reached = grown
 
 
 def period_map(

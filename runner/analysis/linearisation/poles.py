@@ -66,12 +66,12 @@ def judged(closed: Array, sampled: bool, variation: Array | None = None) -> tupl
     return together(judge(roots(characteristic(closed)), closed, sampled, variation))
 
 
-def judge(found: Sequence[Any], closed: Array, sampled: bool, variation: Array | None = None) -> list[Pole]:
+def judge(balls: Sequence[Any], closed: Array, sampled: bool, variation: Array | None = None) -> list[Pole]:
     """The poles at roots, balls, of a closed transition matrix.
 
     `variation` is by how much its entries change from one period to the next; None where they do not.
     """
-    distances = [_distance(root, sampled) for root in found]
+    distances = [_distance(root, sampled) for root in balls]
     alike, scale = balanced(closed)
     rounding = _ROUNDINGS * _EPSILON * np.abs(alike) * _inexact(alike)
     reach, moving = _LARGEST, np.zeros_like(rounding)
@@ -79,17 +79,17 @@ def judge(found: Sequence[Any], closed: Array, sampled: bool, variation: Array |
         slowest = min((distance for distance in distances if distance > _SLOWEST), default=1.0)
         reach, moving = _MOVING, np.abs(variation) / scale[:, None] * scale * (1.0 + _SETTLING / slowest)
     poles: list[Pole] = []
-    for root, distance in zip(found, distances, strict=True):
+    for root, distance in zip(balls, distances, strict=True):
         size = 1.0 if sampled else max(abs(complex(root)), 1e-300)
         uncertainty = _EPSILON * size
         if abs(distance) <= reach * size and len(closed):
             right, left = _vectors(alike, root)
             between = abs(np.sum(left * right))
-            moved = [float(np.abs(left) @ change @ np.abs(right)) for change in (rounding, moving)]
+            shifts = [float(np.abs(left) @ change @ np.abs(right)) for change in (rounding, moving)]
             limits = (_LARGEST * size, _MOVING * size)
             uncertainty += sum(
                 min(change / float(between), limit) if between > change / limit else limit
-                for change, limit in zip(moved, limits, strict=True)
+                for change, limit in zip(shifts, limits, strict=True)
                 if change > 0.0
             )
         poles.append(Pole(complex(root), distance, uncertainty))
@@ -109,15 +109,15 @@ def _vectors(a: Array, root: Any) -> tuple[Array, Array]:
     shift = root.mid() + flint.acb(_APART, _APART)
     matrix = flint.acb_mat([[flint.acb(value) for value in row] for row in a.tolist()])
     matrix -= flint.acb_mat(len(a), len(a), [shift if i % (len(a) + 1) == 0 else 0 for i in range(len(a) ** 2)])
-    found = []
+    vectors = []
     for turned in (matrix, matrix.transpose()):
         vector = [1.0 + i / (i + 7.0) + 0j for i in range(len(a))]
         for _ in range(2):
             solved = [value.mid() for value in turned.solve(flint.acb_mat(len(a), 1, vector)).entries()]
             largest = max(solved, key=lambda value: float(abs(value).log()) if value != 0 else -math.inf)
             vector = [complex(value / largest) for value in solved]
-        found.append(np.array(vector))
-    return found[0], found[1]
+        vectors.append(np.array(vector))
+    return vectors[0], vectors[1]
 
 
 def _inexact(matrix: Array) -> Array:

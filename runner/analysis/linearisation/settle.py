@@ -46,15 +46,15 @@ def settled_tick(plan: Plan, progress: Progress | None = None) -> int:
             raise ModelError([plan.graph.placed(_restless(str(error)))]) from error
         now = dict(_numbers(memory, names))
         largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
-        moved = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
-        worst = max(moved, key=lambda key: moved[key], default=None)
-        still = still + 1 if worst is None or moved[worst] <= TOLERANCE else 0
+        change = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
+        worst = max(change, key=lambda key: change[key], default=None)
+        still = still + 1 if worst is None or change[worst] <= TOLERANCE else 0
         if still >= 2 and memory.tick >= FEWEST:
             keep(plan, memory)
             return memory.tick
         if worst is not None:
             what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")
-            share = f"{moved[worst]:.2g} of its largest value"
+            share = f"{change[worst]:.2g} of its largest value"
             got = f"{what} moves by {share}, from {earlier:,} ticks to {memory.tick:,}"
             if not still and unstable.again(memory):
                 raise ModelError([plan.graph.placed(unstable.told(got))])

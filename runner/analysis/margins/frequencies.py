@@ -64,13 +64,13 @@ def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures
     angles = np.sqrt(marks[:-1] * marks[1:])
     z = 1j * angles if system.continuous else np.exp(1j * angles)
     matrices = z[:, None, None] * np.eye(len(a)) - a
-    told = np.linalg.cond(matrices) < _TOLD
-    if not np.any(told):
+    reliable = np.linalg.cond(matrices) < _TOLD
+    if not np.any(reliable):
         return
-    swept = np.linalg.solve(matrices[told], np.broadcast_to(b.reshape(-1, 1), (int(told.sum()), len(a), 1)))
+    swept = np.linalg.solve(matrices[reliable], np.broadcast_to(b.reshape(-1, 1), (int(reliable.sum()), len(a), 1)))
     states = swept[:, :, 0]
     values = states @ c + d
-    for angle, value in zip(angles[told], values, strict=True):
+    for angle, value in zip(angles[reliable], values, strict=True):
         t = angle if system.continuous else math.tan(0.5 * angle)
         exact = value_at(axis, t)
         if abs(exact - value) > _DISAGREEING * max(abs(value), abs(exact), 1e-3):

@@ -59,7 +59,7 @@ def convergence_rate(temperature: Array, a: tuple[float, float], b: tuple[float,
     return float(np.linalg.svd(spans[0].T @ spans[1], compute_uv=False)[0]) ** 2
 
 
-def _two_columns(first: Array, second: Array, wanted: Array) -> tuple[float, float]:
+def _two_columns(first: Array, second: Array, target: Array) -> tuple[float, float]:
     """Least squares on two columns, the second made orthogonal to the first: no squared condition number.
 
     A column that adds nothing gets the factor 0.
@@ -67,13 +67,13 @@ def _two_columns(first: Array, second: Array, wanted: Array) -> tuple[float, flo
     size = float(first @ first)
     if size == 0.0:
         size2 = float(second @ second)
-        return 0.0, float(second @ wanted) / size2 if size2 else 0.0
+        return 0.0, float(second @ target) / size2 if size2 else 0.0
     part = float(first @ second) / size
     rest = second - part * first
     again = float(first @ rest) / size
     rest, part = rest - again * first, part + again
     length = float(rest @ rest)
     if length <= 1e-30 * float(second @ second):
-        return float(first @ wanted) / size, 0.0
-    y = float(rest @ wanted) / length
-    return float(first @ wanted) / size - part * y, y
+        return float(first @ target) / size, 0.0
+    y = float(rest @ target) / length
+    return float(first @ target) / size - part * y, y

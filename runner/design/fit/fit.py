@@ -138,13 +138,13 @@ def _exponentials(
 def _polynomial(readings: Readings, scaled: Scaled, order: int) -> Fit:
     """Least squares in the scaled temperature, where the powers are far from parallel; then at zero temperature."""
     powers = np.vander(scaled.x, order + 1, increasing=True)
-    found = np.linalg.lstsq(powers, readings.output, rcond=None)[0]
-    residual = readings.output - powers @ found
+    solution = np.linalg.lstsq(powers, readings.output, rcond=None)[0]
+    residual = readings.output - powers @ solution
     turn = np.zeros((order + 1, order + 1))  # x^k = ((T - middle) / half)^k in powers of T
     for k in range(order + 1):
         for j in range(k + 1):
             turn[j, k] = math.comb(k, j) * (-scaled.middle) ** (k - j) / scaled.half**k
-    values = turn @ found
+    values = turn @ solution
     widths = half_widths(powers @ np.linalg.inv(turn), residual)
     t, v = readings.temperature_unit, readings.output_unit
     units = [v, f"{_factor(v)}/{_factor(t)}", *(f"{_factor(v)}/{_factor(t)}^{k}" for k in range(2, order + 1))]

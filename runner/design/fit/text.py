@@ -51,7 +51,7 @@ def starts_text(arrivals: Sequence[Arrivals]) -> str:
 def data(report: FitReport, arrivals: Sequence[Arrivals] = ()) -> dict[str, Any]:
     """The same as plain data; what is infinite is null."""
     readings = report.readings
-    found: dict[str, Any] = {
+    answer: dict[str, Any] = {
         "source": readings.source,
         "rows": len(readings.output),
         "temperature": {"name": readings.temperature_name, "unit": readings.temperature_unit},
@@ -63,8 +63,8 @@ def data(report: FitReport, arrivals: Sequence[Arrivals] = ()) -> dict[str, Any]
         "findings": [finding.as_data() for finding in report.findings],
     }
     if arrivals:
-        found["starts"] = {method.method: [arrival._asdict() for arrival in method.all] for method in arrivals}
-    return found
+        answer["starts"] = {method.method: [arrival._asdict() for arrival in method.all] for method in arrivals}
+    return answer
 
 
 def _fit_data(fit: Fit) -> dict[str, Any]:

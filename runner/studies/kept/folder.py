@@ -32,18 +32,18 @@ def find_folder(path: Path, own: Own | None = None) -> Path:
 
     Raises `ModelError` where there is none.
     """
-    study, found = read_study(path, own), list[Path]()
+    study, ledgers = read_study(path, own), list[Path]()
     for ledger in {*path.parent.glob(f"*/{FILE}"), *Path().glob(f"*/{FILE}")}:
         with contextlib.suppress(ModelError):  # a folder of something else, or of other blocks
             kept = read_study(ledger.parent / STUDY_FILE, own)
             if _told(kept, str(ledger.parent)) == _told(
                 study.changed(runs=kept.runs, seed=kept.seed), str(ledger.parent)
             ):
-                found.append(ledger)
-    if not found:
+                ledgers.append(ledger)
+    if not ledgers:
         hint = f"run it: proofmass montecarlo {path} --out FOLDER; or name the folder"
         raise ModelError([Problem(message="no folder of this study is near", file=str(path), hint=hint)])
-    return max(found, key=lambda ledger: ledger.stat().st_mtime).parent
+    return max(ledgers, key=lambda ledger: ledger.stat().st_mtime).parent
 
 
 def _told(study: Study, folder: str) -> tuple[str, str]:
@@ -67,7 +67,7 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
     try:
         means = RunningMeans(study, measures)
         means.add(ledger.outcomes(means.end))
-        kept = collected(measures, ledger.outcomes(means.end))
+        outcomes = collected(measures, ledger.outcomes(means.end))
     finally:
         ledger.close()
     return StudyResult(
@@ -77,5 +77,5 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
         seconds=0.0,
         engine="",
         provenance=provenance(study.graph, ""),
-        **kept,
+        **outcomes,
     )

@@ -49,8 +49,8 @@ class Ledger:
         self._data.execute("PRAGMA journal_mode = WAL")
         self._data.execute("BEGIN IMMEDIATE")
         self._data.execute("CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, text TEXT)")
-        known = dict(self._data.execute("SELECT name, text FROM facts"))
-        if not known:
+        before = dict(self._data.execute("SELECT name, text FROM facts"))
+        if not before:
             self._data.execute("CREATE TABLE stretches (first INTEGER PRIMARY KEY, runs INTEGER, numbers BLOB)")
             self._data.execute(
                 "CREATE TABLE faults (run INTEGER, epoch INTEGER, text TEXT, PRIMARY KEY (run, epoch)) WITHOUT ROWID"
@@ -58,10 +58,10 @@ class Ledger:
             self._data.executemany("INSERT INTO facts VALUES (?, ?)", facts.items())
         self._data.execute("COMMIT")
         for name, text in facts.items():
-            if known and known.get(name) != text:
+            if before and before.get(name) != text:
                 raise self._refused(
                     f"belongs to another {name}",
-                    _difference(known.get(name, ""), text),
+                    _difference(before.get(name, ""), text),
                     "name another folder, or put back what was changed",
                 )
 
@@ -83,8 +83,8 @@ class Ledger:
         """What is there of the runs below a number, in their order."""
         rows = self._data.execute("SELECT first, runs, numbers FROM stretches WHERE first < ? ORDER BY first", (below,))
         parts = [
-            Outcomes(np.arange(first, first + runs), np.frombuffer(held, dtype=_HELD).reshape(self._shape(runs)), {})
-            for first, runs, held in rows
+            Outcomes(np.arange(first, first + runs), np.frombuffer(blob, dtype=_HELD).reshape(self._shape(runs)), {})
+            for first, runs, blob in rows
         ]
         found = together(parts, self.epochs, len(self.measures))
         faults = self._data.execute("SELECT run, epoch, text FROM faults")

@@ -38,13 +38,13 @@ class RunningMeans:
         if self.enough:
             return
         points = self._study.points
-        held = together([self._early, arrived], self._epochs, self._width)
-        held = held.chosen(np.argsort(held.numbers, kind="stable"))
-        in_turn = held.numbers == self._sensors * points + np.arange(len(held.numbers))
+        waiting = together([self._early, arrived], self._epochs, self._width)
+        waiting = waiting.chosen(np.argsort(waiting.numbers, kind="stable"))
+        in_turn = waiting.numbers == self._sensors * points + np.arange(len(waiting.numbers))
         ready = int(in_turn.sum()) // points * points
-        self._early = held.chosen(np.arange(ready, len(held.numbers)))
+        self._early = waiting.chosen(np.arange(ready, len(waiting.numbers)))
         if ready:
-            self._count(held.values[:ready, :, self._places].reshape(-1, *self._first.shape))
+            self._count(waiting.values[:ready, :, self._places].reshape(-1, *self._first.shape))
 
     def text(self) -> str:
         """Of each measure the mean that is known least, as it is now."""

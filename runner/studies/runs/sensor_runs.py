@@ -93,25 +93,25 @@ class SensorRuns:
             return outcomes_of((done for number in map(int, numbers) for done in self.run(number)), epochs, measures)
         which = np.array(numbers, dtype=np.int64)
         drawn = drawn_together(self.study, which)
-        found = Outcomes(which, np.full((len(which), epochs, measures), np.nan), {})
+        outcomes = Outcomes(which, np.full((len(which), epochs, measures), np.nan), {})
         left = {name: np.full(len(which), value) for name, value in self._unset.items()}
         intervals = len(self.study.recalibration.every)
         calibrated = np.array([self.study.calibrated(number) for number in range(intervals)])[which % intervals]
         for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
             values = {name: rows[some] for name, rows in drawn.items()}
             values |= {name: now[None] for name, now in left.items()}
-            self._abreast(found, range(epochs)[some], values, stop)
+            self._abreast(outcomes, range(epochs)[some], values, stop)
             if left:
-                self._carry(found, some.start, calibrated[:, some.start], left)
-        return found
+                self._carry(outcomes, some.start, calibrated[:, some.start], left)
+        return outcomes
 
-    def _carry(self, found: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> None:
+    def _carry(self, outcomes: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> None:
         """What calibrations of some runs left in the registers: nothing new where one failed."""
-        failed = {number for number, at in found.faults if at == epoch}
-        new = calibrated & ~np.isin(found.numbers, list(failed))
+        failed = {number for number, at in outcomes.faults if at == epoch}
+        new = calibrated & ~np.isin(outcomes.numbers, list(failed))
         names = [measure.name for measure in self.measures]
         for name, measure in self.study.recalibration.carried.items():
-            left[name] = np.where(new, found.values[:, epoch, names.index(measure)], left[name])
+            left[name] = np.where(new, outcomes.values[:, epoch, names.index(measure)], left[name])
 
     def run(self, number: int) -> list[SensorRun]:
         """One run at each epoch; what a calibration measures is what parameters of the later epochs are."""
@@ -139,24 +139,24 @@ class SensorRuns:
         return {name: measured[measure] for name, measure in self.study.recalibration.carried.items()}
 
     def _abreast(
-        self, found: Outcomes, epochs: Sequence[int], values: Mapping[str, Array], stop: threading.Event
+        self, outcomes: Outcomes, epochs: Sequence[int], values: Mapping[str, Array], stop: threading.Event
     ) -> None:
         """Runs at some epochs side by side, with a number of each parameter for each epoch and run."""
         assert self.together is not None
-        shape = len(epochs), len(found.numbers)
-        noise = np.array([noise_run(self.study, found.numbers, epoch) for epoch in epochs]).ravel()
+        shape = len(epochs), len(outcomes.numbers)
+        noise = np.array([noise_run(self.study, outcomes.numbers, epoch) for epoch in epochs]).ravel()
         flat = {name: np.broadcast_to(rows, shape).ravel() for name, rows in values.items()}
         measured, sound = self.together.measured(flat, noise, stop)
-        own = found.values[:, epochs[0] : epochs[-1] + 1]
+        own = outcomes.values[:, epochs[0] : epochs[-1] + 1]
         own[..., : measured.shape[1]] = np.moveaxis(measured.reshape(*shape, -1), 0, 1)
         for place in range(len(noise)) if self.study.margins else np.flatnonzero(~sound).tolist():
             at, run = divmod(place, shape[1])
             given = {name: float(each[place]) for name, each in flat.items()}
             known = tuple(measured[place].tolist()) if sound[place] else None
-            done = self._at(int(found.numbers[run]), epochs[at], given, known)
+            done = self._at(int(outcomes.numbers[run]), epochs[at], given, known)
             own[run, at] = np.nan if done.values is None else done.values
             if done.fault:
-                found.faults[done.run, done.epoch] = done.fault
+                outcomes.faults[done.run, done.epoch] = done.fault
 
     def _at(
         self, number: int, epoch: int, values: dict[str, float], measured: tuple[float, ...] | None = None

@@ -29,7 +29,7 @@ class Influences:
     since: Array  # of each run the epoch of its last calibration
     factors: Factors
     values: Array
-    found: Regression
+    regression: Regression
 
 
 def influences_at(result: StudyResult, drawn: Drawn, epoch: int) -> Iterator[Influences]:
@@ -86,8 +86,8 @@ def _rows(part: StudyResult, epochs: list[int]) -> Iterator[dict[str, Any]]:
     drawn, study = drawn_of(part), part.study
     for epoch in epochs:
         for influences in influences_at(part, drawn, epoch):
-            found = influences.found
-            for influence in found.influences:
+            effects = influences.regression
+            for influence in effects.influences:
                 first = influence.parameters[0]
                 yield (
                     _place(part, influences.measure, epoch)
@@ -96,8 +96,8 @@ def _rows(part: StudyResult, epochs: list[int]) -> Iterator[dict[str, Any]]:
                     | {"factor_unit": influences.factors.units[first], "slope": influence.slope}
                     | {"effect": influence.effect, "effect_half": influence.effect_half}
                     | {"standardised": influence.standardised, "of_ranks": influence.rank}
-                    | {"explained": found.explained, "explained_of_ranks": found.explained_of_ranks}
-                    | {"runs": found.runs}
+                    | {"explained": effects.explained, "explained_of_ranks": effects.explained_of_ranks}
+                    | {"runs": effects.runs}
                 )
 
 

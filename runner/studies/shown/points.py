@@ -66,11 +66,11 @@ def _unit(study: Study, parameter: str) -> str:
 def _some(result: StudyResult, chosen: Array, parts: int) -> StudyResult:
     """Runs of one of several parts of a study."""
     numbers = result.numbers[chosen]
-    kept = set(numbers.tolist())
+    chosen_numbers = set(numbers.tolist())
     return replace(
         result,
         numbers=numbers,
         values={name: values[chosen] for name, values in result.values.items()},
-        faults={key: fault for key, fault in result.faults.items() if key[0] in kept},
+        faults={key: fault for key, fault in result.faults.items() if key[0] in chosen_numbers},
         planned_runs=result.planned_runs // parts,
     )

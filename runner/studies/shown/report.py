@@ -168,20 +168,20 @@ def _influences(result: StudyResult) -> str:
 
 
 def _tornado(result: StudyResult, influences: Influences) -> str:
-    found, measure, study = influences.found, influences.measure, result.study
+    regression, measure, study = influences.regression, influences.measure, result.study
     about = (
-        f"Straight lines explain {_percent(found.explained)} of the variance of {measure.name} at the age of "
-        f"{age_text(study.epochs[influences.epoch])}, of its ranks {_percent(found.explained_of_ranks)}."
+        f"Straight lines explain {_percent(regression.explained)} of the variance of {measure.name} at the age of "
+        f"{age_text(study.epochs[influences.epoch])}, of its ranks {_percent(regression.explained_of_ranks)}."
     )
     about += _since_text(study, influences)
     rows = (
         f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{_effect(i)}</td>'
         f'<td class="number">{i.standardised:.4f}</td><td class="number">{i.rank:.4f}</td>'
-        for i in found.influences
+        for i in regression.influences
     )
     heads = ("factor", "slope", "effect of 1 σ", "standardised", "of ranks")
     drawing = picture(
-        plot_influences(influences.factors, found, influences.values, label_of(measure)),
+        plot_influences(influences.factors, regression, influences.values, label_of(measure)),
         f"{measure.name}-influences-{first_point(result)}",
     )
     return f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}'
@@ -198,14 +198,14 @@ def _since_text(study: Study, influences: Influences) -> str:
     return f" Changes are those since the {'last' if study.recalibration.carried else 'first'} {what}{at}."
 
 
-def _leading(study: Study, found: Sequence[Influences]) -> str:
+def _leading(study: Study, tables: Sequence[Influences]) -> str:
     """The strongest factors of one measure at each age."""
     rows = []
-    for influences in found:
-        named = ", ".join(f"{i.parameter} {i.effect:.4g}" for i in influences.found.influences[:_LEADING])
+    for influences in tables:
+        named = ", ".join(f"{i.parameter} {i.effect:.4g}" for i in influences.regression.influences[:_LEADING])
         rows.append(
             f'<td class="number">{escape(age_text(study.epochs[influences.epoch]))}</td>'
-            f'<td class="number">{_percent(influences.found.explained)}</td><td>{broken(named)}</td>'
+            f'<td class="number">{_percent(influences.regression.explained)}</td><td>{broken(named)}</td>'
         )
     return table(("age", "explained", "strongest factors, effect of 1 σ"), rows, numbers=(0, 1))
 
@@ -276,15 +276,15 @@ def _command(result: StudyResult, *words: str) -> str:
 
 
 def _facts(result: StudyResult) -> str:
-    known = dict(result.provenance)
+    provenance = dict(result.provenance)
     about = {
         "design": result.study.design,
         "runs": f"{len(result.numbers):,} of {result.planned_runs:,}",
         "failed": f"{len(result.faults):,}",
         "SHA-256 of the values": result.digest,
-        "SHA-256 of the graph": known.pop("graph_hash", ""),
+        "SHA-256 of the graph": provenance.pop("graph_hash", ""),
         "time": f"{result.seconds:.4g} s" if result.seconds else "",
-        **known,
+        **provenance,
     }
     return facts(about.items())
 

@@ -78,7 +78,7 @@ def regression(parameters: Mapping[str, Array], values: Array) -> Regression | N
     standardised, halves, explained = _grouped(x, y, groups)
     rank, _, explained_of_ranks = _grouped(_ranks(x), _ranks(y[:, None])[:, 0], groups)
     deviation, names = float(y.std(ddof=1)), list(columns)
-    found = [
+    influences = [
         Influence(
             tuple(names[place] for place in group),
             float(b * deviation / x[:, group[0]].std(ddof=1)),
@@ -89,8 +89,8 @@ def regression(parameters: Mapping[str, Array], values: Array) -> Regression | N
         )
         for group, b, half, rank_b in zip(groups, standardised, halves, rank, strict=True)
     ]
-    found.sort(key=lambda influence: -abs(influence.effect))
-    return Regression(tuple(found), explained, explained_of_ranks, len(y))
+    influences.sort(key=lambda influence: -abs(influence.effect))
+    return Regression(tuple(influences), explained, explained_of_ranks, len(y))
 
 
 def sobol_indices(result: StudyResult, measure: str, epoch: int = 0, point: int = 0) -> list[Index]:

@@ -86,7 +86,7 @@ def run_study(
 
             source = functools.partial(runs_on_workers, dask, sensors)
         _fill(ledger, source, left, means, progress)
-        found = collected(sensors.measures, ledger.outcomes(means.end))
+        outcomes = collected(sensors.measures, ledger.outcomes(means.end))
     finally:
         ledger.close()
     return StudyResult(
@@ -96,7 +96,7 @@ def run_study(
         seconds=time.perf_counter() - began,
         engine=sensors.engine,
         provenance=provenance(study.graph, sensors.engine),
-        **found,
+        **outcomes,
     )
 
 

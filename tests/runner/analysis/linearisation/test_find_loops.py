@@ -6,13 +6,13 @@ from proofmass.blocks import Gain, LowPass, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.analysis.linearisation.find_loops import Found, find_loops
+from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.planning.plan import plan
 
 LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
 
 
-def found(blocks: dict[str, Block], wires: list[str], **more: object) -> list[Found]:
+def found(blocks: dict[str, Block], wires: list[str], **more: object) -> list[LoopGroup]:
     return find_loops(plan(Graph(name="loops", rate=1000, blocks=blocks, wires=wires, **more)))  # type: ignore[arg-type]
 
 
