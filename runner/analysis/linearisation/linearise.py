@@ -41,20 +41,20 @@ def linearise(
     at: str | float | Fraction = 0.0,
     minimal: bool = False,
 ) -> "control.StateSpace":
-    """The linearised sampled system of a graph, for python-control, exact for what is held between ticks.
+    """Return the linearised sampled system of a graph as a `control.StateSpace`, exact for signals held between ticks.
 
-    `inputs` are outputs of blocks, "acceleration.output", to whose values the inputs of the system are added; `outputs`
-    are what is observed. With `loop`, the name of a loop or an output at which to open one, the system is the open
-    loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after which all
-    blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
+    `inputs` are outputs of blocks, such as "acceleration.output"; inputs of the system are added to their values.
+    `outputs` are the observed signals. With `loop`, the name of a loop or an output at which to open one, the system
+    is the open loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after
+    which all blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
 
-    The operating point is what the graph is like at the time `at`, by a run from tick 0, or where its loops have
-    "settled". Quantisers count as gain one, limits as what they are at the operating point. States that do not lie
-    between inputs and outputs are left out. With `minimal`, modes that do not decay are too, where no input reaches
-    them or no output shows them: an integrator behind a difference, the phase of an oscillation. The states that are
-    left are then not those of blocks.
+    The operating point is the graph's state at time `at`, after a run from tick 0, or where its loops have "settled".
+    Quantisers count as gain one, limits as their slope at the operating point. States that do not lie between inputs
+    and outputs are left out. With `minimal`, so are modes that do not decay and that no input reaches or no output
+    shows: an integrator after a difference, the phase of an oscillation. The remaining states are then not those of
+    blocks.
 
-    Raises `ModelError` with the block that cannot be linearised.
+    Raises `ModelError` that names the block that cannot be linearised.
     """
     planned = plan(graph)
     if loop:
@@ -65,7 +65,7 @@ def linearise(
 
 
 def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
-    """The map as a StateSpace; its names have colons, since python-control takes no dots: `dac:voltage`."""
+    """Return the map as a StateSpace. Names have colons, since python-control allows no dots: `dac:voltage`."""
     import control
 
     states, inputs, outputs = (
@@ -94,7 +94,7 @@ def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = Fal
 
 
 def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = False) -> OpenLoop:
-    """The loop through an output, opened there; in continuous time where only continuous blocks lie in it."""
+    """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
     group = analog_group(planned, node)
     if group is not None:
         analog = analog_map(planned, group, node, tick).between()
@@ -109,7 +109,7 @@ def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = Fa
             message=f"what goes in at {signal} does not come back",
             key=signal,
             expected="a loop in which every block passes small changes on",
-            hint="a limit may be reached there, or a signal be compared, not computed with; another time may do: --at",
+            hint="a limit may be reached there, or a signal only compared; try another time with --at",
             path=("blocks", node[0]),
         )
         raise ModelError([planned.graph.placed(problem)])
@@ -123,13 +123,13 @@ def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = Fa
 
 
 def loops_of(planned: Plan) -> dict[str, Loop]:
-    """The loops of a graph, those that it names or else all that are found in its wires; refused where they cross."""
+    """Return the loops of a graph: those that it names, else all in its wires; raises `ModelError` if these cross."""
     if planned.graph.loops:
         return dict(planned.graph.loops)
     groups = find_loops(planned)
     problems = [_crossing(part) for part in groups if not part.open_at]
     if not groups:
-        hint = "margins are those of a loop: wire the output of a controller back to what it controls"
+        hint = "margins need a loop: wire the output of a controller back to what it controls"
         problems = [Problem(message="the graph has no loop", key="wires", hint=hint, path=("wires",))]
     if problems:
         raise ModelError([planned.graph.placed(problem) for problem in problems])
@@ -179,7 +179,7 @@ def _crossing(found: LoopGroup) -> Problem:
         message="loops share wires here, and no wire opens them all",
         key="loops",
         got=some,
-        expected="one output for each loop that margins are wanted of; the other loops stay closed meanwhile",
+        expected="one output for each loop to analyse; the other loops stay closed",
         hint=f'add [loops.NAME] with open_at = "{first}", or say --loop {first}',
         path=("wires",),
     )

@@ -1,7 +1,7 @@
 """A loop opened at a wire, as a sampled system: frequency response, closed-loop poles, sensitivity.
 
-L is what comes back to the wire for what goes in, with the sign turned, as is usual for negative feedback: the loop is
-stable where the zeros of det(I + L) lie inside the unit circle. Where slower blocks lie in the loop, L is lifted: one
+L is minus the signal from the wire's source over the signal at its readers, as is usual for negative feedback: the loop
+is stable if the zeros of det(I + L) lie inside the unit circle. Where slower blocks lie in the loop, L is lifted: one
 period of the loop holds `per_period` values of the wire.
 """
 

@@ -1,14 +1,14 @@
 """Linear maps about operating points that are what they claim: the orbit closes, moves slowly, or makes no difference.
 
 A map of one common period is linear and time-invariant where the graph is the same in every period. Where carriers are
-mixed it depends on how they stand, and repeats only if they fit the period. So the map is compared with those of later
+mixed it depends on their phases, and repeats only if they fit the period. So the map is compared with those of later
 periods. Where they differ, it may be taken
 
-- over k periods, where the orbit comes back after so many: that is exact, the map of k periods does not change; or
-- over one, where it changes little in 1 / w, w being the lowest gain crossover: a loop that is frozen in its motion.
+- over k periods, if the orbit closes after k: this is exact, since the map of k periods does not change; or
+- over one, if it changes little in 1 / w, w being the lowest gain crossover: a loop frozen in its motion.
 
-Else the time-invariant map would be that of no loop, and is refused. Tick 0 is not refused, since a graph starts there
-from what it is given: what is not at rest is noted.
+Otherwise no time-invariant map describes the loop, and it is refused. Tick 0 is not refused, since a graph starts there
+from its initial values; a note says if it is not at rest.
 """
 
 import math
@@ -197,7 +197,9 @@ class _Search:
         return _Orbit([dict(_states(m, self._names)) | dict(_wires(m, self._names)) for m in later])
 
     def _start_up(self) -> str:
-        return 'tick 0 is a start-up, from which the loop changes: ask for --at settled, or a time, as in --at "0.1 s"'
+        return (
+            'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
+        )
 
     def _refused(self, orbit: "_Orbit", found: PeriodMap) -> Problem:
         name, part, step = orbit.fastest()

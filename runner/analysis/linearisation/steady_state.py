@@ -1,8 +1,8 @@
 """The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
 
-x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay, and that the input and the
-constants do not reach or that the output does not show, are projected out first (`lasting`): an integrator behind a
-difference, the phase of an oscillation.
+x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay are
+projected out first if input and constants do not reach them or the output does not show them (`lasting`): an integrator
+after a difference, the phase of an oscillation.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from proofmass.runner.plan.planned import Plan
 
 
 class SteadyState:
-    """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
+    """Scale factor and bias from one output to another; raises `ModelError` if there is no steady state."""
 
     def __init__(self, planned: Plan, period_map: PeriodMap, target: Node) -> None:
         n = period_map.order
@@ -35,18 +35,18 @@ class SteadyState:
         self._at_zero = self._inverse @ (step - b * at_input)
 
     def values(self) -> tuple[float, float]:
-        """Scale factor and bias."""
+        """Return scale factor and bias."""
         _, _, c, d, _, level, at_input = self._parts(self._map.matrix)
         return float(c @ self._by_input) + d, float(c @ self._at_zero) + level - d * at_input
 
     @property
     def size(self) -> float:
-        """Of what the bias is the difference: the output at the operating point, and the input's part of it."""
+        """The sum of the sizes whose difference is the bias: the output at the operating point and the input's part."""
         _, _, _, _, _, level, at_input = self._parts(self._map.matrix)
         return abs(level) + abs(self.values()[0] * at_input)
 
     def slopes(self, parameter: str) -> tuple[float, float]:
-        """Derivatives of scale factor and bias."""
+        """Return the derivatives of scale factor and bias by a parameter."""
         _, b, c, d, _, _, at_input = self._parts(self._map.matrix)
         da, db, dc, dd, dstep, dlevel, dinput = self._parts(self._map.slopes[parameter])
         by_input = self._inverse @ (da @ self._by_input + db)

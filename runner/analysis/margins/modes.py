@@ -1,13 +1,13 @@
 """Which modes a loop sees, and what its closed-loop poles say of its stability.
 
-Two stages take out of the quotient N / D what the loop does not see:
+Two stages remove from the quotient N / D what the loop does not see:
 
 1. factors that N and D share to the last bit: modes that the wire does not reach, or that do not reach it, such as the
-   integrators of a CIC filter behind its combs;
-2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), that stand where the open loop has
-   a pole and a zero: no gain moves them, such as the phase of an oscillation, which is neutral.
+   integrators of a CIC filter before its combs;
+2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), at which the open loop has a
+   pole and a zero: no gain moves them, such as the neutral phase of an oscillation.
 
-A pole and a zero that are near to each other, but apart by more than rounding, both count.
+A pole and a zero that are close, but further apart than rounding, both count.
 """
 
 import math

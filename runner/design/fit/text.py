@@ -11,7 +11,7 @@ from proofmass.runner.output.text_table import text_table
 
 
 def text(report: FitReport) -> str:
-    """The comparison of the fits, their coefficients with intervals, and the findings."""
+    """Return the comparison of the fits, their coefficients with intervals, and the findings."""
     readings = report.readings
     t, v = readings.temperature, readings.output
     lines = [
@@ -28,12 +28,14 @@ def text(report: FitReport) -> str:
         if fit.method != "alternation":
             rows += [_coefficient(fit.model, *c) for c in fit.coefficients]
     lines += ["", *text_table(rows, left=(0, 1)), ""]
-    lines.append(f"near the optimum an iteration of the alternation leaves {report.rate:.4f} of an error")
+    lines.append(
+        f"near the optimum each iteration of the alternation reduces the error by a factor of only {report.rate:.4f}"
+    )
     return "\n".join([*lines, *map(str, report.findings)])
 
 
 def starts_text(arrivals: Sequence[Arrivals]) -> str:
-    """How many starts of the grid reach the optimum, in how many iterations, and which do not."""
+    """Return how many starts of the grid reach the optimum, in how many iterations, and which do not."""
     lines = []
     for method in arrivals:
         there = sorted(arrival.iterations for arrival in method.all if arrival.reached)
@@ -49,7 +51,7 @@ def starts_text(arrivals: Sequence[Arrivals]) -> str:
 
 
 def data(report: FitReport, arrivals: Sequence[Arrivals] = ()) -> dict[str, Any]:
-    """The same as plain data; what is infinite is null."""
+    """Return the report as plain data; infinite numbers are null."""
     readings = report.readings
     answer: dict[str, Any] = {
         "source": readings.source,

@@ -1,7 +1,7 @@
 """The runs of a study: run k is a pure function of (graph, study, seed, k).
 
-The graph is planned and compiled once, without probes. A run brings the numbers that differ in it and calls the loop;
-which engine, which other runs side by side with it and in which order changes no bit of it.
+The graph is planned and compiled once, without probes. A run passes its own numbers to the loop. Engine,
+runs side by side with it and their order change no bit of it.
 """
 
 import dataclasses
@@ -37,7 +37,7 @@ PART_BYTES = 1 << 25  # of memory, at most, that these runs take
 
 
 class SensorRuns:
-    """Runs a study's sensors."""
+    """Computes runs of a study."""
 
     def __init__(self, study: Study, engine: EngineName = "auto", lanes: int | None = None) -> None:
         self.study = study
@@ -59,19 +59,19 @@ class SensorRuns:
 
     @cached_property
     def _unset(self) -> dict[str, float]:
-        """What the parameters that calibrations set are before the first one: values of the graph."""
+        """Return the values of calibrated parameters before the first calibration: those of the graph."""
         nodes = {name: split(name) for name in self.study.recalibration.carried}
         return {name: getattr(self.plan.blocks[block], parameter) for name, (block, parameter) in nodes.items()}
 
     def code(self) -> str:
-        """Hash of the functions that compute a run, of whichever version of the blocks."""
+        """Return a hash of the functions that compute a run."""
         from proofmass.runner.program.generate import generate
         from proofmass.runner.targets.compile import content_of
 
         return content_of(generate(self.plan))
 
     def parts(self, numbers: Array, threads: int) -> Iterator[Array]:
-        """Runs in parts for `runs`: enough in each that what is done once a part counts little, as many a thread."""
+        """Yield runs in parts for `runs`: large enough to hide the cost of a part, equally many for each thread."""
         size = 1
         if self.together is not None:
             epochs, groups = len(self.study.epochs), -(-len(numbers) // self.lanes)
@@ -84,9 +84,9 @@ class SensorRuns:
             yield numbers[first : first + size]
 
     def runs(self, numbers: Sequence[int] | Array, stop: threading.Event) -> Outcomes:
-        """Some runs at all epochs, side by side where the engine has lanes.
+        """Return the outcomes of runs at all epochs, side by side if the engine has lanes.
 
-        Raises `StoppedError` soon after the event is set, where they are side by side.
+        Side by side, raises `StoppedError` soon after the event is set.
         """
         epochs, measures = len(self.study.epochs), len(self.measures)
         if self.together is None:
@@ -106,7 +106,7 @@ class SensorRuns:
         return outcomes
 
     def _carry(self, outcomes: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> None:
-        """What calibrations of some runs left in the registers: nothing new where one failed."""
+        """Store the results of calibrations as parameters of later epochs; nothing new where one failed."""
         failed = {number for number, at in outcomes.faults if at == epoch}
         new = calibrated & ~np.isin(outcomes.numbers, list(failed))
         names = [measure.name for measure in self.measures]
@@ -114,7 +114,7 @@ class SensorRuns:
             left[name] = np.where(new, outcomes.values[:, epoch, names.index(measure)], left[name])
 
     def run(self, number: int) -> list[SensorRun]:
-        """One run at each epoch; what a calibration measures is what parameters of the later epochs are."""
+        """Return one run at each epoch; results of calibrations become parameters of later epochs."""
         runs, left = list[SensorRun](), dict[str, float]()
         calibrated = self.study.calibrated(number)
         for epoch, values in enumerate(self.study.drawn(number)):
@@ -124,7 +124,7 @@ class SensorRuns:
         return runs
 
     def parameters(self, number: int, epoch: int) -> dict[str, float]:
-        """Parameters of a run at an epoch; the calibrations before it are run for what they left."""
+        """Return the parameters of a run at an epoch; the calibrations before it are run for their results."""
         drawn, left = self.study.drawn(number), dict[str, float]()
         for before, calibrated in enumerate(self.study.calibrated(number)[:epoch]):
             if calibrated:
@@ -132,7 +132,7 @@ class SensorRuns:
         return drawn[epoch] | left
 
     def _left_by(self, run: SensorRun) -> dict[str, float]:
-        """What a calibration left in the registers: nothing new where it failed."""
+        """Return the parameters that a calibration sets; none if it failed."""
         if run.values is None:
             return {}
         measured = {measure.name: value for measure, value in zip(self.measures, run.values, strict=True)}
@@ -141,7 +141,7 @@ class SensorRuns:
     def _abreast(
         self, outcomes: Outcomes, epochs: Sequence[int], values: Mapping[str, Array], stop: threading.Event
     ) -> None:
-        """Runs at some epochs side by side, with a number of each parameter for each epoch and run."""
+        """Run sensors at some epochs side by side, with a value of each parameter for each epoch and run."""
         assert self.together is not None
         shape = len(epochs), len(outcomes.numbers)
         noise = np.array([noise_run(self.study, outcomes.numbers, epoch) for epoch in epochs]).ravel()
@@ -161,7 +161,7 @@ class SensorRuns:
     def _at(
         self, number: int, epoch: int, values: dict[str, float], measured: tuple[float, ...] | None = None
     ) -> SensorRun:
-        """One run at one epoch, of which the signals may have been measured already."""
+        """Return one run at one epoch, whose signals may have been measured already."""
         try:
             changed = varied(self.plan, self.study.blocks(values))
             if measured is None:
@@ -191,17 +191,17 @@ class SensorRuns:
 
     @cached_property
     def _compiled(self) -> "CompiledPlan":
-        """The loop of one run; where all go side by side, nothing needs it."""
+        """The loop of one run; not needed while all runs go side by side."""
         from proofmass.runner.targets.native import CompiledPlan
 
         return CompiledPlan(self.plan)
 
 
 def _said(problem: Problem) -> str:
-    """What went wrong in a run, without the file that the study came from: the same words wherever it runs."""
+    """Return why a run failed, without the file of the study: the same words on every machine."""
     return str(dataclasses.replace(problem, file="", line=0))
 
 
 def noise_run(study: Study, run: Any, epoch: int) -> Any:
-    """The number by which the noise of a run and epoch differs from that of all others that are not its peers."""
+    """Return the number that makes the noise of a run and epoch its own; peers of a design share it."""
     return study.peer(run) * len(study.epochs) + epoch

@@ -1,4 +1,4 @@
-"""Picture of what scatters a measure: a tornado of the factors, and the measure against the strongest of them."""
+"""Picture of the influences on a measure: a tornado of the factors, and scatter plots of the strongest."""
 
 from typing import TYPE_CHECKING
 
@@ -53,6 +53,6 @@ def _draw_tornado(panel: "Axes", regression: Regression, label: str) -> None:
 
 
 def _short(influence: Influence) -> str:
-    """The first parameter of a factor, and how many move with it."""
+    """Return the first parameter of a factor, and how many move with it."""
     first, *others = influence.parameters
     return f"{first}\nand {len(others)} with it" if others else first
