@@ -5,7 +5,9 @@ from collections.abc import Mapping
 from typing import get_type_hints
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.declaration.declare import Behaviour, Block, BufferPort, Port
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block, BufferPort, Port
+from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.fixed.step_formats import Constant, Format, Formats
 
@@ -14,7 +16,7 @@ NO_RANGES: Mapping[str, Format] = {}
 
 def state_formats(block: Block, ranges: Mapping[str, Format] = NO_RANGES) -> Formats:
     """Formats of the state, or None; `ranges` says what is known of integers, by "x.chip", port or buffer."""
-    state = block.state_class()
+    state = type(block).state_class()
     if state is None:
         return None
     kinds = get_type_hints(state)
@@ -28,6 +30,7 @@ def function_formats(
 
     What `ranges` says is known of arguments; of a result nothing is.
     """
+    kind = type(block)
     first = next(iter(inspect.signature(behaviour.function).parameters))
     found = {first: constants, "return": None}
     for argument in behaviour.arguments:
@@ -36,7 +39,7 @@ def function_formats(
         elif argument == "tick":
             found["tick"] = int
         elif argument == "out":
-            found["out"] = port_formats(block, block.outputs[name])
+            found["out"] = port_formats(block, kind.outputs[name])
         elif argument == "p":
             found["p"] = Constant(block)
         elif argument in ("time", "normal"):
@@ -44,10 +47,10 @@ def function_formats(
             message = f"{argument} is a floating-point number, and the block works in fixed point"
             raise ModelError([Problem(message=message, key=name, hint=hint)])
         else:
-            port = block.inputs.get(argument) or block.buffers[argument]
+            port = kind.inputs.get(argument) or kind.buffers[argument]
             found[argument] = port_formats(block, port, ranges)
-    if name in block.outputs and not block.outputs[name].shape:
-        found["return"] = port_formats(block, block.outputs[name])
+    if name in kind.outputs and not kind.outputs[name].shape:
+        found["return"] = port_formats(block, kind.outputs[name])
     elif name in ("update", "start"):
         found["return"] = state_formats(block)
     return found
@@ -56,10 +59,10 @@ def function_formats(
 def port_formats(block: Block, port: Port | BufferPort, ranges: Mapping[str, Format] = NO_RANGES) -> Formats:
     """The format of a port or buffer, or a list with that of each entry."""
     one = _format(block, port.name, port.dtype, ranges)
-    return [one] * block.shape_of(port)[0] if port.shape else one
+    return [one] * shape_of(block, port)[0] if port.shape else one
 
 
 def _format(block: Block, text: str, kind: type, ranges: Mapping[str, Format]) -> Format:
     if kind is FixedValue:
-        return block.format_of(text)
+        return format_of(block, text)
     return ranges.get(text, kind)

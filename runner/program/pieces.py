@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.declaration.declare import Behaviour
+from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
@@ -87,7 +87,7 @@ class Pieces:
     def call(self, name: str, function: str, port: str) -> "Call":
         """The call of a function of a block."""
         block = self.plan.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         known = self.plan.constants[name] is not None or behaviour.reads_constants
         constants = made_up(word(name), "c") if known else "0"  # that come later in the tick
         arguments = [constants, *(self.argument(name, port, a) for a in behaviour.arguments)]
@@ -132,10 +132,10 @@ class Pieces:
             return fixed[argument]
         if argument == "tick":
             return "tick" if divisor == 1 else f"tick // {divisor}"
-        if argument in block.buffers:
+        if argument in type(block).buffers:
             return variable((name, argument))
         driver = plan.schedule.drivers.get((name, argument))
-        declared = block.inputs[argument]
+        declared = type(block).inputs[argument]
         if driver is None:
             return repr(held_as(declared.dtype)(declared.default))  # type: ignore[arg-type]
         return variable(driver)
@@ -143,15 +143,15 @@ class Pieces:
     def driven(self, name: str, flag: str = "refused") -> Iterator[str]:
         """Lines that make the constants of a block from its parameters; a fault in it is added to `flag`."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
-        made = block.parameters_class()
+        made = type(block).parameters_class()
         values = [
             variable(drivers[name, p]) if (name, p) in drivers else self.parameter(name, p) for p, _ in fields(made)
         ]
         parameters = f"{self.named(block, 'Parameters', made)}({', '.join(values)})"
         call = Call(parameters, False)
-        if "constants" in block.functions:
+        if "constants" in type(block).functions:
             form = constants_form(type(block), compiled=True)
-            behaviour = block.functions["constants"]
+            behaviour = type(block).functions["constants"]
             function = self.named(block, "constants", form.function if form else behaviour.function)
             given = [parameters, made_up(word(name), "period")][: 1 + len(behaviour.arguments)]
             call = Call(f"{function}({', '.join(given)})", form is not None and form.fails)
@@ -164,7 +164,7 @@ class Pieces:
     def within_bounds(self, name: str) -> Iterator[str]:
         """Lines that end the run where a driven parameter leaves the bounds that its block declares."""
         drivers = self.plan.schedule.drivers
-        for p, declared in self.plan.blocks[name].parameters.items():
+        for p, declared in type(self.plan.blocks[name]).parameters.items():
             limits = ((">", declared.above), (">=", declared.at_least), ("<", declared.below), ("<=", declared.at_most))
             if (name, p) in drivers:
                 value = variable(drivers[name, p])

@@ -7,7 +7,9 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.fixed.step_formats import held_as
@@ -58,7 +60,7 @@ class Interpreter:
         self._updates = [
             (name, divisors[name], self._bound(name, "update"))
             for name, block in plan.blocks.items()
-            if "update" in block.functions
+            if "update" in type(block).functions
         ]
 
     def first_tick(self) -> tuple[dict[str, Any], dict[Node, Any]]:
@@ -162,7 +164,7 @@ class Interpreter:
         return self._output(name, port) if port else self._driven(name)
 
     def _output(self, name: str, port: str) -> Callable[[int], Any]:
-        shape = self.plan.blocks[name].shape_of(self.plan.blocks[name].outputs[port])
+        shape = shape_of(self.plan.blocks[name], type(self.plan.blocks[name]).outputs[port])
         compute = self._bound(name, port)
 
         def fill(tick: int) -> Any:
@@ -174,9 +176,9 @@ class Interpreter:
     def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
         """An output, checked where a converter makes mantissas: no trace answers for their range."""
         block = self.plan.blocks[name]
-        if block.outputs[port].dtype is not FixedValue or block.digital():
+        if type(block).outputs[port].dtype is not FixedValue or type(block).digital():
             return compute
-        format = block.format_of(port)
+        format = format_of(block, port)
 
         def checked(tick: int) -> Any:
             value = compute(tick)
@@ -189,11 +191,11 @@ class Interpreter:
     def _driven(self, name: str) -> Callable[[int], Any]:
         """Constants made anew from the wires that drive parameters."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
-        made = block.parameters_class()
+        made = type(block).parameters_class()
         period = self.plan.block_period(name)
         bounded = [
             (p, declared, drivers[name, p])
-            for p, declared in block.parameters.items()
+            for p, declared in type(block).parameters.items()
             if (name, p) in drivers and declared.bounds()
         ]
 
@@ -212,7 +214,7 @@ class Interpreter:
     def _bound(self, name: str, function: str) -> Callable[[int], Any]:
         """A function of a block with every argument looked up in the tick."""
         block = self.plan.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
         call = self._counted(name, function) if name in self.plan.digital else self._callable(block, behaviour)
 
@@ -264,7 +266,7 @@ class Interpreter:
             buffer = self._memory.buffers[name, argument]
             return lambda tick: buffer
         driver = plan.schedule.drivers.get((name, argument))
-        declared = plan.blocks[name].inputs[argument]
+        declared = type(plan.blocks[name]).inputs[argument]
         if driver is None:
             default = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
             return lambda tick: default
@@ -274,7 +276,7 @@ class Interpreter:
         """Values that sources have in the next tick."""
         plan, following = self.plan, dict[Node, float]()
         for name, port in plan.ahead:
-            behaviour = plan.blocks[name].output_functions[port]
+            behaviour = type(plan.blocks[name]).output_functions[port]
             call = in_python(plan.blocks[name], behaviour)
             values = []
             for argument in behaviour.arguments:
@@ -282,7 +284,7 @@ class Interpreter:
                 if argument == "time":
                     values.append((tick + 1) * plan.period)
                 else:
-                    default = plan.blocks[name].inputs[argument].default
+                    default = type(plan.blocks[name]).inputs[argument].default
                     values.append(following[driver] if driver is not None else float(default or 0.0))
             self._at = f"{name}.{port}"
             following[name, port] = call(self._constants[name], *values)

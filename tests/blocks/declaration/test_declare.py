@@ -9,6 +9,7 @@ import pytest
 from proofmass.blocks import PID, Correlator, Gain, MassSpringDamper, ShiftRegister
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, Recording, block, param
+from proofmass.blocks.declaration.instance import shape_of, size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.units import unit
 from tests.by_hand.functions import drive
@@ -75,21 +76,21 @@ def test_feedthrough_is_per_port() -> None:
 
 def test_sizes_from_numbers_parameters_lists_and_functions() -> None:
     mixer = Mixer(depth=5, weights=[1.0, 2.0, 3.0])
-    assert {name: mixer.shape_of(buffer) for name, buffer in mixer.buffers.items()} == {
+    assert {name: shape_of(mixer, buffer) for name, buffer in type(mixer).buffers.items()} == {
         "line": (5,),
         "twice": (10,),
         "weighted": (3,),
         "fixed": (4,),
     }
-    assert mixer.shape_of(mixer.outputs["entries"]) == (5,)
-    assert mixer.size(mixer.outputs["entries"].every) == 5
-    assert mixer.size(mixer.outputs["later"].every) == 1
+    assert shape_of(mixer, type(mixer).outputs["entries"]) == (5,)
+    assert size_of(mixer, type(mixer).outputs["entries"].every) == 5
+    assert size_of(mixer, type(mixer).outputs["later"].every) == 1
 
 
 def test_units_dtypes_and_docs_of_ports() -> None:
     mixer = Mixer(unit="mN")
-    assert mixer.unit_of(mixer.outputs["through"]) == "mN"
-    assert mixer.unit_of(mixer.parameters["scale"]) == "mN"
+    assert unit_of(mixer, type(mixer).outputs["through"]) == "mN"
+    assert unit_of(mixer, type(mixer).parameters["scale"]) == "mN"
     assert {name: port.dtype for name, port in Mixer.outputs.items()} == {
         "through": float,
         "later": float,
@@ -372,11 +373,11 @@ def test_defaults_pass_their_own_checks_and_units_can_be_read(kind: type[Block])
     given = {name: getattr(made, name) for name in kind.parameters}
     assert kind(**given) == made
     for port in (*kind.inputs.values(), *kind.outputs.values()):
-        assert unit(made.unit_of(port)).factor > 0
+        assert unit(unit_of(made, port)).factor > 0
         assert port.doc.endswith(".")
     for parameter in kind.parameters.values():
         assert parameter.doc.endswith(".")
-        assert parameter.kind in (str, bool) or unit(made.unit_of(parameter)).factor > 0
+        assert parameter.kind in (str, bool) or unit(unit_of(made, parameter)).factor > 0
 
 
 @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1, at_least=0.0))

@@ -1,0 +1,34 @@
+"""Names that a parameter or port cannot have, each with what has it."""
+
+import keyword
+
+RUNNER_NAMES = {
+    "time": "seconds since the start, tick times period",
+    "tick": "ticks of the block since the start",
+    "normal": "a fresh standard normal deviate, a pure function of (seed, run, block, tick)",
+    "out": "where an output with a shape writes its entries",
+}
+RESERVED = RUNNER_NAMES | {
+    "p": "the parameters, the first argument of functions",
+    "c": "the constants, the first argument of functions",
+    "x": "the state, an argument of functions",
+    "period": "an argument of `constants`",
+    "kind": "a key of a block in a graph file",
+    "rate": "a key of a block in a graph file",
+    "graph": "a key of a block in a graph file",
+}
+
+
+def refuse_taken(owner: type, name: str) -> None:
+    """Raise TypeError where no parameter or port may have a name."""
+    if name in RESERVED:
+        raise taken(owner, name, f"{name} is {RESERVED[name]}")
+    if keyword.iskeyword(name):
+        raise taken(owner, name, f"{name} is a word of Python")
+    if not name.isidentifier() or name.startswith("_"):
+        raise TypeError(f"{owner.__name__}.{name}: a name begins with a letter and has letters, digits and _ only")
+
+
+def taken(owner: type, name: str, by: str) -> TypeError:
+    """What to raise where something else has a name."""
+    return TypeError(f"{owner.__name__}.{name}: the name is taken; {by}")
