@@ -17,6 +17,10 @@ RESERVED = RUNNER_NAMES | {
     "rate": "a key of a block in a graph file",
     "graph": "a key of a block in a graph file",
 }
+MOVING = {  # functions of a block that engines call beside those of its outputs, by name as those
+    "update": "the function that gives the state of the next tick",
+    "derivative": "the function that gives the rates of the state",
+}
 
 
 def refuse_taken(owner: type, name: str) -> None:

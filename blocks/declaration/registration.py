@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.behaviour import Behaviour, behaviour
 from proofmass.blocks.declaration.facts import Facts, Requirements
-from proofmass.blocks.declaration.names import RUNNER_NAMES, refuse_taken, taken
+from proofmass.blocks.declaration.names import MOVING, RUNNER_NAMES, refuse_taken, taken
 from proofmass.blocks.declaration.parameter import fill
 from proofmass.blocks.declaration.ports import Number, Port, Size
 from proofmass.blocks.declaration.units import UnitError, unit
@@ -129,7 +129,9 @@ def refuse_no_unit(kind: Facts, name: str, text: str) -> None:
 
 
 def _refuse_twice(kind: Facts, name: str) -> None:
-    """Raise TypeError where the block has a parameter or port of this name already."""
+    """Raise TypeError where something else of the block has the name of an output."""
+    if name in MOVING:
+        raise taken(kind, name, f"{name} is {MOVING[name]}")
     named = {"a parameter": [*kind.parameters], "an input": [*kind.inputs], "a buffer": [*kind.buffers]}
     for what, names in (named | {"an output": [*kind.outputs]}).items():
         if name in names:

@@ -49,8 +49,9 @@ def function_formats(
         else:
             port = kind.inputs.get(argument) or kind.buffers[argument]
             found[argument] = port_formats(block, port, ranges)
-    if name in kind.outputs and not kind.outputs[name].shape:
-        found["return"] = port_formats(block, kind.outputs[name])
+    if behaviour is kind.output_functions.get(name):
+        port = kind.outputs[name]
+        found["return"] = None if port.shape else port_formats(block, port)
     elif name in ("update", "start"):
         found["return"] = state_formats(block)
     return found

@@ -19,7 +19,8 @@ def constants_of(block: Block, parameters: Any, period: float) -> Any:
         function = kind.functions["constants"].function if form is None or form.problems else form.function
         made = function(parameters, period)
     else:
-        made = block.parameters_class()(*(getattr(parameters, n) for n in block.parameters_class()._fields))  # type: ignore[attr-defined]
+        record: Any = kind.parameters_class()
+        made = record(*(getattr(parameters, name) for name in record._fields))
     return typed(made)
 
 
