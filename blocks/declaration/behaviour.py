@@ -4,30 +4,31 @@ import dataclasses
 import dis
 import inspect
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
+from proofmass.blocks.declaration.arguments import Meaning, meaning_of
 from proofmass.blocks.declaration.problem import did_you_mean
 
 
 @dataclasses.dataclass(frozen=True)
 class Behaviour:
-    """A registered function and the names of its arguments after the first."""
+    """A registered function, and the names of its arguments after the first with what they mean."""
 
     function: Callable[..., Any]
     arguments: tuple[str, ...]
+    meanings: tuple[Meaning, ...]
     returns: Any
     reads_constants: bool  # some outputs are a field of the state and nothing else
 
 
-def behaviour(owner: str, function: Callable[..., Any], known: set[str], values: set[str]) -> Behaviour:
-    """Return the behaviour of a function whose arguments after the first are all `known`.
-
-    `values` are names that cannot be that of the first argument, since they stand for what changes from tick to tick.
-    """
+def bound(
+    owner: str, function: Callable[..., Any], known: Collection[str], inputs: Collection[str], buffers: Collection[str]
+) -> Behaviour:
+    """Return the behaviour of a function whose arguments after the first are all `known`."""
     names = list(inspect.signature(function).parameters)
     unknown = [name for name in names[1:] if name not in known]
-    if names and names[0] in values:
+    if names and names[0] in {*known, *inputs, *buffers} - {"p", "c"}:
         raise TypeError(
             f"{owner}.{function.__name__}: the first argument is the constants, whatever it is called; "
             f"write def {function.__name__}(c, {', '.join(names)})"
@@ -36,7 +37,8 @@ def behaviour(owner: str, function: Callable[..., Any], known: set[str], values:
         hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
     reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
-    return Behaviour(function, tuple(names[1:]), _returned(function), reads_constants)
+    meanings = tuple(meaning_of(name, buffers) for name in names[1:])
+    return Behaviour(function, tuple(names[1:]), meanings, _returned(function), reads_constants)
 
 
 def _returned(function: Callable[..., Any]) -> Any:

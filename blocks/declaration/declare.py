@@ -11,7 +11,7 @@
         return p.gain * input
 
 The first argument of every function is the block's constants (or its parameters, where it declares no `constants`);
-the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `RUNNER_NAMES`; in a block with
+the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `Meaning`; in a block with
 `formats`, whose constants are in registers, also `p`, the parameters.
 An output that names an input depends on it in the same sample; one that does not, does not.
 """

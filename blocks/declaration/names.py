@@ -2,17 +2,10 @@
 
 import keyword
 
-RUNNER_NAMES = {
-    "time": "seconds since the start, tick times period",
-    "tick": "ticks of the block since the start",
-    "normal": "a fresh standard normal deviate, a pure function of (seed, run, block, tick)",
-    "out": "where an output with a shape writes its entries",
-}
-RESERVED = RUNNER_NAMES | {
-    "p": "the parameters, the first argument of functions",
+from proofmass.blocks.declaration.arguments import Meaning
+
+RESERVED = {meaning.argument: meaning.doc for meaning in Meaning if meaning.argument} | {
     "c": "the constants, the first argument of functions",
-    "x": "the state, an argument of functions",
-    "period": "an argument of `constants`",
     "kind": "a key of a block in a graph file",
     "rate": "a key of a block in a graph file",
     "graph": "a key of a block in a graph file",

@@ -8,9 +8,10 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.declaration.behaviour import Behaviour, behaviour
+from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.behaviour import Behaviour, bound
 from proofmass.blocks.declaration.facts import Facts, Requirements
-from proofmass.blocks.declaration.names import MOVING, RUNNER_NAMES, refuse_taken, taken
+from proofmass.blocks.declaration.names import MOVING, refuse_taken, taken
 from proofmass.blocks.declaration.parameter import fill
 from proofmass.blocks.declaration.ports import Number, Port, Size
 from proofmass.blocks.declaration.units import UnitError, unit
@@ -104,7 +105,7 @@ class Registration(Facts):
             _refuse_twice(cls, name)
             computed = _bound(cls, function, _in_the_loop(cls))
             kind = dtype or computed.returns
-            if kind not in (float, int, bool, FixedValue) or bool(shape) != ("out" in computed.arguments):
+            if kind not in (float, int, bool, FixedValue) or bool(shape) != (Meaning.OUT in computed.meanings):
                 raise TypeError(
                     f"{cls.__name__}.{name} must return float, int, bool or FixedValue, or write its entries into out"
                 )
@@ -140,8 +141,10 @@ def _refuse_twice(kind: Facts, name: str) -> None:
 
 def _in_the_loop(kind: Facts) -> set[str]:
     """Arguments of functions that run in the loop; where `formats` come first, the parameters are one of them."""
-    return {"x", *kind.buffers, *kind.inputs, *RUNNER_NAMES} | ({"p"} if "formats" in kind.functions else set())
+    fixed = {Meaning.STATE, Meaning.TIME, Meaning.TICK, Meaning.DEVIATE, Meaning.OUT}
+    fixed |= {Meaning.PARAMETERS} if "formats" in kind.functions else set()
+    return {*(meaning.argument for meaning in fixed), *kind.buffers, *kind.inputs}
 
 
 def _bound(kind: Facts, function: Callable[..., Any], known: set[str]) -> Behaviour:
-    return behaviour(kind.__name__, function, known, {*known, *kind.inputs, *kind.buffers} - {"p", "c"})
+    return bound(kind.__name__, function, known, kind.inputs, kind.buffers)

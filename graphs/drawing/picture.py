@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
@@ -71,7 +72,7 @@ def _block(block: Block) -> Box:
         {name: replace(parameter, unit=unit_of(block, parameter)) for name, parameter in kind.parameters.items()},
         {name: getattr(block, name) for name in kind.parameters},
         continuous=kind.continuous(),
-        noise=any("normal" in behaviour.arguments for behaviour in kind.output_functions.values()),
+        noise=any(Meaning.DEVIATE in behaviour.meanings for behaviour in kind.output_functions.values()),
     )
 
 

@@ -2,9 +2,10 @@
 
 import inspect
 from collections.abc import Mapping
-from typing import get_type_hints
+from typing import assert_never, get_type_hints
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block, BufferPort, Port
 from proofmass.blocks.declaration.instance import format_of, shape_of
@@ -33,22 +34,26 @@ def function_formats(
     kind = type(block)
     first = next(iter(inspect.signature(behaviour.function).parameters))
     found = {first: constants, "return": None}
-    for argument in behaviour.arguments:
-        if argument == "x":
-            found["x"] = state_formats(block, ranges)
-        elif argument == "tick":
-            found["tick"] = int
-        elif argument == "out":
-            found["out"] = port_formats(block, kind.outputs[name])
-        elif argument == "p":
-            found["p"] = Constant(block)
-        elif argument in ("time", "normal"):
-            hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
-            message = f"{argument} is a floating-point number, and the block works in fixed point"
-            raise ModelError([Problem(message=message, key=name, hint=hint)])
-        else:
-            port = kind.inputs.get(argument) or kind.buffers[argument]
-            found[argument] = port_formats(block, port, ranges)
+    for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
+        match meaning:
+            case Meaning.STATE:
+                found[argument] = state_formats(block, ranges)
+            case Meaning.PARAMETERS:
+                found[argument] = Constant(block)
+            case Meaning.TICK:
+                found[argument] = int
+            case Meaning.OUT:
+                found[argument] = port_formats(block, kind.outputs[name])
+            case Meaning.BUFFER:
+                found[argument] = port_formats(block, kind.buffers[argument], ranges)
+            case Meaning.INPUT:
+                found[argument] = port_formats(block, kind.inputs[argument], ranges)
+            case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
+                hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
+                message = f"{argument} is a floating-point number, and the block works in fixed point"
+                raise ModelError([Problem(message=message, key=name, hint=hint)])
+            case _:
+                assert_never(meaning)
     if behaviour is kind.output_functions.get(name):
         port = kind.outputs[name]
         found["return"] = None if port.shape else port_formats(block, port)

@@ -13,6 +13,7 @@ from functools import cache
 
 import numpy as np
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.electronics.comparator import Comparator
 from proofmass.blocks.signals.relay import Relay
@@ -77,11 +78,7 @@ def describing_function(block: Block, input: str, output: str, period: float) ->
     if isinstance(block, Saturation) and block.lowest == -block.highest:
         return lambda amplitude: saturation(amplitude, block.highest)
     behaviour = type(block).output_functions[output]
-    if (
-        type(block).continuous()
-        or type(block).state_class() is not None
-        or not {*behaviour.arguments} <= {*type(block).inputs}
-    ):
+    if type(block).continuous() or type(block).state_class() is not None or {*behaviour.meanings} - {Meaning.INPUT}:
         raise ValueError("has a memory, so that its describing function is not known")
     constants = constants_of(block, block, period)
     given = [type(block).inputs[name].default or 0.0 for name in behaviour.arguments]

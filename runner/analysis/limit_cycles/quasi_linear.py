@@ -77,8 +77,7 @@ def describing_of(flat: Graph, name: str) -> Describing:
 
 def ends(flat: Graph, name: str) -> tuple[str, str]:
     """The wired input and the output, both one number, between which a block counts as a gain."""
-    block = _block(flat, name)
-    kind = type(block)
+    kind = type(_block(flat, name))
     read = {split(wire.source)[1] for wire in flat.wires if split(wire.source)[0] == name}
     driven = [split(wire.target)[1] for wire in flat.wires if split(wire.target)[0] == name]
     entries = [entry for entry in driven if entry in kind.inputs and _is_number(kind.inputs[entry])]

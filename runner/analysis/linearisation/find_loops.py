@@ -33,8 +33,7 @@ def _port_graph(plan: Plan) -> Any:
     """An edge from each output to the outputs that its value reaches through one block, at once or later."""
     wiring: Any = networkx.DiGraph()
     for (name, entry), source in plan.schedule.drivers.items():
-        block = plan.blocks[name]
-        kind = type(block)
+        kind = type(plan.blocks[name])
         later = kind.state_class() is not None or bool(kind.buffers) or entry in kind.parameters
         wiring.add_edges_from(
             (source, (name, port)) for port in kind.outputs if later or entry in kind.feedthrough(port)

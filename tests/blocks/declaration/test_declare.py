@@ -316,7 +316,9 @@ def _reading(name: str) -> Callable[..., float]:
     return value
 
 
-@pytest.mark.parametrize(("name", "gives"), [("update", "the state of the next tick"), ("derivative", "the rates of the")])
+@pytest.mark.parametrize(
+    ("name", "gives"), [("update", "the state of the next tick"), ("derivative", "the rates of the")]
+)
 def test_an_output_is_not_called_as_a_function_that_moves_the_state(name: str, gives: str) -> None:
     with pytest.raises(TypeError, match=f"{name}: the name is taken; {name} is the function that gives {gives}"):
         _fresh().output("1")(_called(name))
