@@ -19,7 +19,7 @@ class Port:
     doc: str
     dtype: Number
     shape: tuple[Size, ...] = ()
-    default: float | None = None  # inputs: the value when nothing is connected
+    default: float | bool | None = None  # inputs: the value when nothing is connected
     every: Size = 1  # outputs: ticks of the block per tick of the port
     no_value: str = ""  # outputs: what has happened where the value is NaN, and what to do
 
@@ -28,8 +28,16 @@ class Input:
     """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected."""
 
     def __init__(
-        self, unit: str, doc: str, dtype: Number = float, shape: tuple[Size, ...] = (), default: float | None = None
+        self,
+        unit: str,
+        doc: str,
+        dtype: Number = float,
+        shape: tuple[Size, ...] = (),
+        default: float | bool | None = None,
     ) -> None:
+        if default is not None and isinstance(default, bool) != (dtype is bool):
+            expected = "True or False" if dtype is bool else "a number"
+            raise TypeError(f"the default of an input of type {dtype.__name__} must be {expected}, not {default}")
         self._port = Port("", unit, doc, dtype, shape, default)
 
     def named(self, name: str) -> Port:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from proofmass.blocks import PID, Correlator, Gain, MassSpringDamper, ShiftRegister
-from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.blocks.declaration.catalog import all_blocks, facts
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, Recording, block, param
 from proofmass.blocks.declaration.instance import shape_of, size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError
@@ -447,3 +447,17 @@ def test_a_block_of_one_function_with_a_parameter() -> None:
     assert drive(made(threshold=0.5), [{"voltage": -2.0}]) == [{"rectified": 1.5}]
     with pytest.raises(ModelError, match="must be >= 0"):
         made(threshold=-1.0)
+
+
+def test_the_default_of_an_input_is_of_its_type() -> None:
+    class Switched(Block):
+        """Two inputs that may stay unconnected."""
+
+        on = Input("1", "Whether it is on.", bool, default=True)
+        level = Input("1", "How much.", default=2)
+
+    assert [facts(Switched)["inputs"][name]["default"] for name in ("on", "level")] == [True, 2]
+    with pytest.raises(TypeError, match=r"the default of an input of type bool must be True or False, not 1\.0"):
+        Input("1", "Whether.", bool, default=1.0)
+    with pytest.raises(TypeError, match="the default of an input of type float must be a number, not True"):
+        Input("1", "How much.", default=True)
