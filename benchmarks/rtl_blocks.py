@@ -56,7 +56,7 @@ def blocks_alone() -> Iterator[Alone]:
     seen = set()
     for each in _found():
         if is_digital(each.block) and each.kind not in SOFTWARE:
-            made = each.block.functions.get("constants")
+            made = type(each.block).functions.get("constants")
             key = each.block, made and str(made.function(each.block, float(1 / each.rate)))
             if key not in seen:
                 yield each

@@ -64,7 +64,7 @@ def test_every_output_code_with_a_drifting_reference_of_the_converter_in_the_fee
 ) -> None:
     """20 % in 20 s, on the analog-to-digital converter: by its value and relative to it."""
     graph = read_graph(GRAPH)
-    output = next(iter(ramp.outputs))
+    output = next(iter(type(ramp).outputs))
     graph = replace(
         graph,
         blocks={**graph.blocks, "drift": ramp},

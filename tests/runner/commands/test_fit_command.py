@@ -34,7 +34,7 @@ def graph(tmp_path: Path) -> Path:
 def model(path: Path, name: str = "model") -> dict[str, float]:
     graph = read_graph(path)
     block = graph.subgraphs[name].blocks["memory"] if name in graph.subgraphs else graph.blocks[name]
-    return {p: getattr(block, p) for p in block.parameters if p[1:].isdigit()}
+    return {p: getattr(block, p) for p in type(block).parameters if p[1:].isdigit()}
 
 
 def test_a_graph_calibrates_itself(graph: Path, capsys: Captured) -> None:
