@@ -19,7 +19,8 @@ from proofmass.runner.plan.constants import constants_of
 from tests.by_hand.around import random_block
 
 PERIOD = 1e-4
-QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "UnipolarDigitalToAnalog"}
+QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "Quantiser", "UnipolarDigitalToAnalog"}
+OF_VOLTAGES = {"AnalogToDigital", "Quantiser"}  # of signals about 1, where others take codes
 KINDS = {
     name: kind
     for name, kind in all_blocks().items()
@@ -217,11 +218,11 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
         value = _at(arguments, place)
         seeded = _moved(arguments, place, dual(value, {"x": 1.0}))
         found = _flat_results(for_duals(function), seeded)
-        step = (
-            300.0 if kind in QUANTISERS and place[0] > 0 and kind != "AnalogToDigital" else 1e-6 * (abs(value) or 1.0)
-        )
-        if kind == "AnalogToDigital":
+        step = 1e-6 * (abs(value) or 1.0)
+        if kind in OF_VOLTAGES:
             step = 0.3 * (abs(value) or 1.0)
+        elif kind in QUANTISERS and place[0] > 0:
+            step = 300.0
         high, low = (_flat_results(function, _moved(arguments, place, value + s * step)) for s in (1.0, -1.0))
         for got, up, down, middle in zip(found, high, low, base, strict=True):
             if _corner(up, middle, down):
