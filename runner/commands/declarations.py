@@ -78,7 +78,7 @@ def run(**options: Any) -> int:
     """Run a graph once and show what its probes recorded.
 
     \b
-    proofmass run graphs/library/closed_loop_accelerometer.toml
+    proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
     """
     from proofmass.runner.commands.run_command import RunRequest, run_graph
@@ -141,7 +141,7 @@ def margins(**options: Any) -> int:
     The answer has margins, closed-loop poles and, if asked for, sensitivities to parameters and limit cycles.
 
     \b
-    proofmass margins graphs/library/closed_loop_accelerometer.toml --plot loop.png
+    proofmass margins graphs/library/accelerometer/closed_loop_accelerometer.toml --plot loop.png
     proofmass margins sensor.toml --loop dac.voltage --set pid.integral=12
     proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
     proofmass margins modulator.toml --gain quantiser=0.7
@@ -217,7 +217,7 @@ def fit(**options: Any) -> int:
     netCDF with a column of temperature (or of its sensor's voltage) and one of output.
 
     \b
-    proofmass fit graphs/library/zero_bias_m1.csv --plot fit.png
+    proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
     proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
     """
     from proofmass.runner.commands.fit_command import FitRequest, run_fit
@@ -268,8 +268,8 @@ def montecarlo(**options: Any) -> int:
     with a table [study].
 
     \b
-    proofmass montecarlo graphs/library/scale_factor_drift.toml --out drift
-    proofmass montecarlo graphs/library/scale_factor_drift.toml --run 17 --epoch 5
+    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
+    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
     """
     from proofmass.runner.commands.montecarlo_command import StudyRequest, run_montecarlo
 
@@ -289,7 +289,7 @@ def report(study: Path, output: Path | None, own: Path | None) -> int:
 
     \b
     proofmass report drift
-    proofmass report graphs/library/scale_factor_drift.toml
+    proofmass report graphs/library/accelerometer/scale_factor_drift.toml
     """
     from proofmass.runner.commands.report_command import report_study
 
@@ -336,7 +336,7 @@ def rtl(**options: Any) -> int:
     fails.
 
     \b
-    proofmass rtl graphs/library/self_calibration_fixed.toml -o hardware --simulate icarus
+    proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
     proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
     """
     from proofmass.runner.commands.rtl_command import RtlRequest, write_rtl

@@ -10,12 +10,13 @@ is the constant that the autocorrelation of -1 beside the peak leaves in every c
 import io
 import sys
 from html import escape
-from importlib.resources import as_file, files
+from importlib.resources import as_file
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.progress import progress
@@ -116,7 +117,7 @@ def main(out: Path) -> int:
     """Run the self-test, print the comparison, write the report files; 0 when every cell is within 1 %."""
     from proofmass.runner.output.plot import save_figure, write_figure  # matplotlib
 
-    with as_file(files("proofmass.graphs") / "library" / GRAPH) as path:
+    with as_file(library_file(GRAPH)) as path:
         graph = read_graph(path)
     with progress(quiet=False) as bar:
         result = simulate(graph, engine="compiled", progress=bar)

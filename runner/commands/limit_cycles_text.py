@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, predicted, simulated, unit_of
+from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, amplitude_unit, predicted, simulated
 from proofmass.runner.commands.margins_text import hertz_text
 
 
@@ -21,7 +21,7 @@ def limit_cycles(graph: Graph, block: str) -> LimitCycles:
     """Predict the limit cycles at a block, and run the graph beside them."""
     cycles = predicted(graph, block)
     seen = simulated(graph, block, None if graph.duration or graph.samples else cycles)
-    return LimitCycles(block, unit_of(graph, block), cycles, seen)
+    return LimitCycles(block, amplitude_unit(graph, block), cycles, seen)
 
 
 def limit_cycles_data(graph: Graph, cycles: LimitCycles) -> dict[str, Any]:

@@ -9,7 +9,8 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Any
 
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
@@ -17,6 +18,7 @@ from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance
 from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_parameters
+from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
@@ -43,7 +45,7 @@ class DualTicks(Interpreter):
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         groups = (solver.group for solver in plan.solvers)
-        self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]  # type: ignore[misc]
+        self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]
         self._outputs = [
             (node, stride, self._wired(node, step)) for node, stride, step in self._outputs if node[0] in blocks
         ]
@@ -90,7 +92,7 @@ class DualTicks(Interpreter):
     def _driven(self, name: str) -> Callable[[int], Any]:
         block, drivers, wires = self.plan.blocks[name], self.plan.schedule.drivers, self._memory.wires
         given = dual_parameters(self.plan, name, self._by_parameters)
-        driven = [parameter for parameter in block.parameters if (name, parameter) in drivers]
+        driven = [parameter for parameter in type(block).parameters if (name, parameter) in drivers]
         period = self.plan.block_period(name)
 
         def compute(tick: int) -> Any:
@@ -99,10 +101,10 @@ class DualTicks(Interpreter):
 
         return compute
 
-    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
-        if argument == "normal":
+    def _getter(self, binding: Binding) -> Callable[[int], Any]:
+        if isinstance(binding, Deviate):
             return lambda tick: 0.0
-        return super()._getter(name, function, argument)
+        return super()._getter(binding)
 
 
 def _within(loop: AlgebraicLoop) -> Problem:

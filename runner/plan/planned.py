@@ -11,11 +11,13 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.graphs.model.graph import LARGEST_RUN, Graph
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
+from proofmass.runner.plan.bindings import Binding, bindings
 from proofmass.runner.plan.groups import ahead
 from proofmass.runner.plan.solver import Solver
 
@@ -69,7 +71,7 @@ class Plan:
     @cached_property
     def recorded(self) -> frozenset[Node]:
         """Buffers that hold a recording: nothing writes to them."""
-        return frozenset((n, b) for n, b in self.buffers if n and self.blocks[n].buffers[b].recorded)
+        return frozenset((n, b) for n, b in self.buffers if n and type(self.blocks[n]).buffers[b].recorded)
 
     @cached_property
     def ahead(self) -> tuple[Node, ...]:
@@ -107,7 +109,13 @@ class Plan:
     def stride(self, node: Node) -> int:
         """Base ticks from one value of an output to its next."""
         block = self.blocks[node[0]]
-        return self.schedule.divisors[node[0]] * block.size(block.outputs[node[1]].every)
+        return self.schedule.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)
+
+    def bindings(self, name: str, function: str) -> tuple[Binding, ...]:
+        """Return what a function of a block is given after its constants, by its role or by its output."""
+        block = self.blocks[name]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
+        return tuple(bindings(self.schedule, block, name, function, behaviour))
 
     def stream(self, name: str) -> int:
         """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.

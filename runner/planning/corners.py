@@ -4,7 +4,9 @@ from functools import cache
 from typing import Any
 
 from proofmass.blocks.arithmetic import elementary
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.plan.constants import constants_of
 
 
@@ -14,21 +16,20 @@ def looks_at_numbers(block: Block) -> bool:
 
     A block that declares corners or events is taken at its word, and so is an output that ends a run (`no_value`).
     """
-    if block.corners or block.events:
+    kind = type(block)
+    if kind.corners or kind.events:
         return False
-    behaviours = [b for port, b in block.output_functions.items() if not block.outputs[port].no_value]
-    behaviours += [block.functions["derivative"]] if "derivative" in block.functions else []
+    behaviours = [b for port, b in kind.output_functions.items() if not kind.outputs[port].no_value]
+    behaviours += [kind.functions["derivative"]] if "derivative" in kind.functions else []
     known = constants_of(block, block, 1.0)
     return any(_looks(block, known, behaviour) for behaviour in behaviours)
 
 
 def _looks(block: Block, known: Any, behaviour: Behaviour) -> bool:
-    state = block.state_class()
-    given: dict[str, Any] = {name: _Number() for name in behaviour.arguments}
-    if state is not None:
-        given["x"] = state(*(_Number() for _ in state.__annotations__))
+    state = type(block).state_class()
+    x = state and state(*(_Number() for _ in state.__annotations__))
     try:
-        behaviour.function(known, *(given[name] for name in behaviour.arguments))
+        behaviour.function(known, *(x if meaning is Meaning.STATE else _Number() for meaning in behaviour.meanings))
     except _LookedAtError as looked:
         frame = looked.__traceback__
         while frame is not None and frame.tb_next is not None and frame.tb_next.tb_frame.f_globals is not globals():

@@ -4,13 +4,26 @@ import math
 import typing
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.declaration.declare import Behaviour
+from proofmass.blocks.declaration.arguments import meaning_of
+from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.bindings import (
+    Buffer,
+    Default,
+    Deviate,
+    Out,
+    Parameters,
+    State,
+    Tick,
+    Time,
+    Wire,
+    bound,
+)
 from proofmass.runner.plan.keys import (
     ConstantOf,
     DuplicateKeyError,
@@ -87,7 +100,7 @@ class Pieces:
     def call(self, name: str, function: str, port: str) -> "Call":
         """The call of a function of a block."""
         block = self.plan.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         known = self.plan.constants[name] is not None or behaviour.reads_constants
         constants = made_up(word(name), "c") if known else "0"  # that come later in the tick
         arguments = [constants, *(self.argument(name, port, a) for a in behaviour.arguments)]
@@ -119,39 +132,39 @@ class Pieces:
         return f"number_or_nan({call.text})"
 
     def argument(self, name: str, port: str, argument: str) -> str:
-        plan = self.plan
-        block, divisor = plan.blocks[name], plan.schedule.divisors[name]
-        fixed = {
-            "x": made_up(word(name), "x"),
-            "out": variable((name, port)),
-            "time": "time",
-            "normal": made_up(word(name), "normal"),
-            "p": "0",  # known to the integer code
-        }
-        if argument in fixed:
-            return fixed[argument]
-        if argument == "tick":
-            return "tick" if divisor == 1 else f"tick // {divisor}"
-        if argument in block.buffers:
-            return variable((name, argument))
-        driver = plan.schedule.drivers.get((name, argument))
-        declared = block.inputs[argument]
-        if driver is None:
-            return repr(held_as(declared.dtype)(declared.default))  # type: ignore[arg-type]
-        return variable(driver)
+        """The expression that a function of a block is given for an argument."""
+        block = self.plan.blocks[name]
+        binding = bound(self.plan.schedule, block, name, port, argument, meaning_of(argument, type(block).buffers))
+        match binding:
+            case State():
+                return made_up(word(name), "x")
+            case Parameters():
+                return "0"  # known to the integer code
+            case Time():
+                return "time"
+            case Tick(divisor):
+                return "tick" if divisor == 1 else f"tick // {divisor}"
+            case Deviate():
+                return made_up(word(name), "normal")
+            case Out(node) | Buffer(node) | Wire(node):
+                return variable(node)
+            case Default(_, value):
+                return repr(value)
+            case _:
+                assert_never(binding)
 
     def driven(self, name: str, flag: str = "refused") -> Iterator[str]:
         """Lines that make the constants of a block from its parameters; a fault in it is added to `flag`."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
-        made = block.parameters_class()
+        made = type(block).parameters_class()
         values = [
             variable(drivers[name, p]) if (name, p) in drivers else self.parameter(name, p) for p, _ in fields(made)
         ]
         parameters = f"{self.named(block, 'Parameters', made)}({', '.join(values)})"
         call = Call(parameters, False)
-        if "constants" in block.functions:
+        if "constants" in type(block).functions:
             form = constants_form(type(block), compiled=True)
-            behaviour = block.functions["constants"]
+            behaviour = type(block).functions["constants"]
             function = self.named(block, "constants", form.function if form else behaviour.function)
             given = [parameters, made_up(word(name), "period")][: 1 + len(behaviour.arguments)]
             call = Call(f"{function}({', '.join(given)})", form is not None and form.fails)
@@ -164,7 +177,7 @@ class Pieces:
     def within_bounds(self, name: str) -> Iterator[str]:
         """Lines that end the run where a driven parameter leaves the bounds that its block declares."""
         drivers = self.plan.schedule.drivers
-        for p, declared in self.plan.blocks[name].parameters.items():
+        for p, declared in type(self.plan.blocks[name]).parameters.items():
             limits = ((">", declared.above), (">=", declared.at_least), ("<", declared.below), ("<=", declared.at_most))
             if (name, p) in drivers:
                 value = variable(drivers[name, p])
