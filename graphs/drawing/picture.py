@@ -1,4 +1,4 @@
-"""A graph as a diagram shows it: a subgraph is one box with the ports that it exports and those that wires reach."""
+"""A graph for a diagram: a subgraph is one box with the ports that it exports and those that wires reach."""
 
 import inspect
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ class Box:
 
 
 class Picture(NamedTuple):
-    """What is drawn: blocks and boxes, and wires and probes by block and port."""
+    """Contents of a diagram: blocks and boxes, wires and probes by block and port."""
 
     name: str
     rate: Fraction | None

@@ -1,4 +1,4 @@
-"""How commands answer: text for people or JSON for programs, then the files that were written."""
+"""Answers of commands: text for people or JSON for programs, then the files that were written."""
 
 import json
 from collections.abc import Iterable

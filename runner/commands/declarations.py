@@ -1,4 +1,4 @@
-"""What each command takes, and the function that does it, imported when it is called."""
+"""Arguments and options of each command; its function is imported when it is called."""
 
 from pathlib import Path
 from typing import Any

@@ -19,6 +19,7 @@ import numpy as np
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
@@ -137,7 +138,7 @@ def main(out: Path) -> int:
     lines = escape("\n".join(table(verdict, finer)))
     names = write_run(result, out, ("netcdf",), [("Impulse response", f"{fragment}\n<pre>{lines}</pre>")])
     print(f"written to {out}: {', '.join([*names, *pictures])}")
-    return 0 if good else 1
+    return DONE if good else WRONG_MODEL
 
 
 if __name__ == "__main__":

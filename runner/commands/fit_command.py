@@ -18,7 +18,7 @@ from proofmass.runner.run.engines import EngineName
 
 @dataclass(frozen=True)
 class FitRequest:
-    """What `proofmass fit` was asked to do."""
+    """A call of `proofmass fit`."""
 
     source: Path
     temperature: str | None
@@ -49,7 +49,7 @@ class FitRequest:
 
     @property
     def of_graph(self) -> bool:
-        """Whether a graph is run, instead of a table read."""
+        """True if a graph is run, instead of a table read."""
         return self.source.suffix.lower() == ".toml"
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MarginsRequest:
-    """What `proofmass margins` was asked to do."""
+    """A call of `proofmass margins`."""
 
     graph: Path
     loop: str

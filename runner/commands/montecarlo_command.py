@@ -23,7 +23,7 @@ from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
 @dataclass(frozen=True)
 class StudyRequest:
-    """What `proofmass montecarlo` was asked to do."""
+    """A call of `proofmass montecarlo`."""
 
     study: Path
     runs: int | None

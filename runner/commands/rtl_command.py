@@ -27,7 +27,7 @@ from proofmass.runner.rtl.tools.synth import Family, Resources, synthesized
 
 @dataclass(frozen=True)
 class RtlRequest:
-    """What `proofmass rtl` was asked to do."""
+    """A call of `proofmass rtl`."""
 
     graph: Path
     names: tuple[str, ...]
@@ -45,7 +45,7 @@ class RtlRequest:
 
 @dataclass(frozen=True)
 class _Checks:
-    """What simulators, the solver and synthesis found."""
+    """Results of simulators, solver and synthesis."""
 
     played: list[Played]
     proofs: list[Proof]
@@ -106,7 +106,7 @@ def _write_report(graph: Graph, report: dict[str, Any], out: Path) -> list[str]:
 
 
 def _resources(machine: Machine, verilog: str, family: Family | None) -> dict[str, Resources]:
-    """What each module takes in a family of FPGAs, the top included."""
+    """Return the resources of each module in a family of FPGAs, the top included."""
     if family is None:
         return {}
     modules = dict.fromkeys((*(module.name for module in machine.modules), top_name(machine)))

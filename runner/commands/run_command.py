@@ -21,7 +21,7 @@ from proofmass.runner.run.simulate import simulate
 
 @dataclass(frozen=True)
 class RunRequest:
-    """What `proofmass run` was asked to do."""
+    """A call of `proofmass run`."""
 
     graph: Path
     duration: str | None

@@ -64,7 +64,7 @@ def map_at(
     by_parameters: bool = False,
     tick: int = 0,
 ) -> PeriodMap:
-    """As `period_map`, over as many periods as its orbit takes to close; raises `ModelError` where it does not."""
+    """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
     wanted = (tuple(inputs), tuple(outputs), cut, everything, tick)
     if _Latest.plan is not plan or _Latest.wanted != wanted:
         point = _Search(plan, inputs, outputs, cut, everything, tick).point()
@@ -133,7 +133,7 @@ class _Search:
         return closed
 
     def _drift(self, found: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
-        """By how much the map of a period, `first` and `later`, changes in the time of the lowest crossover of `found`.
+        """Return the change between the maps `first` and `later` of a period, in the time of the lowest crossover.
 
         Between wires it is the time of the slowest pole.
         """
@@ -148,7 +148,7 @@ class _Search:
         return speed / float(np.min(rates, where=rates > SAME, initial=1.0))
 
     def _after(self, periods: int) -> Memory:
-        """What moves, so many periods after the operating point."""
+        """Return the memory some periods after the operating point."""
         while len(self._memories) <= periods:
             self._memories.append(self._run.to(self._first + len(self._memories) * self._ticks))
         return self._memories[periods]
@@ -165,14 +165,14 @@ class _Search:
         )
 
     def _moves(self) -> bool:
-        """Whether anything that the map could depend on changes: states, or wires in the last tick of a period."""
+        """Return whether anything that the map could depend on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self._after, range(3))
         if dict(_states(once, self._names)) != dict(_states(before, self._names)):
             return True
         return dict(_wires(once, self._names)) != dict(_wires(twice, self._names))
 
     def _crossovers(self, of_period: PeriodMap) -> list[float]:
-        """Where |L| of a loop is about 1, in Hz."""
+        """Return where |L| of a loop is about 1, in Hz."""
         if not self._cut:
             return []
         system = OpenLoop(of_period.between())
@@ -271,7 +271,7 @@ def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, st
 
 
 def variation(closed: Array, later: Sequence[Array]) -> Array:
-    """By how much the entries of a closed transition matrix change, as far as that moves its poles near the boundary.
+    """Return the changes of the entries of a closed transition matrix, as far as they move poles near the boundary.
 
     An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
     vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
@@ -294,7 +294,7 @@ def variation(closed: Array, later: Sequence[Array]) -> Array:
 
 
 def _change(first: PeriodMap, second: PeriodMap) -> float:
-    """How far two maps differ: the largest relative change of what one block does to another, in balanced units."""
+    """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
     kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]

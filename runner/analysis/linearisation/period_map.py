@@ -167,7 +167,7 @@ def blocks_of_map(
 
 
 def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
-    """Which block is read by which, driven parameters included."""
+    """Return the graph of blocks that read each other, driven parameters included."""
     wiring: networkx.DiGraph[str] = networkx.DiGraph()
     wiring.add_nodes_from(plan.blocks)
     wiring.add_edges_from((source, target) for (target, _), (source, _) in plan.schedule.drivers.items())

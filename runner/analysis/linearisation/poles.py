@@ -46,7 +46,7 @@ class Pole:
 
     @property
     def verdict(self) -> Verdict:
-        """What this pole makes of the loop."""
+        """The verdict on a loop with this pole."""
         if abs(self.distance) <= self.uncertainty:
             return "marginal"
         return "stable" if self.distance > 0.0 else "unstable"

@@ -179,7 +179,7 @@ def _first_critical(
 
 
 def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
-    """Where the response is real and negative; at half the rate of the wire it is real by nature."""
+    """Return where the response is real and negative; at half the rate of the wire it is always real."""
     ends = [math.pi / system.sample]
     found = crossings(response.up_to(ends[0] * (1.0 - 1e-9)), lambda values: values.imag) + ends
     return [v for v in found if system.response(v).real < 0.0]
@@ -198,7 +198,7 @@ def _delayed_radius(system: OpenLoop, samples: int) -> float:
 
 
 def _bandwidth(system: OpenLoop, w: Any) -> float | None:
-    """Where the closed loop first falls by 3 dB from what it is at rest."""
+    """Return where the closed loop first falls 3 dB below its value at rest."""
 
     def size(matrices: Complex) -> Any:
         return np.linalg.norm(matrices, 2, axis=(1, 2))

@@ -45,7 +45,7 @@ class Margins(Figures):
 
     @property
     def stable(self) -> bool:
-        """Whether the verdict is "stable"."""
+        """True if the verdict is "stable"."""
         return self.verdict == "stable"
 
     @property

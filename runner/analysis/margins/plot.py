@@ -147,7 +147,7 @@ def _tick(margins: Margins) -> float:
 
 
 def step_response(margins: Margins) -> Array:
-    """What comes back to the wire, in each of its ticks, for a unit step that is added there."""
+    """Return the response at the wire, in each of its ticks, to a unit step that is added there."""
     system = margins.system
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)

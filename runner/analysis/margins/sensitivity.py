@@ -27,7 +27,7 @@ from proofmass.runner.plan.planned import Plan
 
 @dataclass(frozen=True)
 class Effect:
-    """What a parameter does to a quantity: the derivative, and the change for one percent of the parameter.
+    """Effect of a parameter on a quantity: the derivative, and the change for one percent of the parameter.
 
     A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else there is none.
     """

@@ -89,7 +89,7 @@ def _slowest(pole: Pole, sampled: bool) -> str:
 
 
 def _way_back(got: Margins) -> str:
-    """How a loop that is not stable could become so."""
+    """Return how a loop that is not stable could become stable."""
     if not got.stable_gains:
         return f"no factor at {got.open_at} makes it stable; proofmass margins shows its poles and crossovers"
     low, high = got.stable_gains[-1]

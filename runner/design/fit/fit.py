@@ -70,7 +70,7 @@ class FitReport:
 
     @property
     def determined(self) -> bool:
-        """Whether the readings determine the two exponentials."""
+        """True if the readings determine the two exponentials."""
         return all(finding.note for finding in self.findings)
 
 

@@ -34,7 +34,7 @@ class Family(NamedTuple):
 
     @property
     def coefficients(self) -> int:
-        """How many numbers the family fits."""
+        """Number of coefficients and exponents that the family fits."""
         return self.exponents + len(self.terms)
 
 
@@ -60,7 +60,7 @@ class Projected(NamedTuple):
 
 
 class Optimum(NamedTuple):
-    """Where the iteration ended."""
+    """End of the iteration."""
 
     at: Projected
     iterations: int

@@ -53,7 +53,7 @@ class StudyResult:
 
     @property
     def interrupted(self) -> bool:
-        """Whether runs are missing, since the study was interrupted."""
+        """True if runs are missing, since the study was interrupted."""
         return len(self.numbers) < self.planned_runs
 
     @cached_property
