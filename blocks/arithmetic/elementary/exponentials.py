@@ -8,7 +8,7 @@ each (benchmarks/elementary.py).
 
 from proofmass.blocks.arithmetic.elementary.scaling import power_of_two, scaled
 from proofmass.blocks.arithmetic.pairs import exact_sum, ordered_sum
-from proofmass.blocks.arithmetic.rounding import clip, nearest_integer
+from proofmass.blocks.arithmetic.rounding import nearest_integer
 
 LN2, LN2_LOW = 0.6931471805598903, 5.49792301870721e-14
 LOG2_E = 1.4426950408889634
