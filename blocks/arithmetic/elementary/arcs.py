@@ -106,7 +106,7 @@ def _angle(y: float, y_low: float, x: float, x_low: float) -> tuple[float, float
 def _bent(z: float) -> float:
     """atan(t) / t - 1, of z = t^2 <= 0.056."""
     fourth = z * z
-    series = (-0.06658408604967223 + z * 0.05752748129555395) + fourth * -0.04111621305279901
-    series = (-0.09090901410313026 + z * 0.07691987572723774) + fourth * series
-    series = (-0.14285714284795933 + z * 0.11111110999529673) + fourth * series
-    return z * ((-0.33333333333333326 + z * 0.1999999999999629) + fourth * series)
+    series = (-0.06657401048445352 + z * 0.057426736043535806) + fourth * -0.04069877575115947
+    series = (-0.0909089974120971 + z * 0.07691933608235832) + fourth * series
+    series = (-0.14285714284500836 + z * 0.1111111096960127) + fourth * series
+    return z * ((-0.33333333333333326 + z * 0.19999999999994894) + fourth * series)

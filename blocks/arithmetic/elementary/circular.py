@@ -57,8 +57,8 @@ def tangent(angle: float) -> float:
 def _sine_part(r: float, rest: float) -> tuple[float, float]:
     z = r * r
     fourth = z * z
-    series = 2.755731369200332e-06 + z * (-2.505075812781825e-08 + z * 1.5896796344833827e-10)
-    series = 0.008333333333322415 + z * -0.00019841269829808076 + fourth * series
+    series = 2.7557313705052092e-06 + z * (-2.5050759886056258e-08 + z * 1.5896886215259137e-10)
+    series = 0.008333333333322486 + z * -0.00019841269829853355 + fourth * series
     return ordered_sum(r, rest * (1.0 - 0.5 * z) + r * z * (-0.16666666666666632 + z * series))
 
 
@@ -66,7 +66,7 @@ def _cosine_part(r: float, rest: float) -> tuple[float, float]:
     z, lost = exact_product(r, r)
     half = 0.5 * z
     fourth = z * z
-    series = -2.7557314352414356e-07 + z * (2.0875723284110145e-09 + z * -1.1359648352953774e-11)
-    series = 0.0416666666666666 + z * (-0.0013888888888874125 + z * 2.480158728948247e-05) + fourth * z * series
+    series = -2.755731439926595e-07 + z * (2.087572899400557e-09 + z * -1.1359917295960915e-11)
+    series = 0.0416666666666666 + z * (-0.001388888888887447 + z * 2.480158728966691e-05) + fourth * z * series
     whole = 1.0 - half
     return ordered_sum(whole, ((1.0 - whole) - half) + (fourth * series - (r * rest + 0.5 * lost)))

@@ -7,7 +7,7 @@ each (benchmarks/elementary.py).
 """
 
 from proofmass.blocks.arithmetic.elementary.scaling import power_of_two, scaled
-from proofmass.blocks.arithmetic.pairs import exact_sum, ordered_sum
+from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, ordered_sum
 from proofmass.blocks.arithmetic.rounding import clip, nearest_integer
 
 LN2, LN2_LOW = 0.6931471805598903, 5.49792301870721e-14
@@ -36,13 +36,14 @@ def exponential_parts(value: float, low: float) -> tuple[float, float, float]:
     """n, p and the rest of p of the exponential of a pair, |value| <= 1420."""
     exponent = nearest_integer(value * LOG2_E)
     r, lost = exact_sum(value - exponent * LN2, low - exponent * LN2_LOW)
-    square = r * r
+    square, lost_of_square = exact_product(r, r)
     series = 2.7557244333751807e-06 + r * 2.75572458680301e-07
     series = series + square * (2.5108996839913207e-08 + r * 2.092367497101461e-09)
     series = 0.0001984126988598858 + r * 2.480158735575812e-05 + square * series
     series = 0.008333333333321695 + r * 0.0013888888888870326 + square * series
     series = 0.16666666666666677 + r * 0.04166666666666669 + square * series
-    return exponent, r, (lost + r * lost) + square * (0.5 + r * series)
+    p, lost_of_p = ordered_sum(r, 0.5 * square)
+    return exponent, p, lost_of_p + ((lost + r * lost) + (0.5 * lost_of_square + r * square * series))
 
 
 def exponential_less_one(value: float) -> float:

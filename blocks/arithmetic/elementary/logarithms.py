@@ -1,8 +1,8 @@
 """Logarithms of any positive number m 2^n: 2 atanh(s), s = (m - 1) / (m + 1), plus n ln 2.
 
 `near_one` sums that up as fdlibm does (Sun Microsystems 1993): the largest term is exact, and the rest is small. The
-logarithm as a pair has quotient, square and cube as pairs, and the minimax polynomial of degree 7 (relative error
-2^-65, benchmarks/elementary_fits.py) behind them: for powers and other bases. The largest errors are of 10^7 arguments
+logarithm as a pair has 2 s + 2 s^3 / 3 + 2 s^5 / 5 as pairs, and the minimax polynomial of degree 6 behind them
+(relative error 2^-72, benchmarks/elementary_fits.py): for powers and other bases. The largest errors are of 10^7 arguments
 each (benchmarks/elementary.py).
 """
 
@@ -70,12 +70,15 @@ def logarithm_as_pair(m: float, exponent: float) -> tuple[float, float]:
     z, z_low = exact_product(s, s)
     z_low = z_low + 2.0 * s * s_low
     fourth = z * z
-    series = (0.1538455684710597 + z * 0.13336318339798384) + fourth * (0.1167479977006309 + z * 0.11989169650783202)
-    series = (0.22222222217533605 + z * 0.18181818870664748) + fourth * series
-    series = (0.3999999999999998 + z * 0.28571428571445123) + fourth * series
-    factor, factor_low = ordered_sum(0.6666666666666666, z * series)
+    series = 0.11685040199496091 + z * 0.11910990991938003
+    series = (0.15384572898155238 + z * 0.1333576317213006) + fourth * series
+    series = (0.22222222220012464 + z * 0.18181818605444003) + fourth * series
+    part, part_low = ordered_sum(0.4, z * (0.2857142857143316 + z * series))
+    part, part_low = pair_product(part, part_low - 2.2204460492503132e-17, z, z_low)
+    factor, factor_low = ordered_sum(0.6666666666666666, part)
+    factor_low = factor_low + (part_low + 3.700743415417188e-17)
     cube, cube_low = pair_product(s, s_low, z, z_low)
-    rest, rest_low = pair_product(cube, cube_low, factor, factor_low + 3.700743415417188e-17)
+    rest, rest_low = pair_product(cube, cube_low, factor, factor_low)
     high, low = ordered_sum(2.0 * s, rest)
     low = low + (rest_low + 2.0 * s_low)
     high, lost = exact_sum(exponent * LN2, high)
