@@ -1,4 +1,4 @@
-"""Steady Kalman filter: x = m + K (z - C m), m[n+1] = A x[n] + B u[n], K = P C' / (C P C' + R), P of a Riccati equation.
+"""Steady Kalman filter: x = m + K (z - C m), m[n+1] = A x[n] + B u[n], K = P C' / (C P C' + R), P by a Riccati equation.
 
 (Anderson and Moore, Optimal Filtering, 1979, section 4.4.)
 """
