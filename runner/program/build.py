@@ -47,6 +47,7 @@ from proofmass.runner.program.form import (
     While,
 )
 from proofmass.runner.program.operations import EVALUATE
+from proofmass.runner.program.structure import Lowered, mapped, named
 
 Given: TypeAlias = Operand | float | int | bool  # what builders take for a value
 
@@ -57,24 +58,25 @@ class Builder:
     def __init__(self, name: str, origin: str = "", inline: bool = False) -> None:
         self.name, self.origin, self.inline = name, origin, inline
         self.line: Line | None = None  # of what is written next
-        self._parameters: list[Value | Array] = []
+        self.parameters: list[Value | Array] = []
         self._variables: list[Variable] = []
         self._results: tuple[Kind, ...] | None = None
         self._region: Region = []
         self._body = self._region
+        self.lowered: dict[Any, Any] = {}  # functions of Python for functions of this program, shared with `beside`
 
     # -- what a function has ---------------------------------------------------------------------------------------
 
     def parameter(self, kind: Kind, name: str) -> Value:
         """One more parameter."""
         value = Value(kind, name)
-        self._parameters.append(value)
+        self.parameters.append(value)
         return value
 
     def array(self, entry: Kind, length: int | None, name: str, writable: bool = False) -> Array:
         """One more parameter that is an array."""
         array = Array(entry, length, writable, name)
-        self._parameters.append(array)
+        self.parameters.append(array)
         return array
 
     def variable(self, kind: Kind, name: str = "", value: Given | None = None) -> Variable:
@@ -91,8 +93,14 @@ class Builder:
         if results and not always_returns(self._body):
             self._body.append(Return(tuple(zero(kind) for kind in results), self.line))
         return Function(
-            self.name, tuple(self._parameters), results, self._body, self._variables, self.origin, self.inline
+            self.name, tuple(self.parameters), results, self._body, self._variables, self.origin, self.inline
         )
+
+    def beside(self, name: str, inline: bool = False) -> "Builder":
+        """A builder of another function of the same program."""
+        other = Builder(name, self.origin, inline)
+        other.lowered = self.lowered
+        return other
 
     # -- statements ------------------------------------------------------------------------------------------------
 
@@ -263,6 +271,16 @@ class Number:
     def _with(self, operation: str, *given: "Number | float") -> "Number":
         operands = (each.value if isinstance(each, Number) else float(each) for each in given)
         return Number(self.builder, self.builder.compute(operation, *operands))
+
+
+def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
+    """Parameters of a function for a value of its caller."""
+    if isinstance(value, tuple):
+        parts = [parameters_like(builder, f"{name}_{of}", part) for of, part in named(value)]
+        return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
+    if isinstance(value, Array):
+        return builder.array(value.entry, value.length, name, value.writable)
+    return mapped(value, lambda leaf: builder.parameter(leaf.kind, name))
 
 
 def operand(value: Given) -> Operand:

@@ -16,12 +16,12 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import unchanged
-from proofmass.runner.program.build import Builder
-from proofmass.runner.program.form import Array, Call, Function, Kind, Program, Region
+from proofmass.runner.program.build import Builder, parameters_like
+from proofmass.runner.program.form import Call, Function, Kind, Program, Region
 from proofmass.runner.program.lower_expressions import mapped_known
 from proofmass.runner.program.lower_statements import Statements, WiderError
 from proofmass.runner.program.scopes import changing
-from proofmass.runner.program.structure import Lowered, described, leaves, mapped, shape_of
+from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, shape_of
 
 _LARGE = "proofmass.runner.continuous."  # solvers are called often and stay functions
 
@@ -39,12 +39,12 @@ _kept: dict[Hashable, LoweredFunction] = {}
 
 def lower(function: types.FunctionType, arguments: Sequence[Lowered]) -> LoweredFunction:
     """The function for arguments like these; raises `ModelError` for what cannot be lowered."""
-    return _lowered(function, tuple(arguments), ())
+    return _lowered(function, tuple(arguments), (), {})
 
 
 def call(builder: Builder, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
     """The call of a function of Python in one that is being written."""
-    lowered = lower(function, arguments)
+    lowered = _lowered(function, tuple(arguments), (), builder.lowered)
     return _called(builder, lowered, arguments)
 
 
@@ -61,24 +61,33 @@ def _filled(result: Lowered, values: Any) -> Lowered:
 
 
 def _lowered(
-    function: types.FunctionType, arguments: tuple[Lowered, ...], within: tuple[types.FunctionType, ...]
+    function: types.FunctionType,
+    arguments: tuple[Lowered, ...],
+    within: tuple[types.FunctionType, ...],
+    own: dict[Hashable, LoweredFunction],
 ) -> LoweredFunction:
+    """The function for arguments like these; one for functions of a program is kept with these, in `own`."""
     function = inspect.unwrap(getattr(function, "py_func", function))
     key = (function, shape_of(arguments))
-    before = _kept.get(key)
+    kept = own if has_functions(arguments) else _kept
+    before = kept.get(key)
     if before is None or not unchanged(list(before.read)):
-        before = _kept[key] = _read(function, arguments, described(key[1]), within)
+        before = kept[key] = _read(function, arguments, described(key[1]), within, own)
     return before
 
 
 def _read(
-    function: types.FunctionType, arguments: tuple[Lowered, ...], shape: str, within: tuple[types.FunctionType, ...]
+    function: types.FunctionType,
+    arguments: tuple[Lowered, ...],
+    shape: str,
+    within: tuple[types.FunctionType, ...],
+    own: dict[Hashable, LoweredFunction],
 ) -> LoweredFunction:
     try:
         tree = tree_of(function)
         wider: dict[str, Kind] = {}
         while True:
-            reader = _Reader(function, tree, wider, within)
+            reader = _Reader(function, tree, wider, within, own)
             try:
                 return reader.lowered(arguments, shape)
             except WiderError as error:
@@ -98,6 +107,7 @@ class _Reader(Statements):
         tree: ast.FunctionDef,
         wider: dict[str, Kind],
         within: tuple[types.FunctionType, ...],
+        own: dict[Hashable, LoweredFunction],
     ) -> None:
         code = function.__code__
         origin = f"{function.__module__}.{function.__qualname__}"
@@ -105,6 +115,7 @@ class _Reader(Statements):
         super().__init__(builder, function, frozenset({*code.co_varnames, *code.co_cellvars}))
         self.tree, self.wider, self.within = tree, wider, (*within, function)
         self.changing, self.declared = changing(tree), _declared_result(function)
+        self.builder.lowered = own
         self.functions: list[str] = []  # names of those that it calls
 
     def lowered(self, arguments: tuple[Lowered, ...], shape: str) -> LoweredFunction:
@@ -115,7 +126,7 @@ class _Reader(Statements):
             raise refuse(self.tree, "* among the arguments", "name them one by one")
         if not len(names) - len(defaults) <= len(arguments) <= len(names):
             raise refuse(self.tree, f"{self.function.__name__} has {len(names)} arguments, not {len(arguments)}")
-        given = [self._parameter(name, value) for name, value in zip(names, arguments, strict=False)]
+        given = [parameters_like(self.builder, name, value) for name, value in zip(names, arguments, strict=False)]
         given += [self.known(value) for value in defaults[len(defaults) - (len(names) - len(given)) :]]
         for name, value in zip(names, given, strict=True):
             self.set(ast.copy_location(ast.Name(name, ast.Store()), self.tree), value)
@@ -126,16 +137,6 @@ class _Reader(Statements):
         self.builder.name = f"{plain}_{digest}"
         return LoweredFunction(self.builder.function(), self.result, tuple(self.read))
 
-    def _parameter(self, name: str, value: Lowered) -> Lowered:
-        """A parameter for each number and array of an argument."""
-        if isinstance(value, tuple):
-            names = getattr(value, "_fields", range(len(value)))
-            parts = [self._parameter(f"{name}_{of}", part) for of, part in zip(names, value, strict=True)]
-            return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
-        if isinstance(value, Array):
-            return self.builder.array(value.entry, value.length, name, value.writable)
-        return mapped(value, lambda leaf: self.builder.parameter(leaf.kind, name))
-
     def _constants(self) -> list[tuple[str, Any]]:
         """Numbers that were read from outside: what the function is depends on them."""
         return [(name, value) for _, name, value in self.read if isinstance(value, int | float | tuple)]
@@ -143,7 +144,7 @@ class _Reader(Statements):
     def called(self, node: ast.AST, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
         if function in self.within:
             raise refuse(node, f"{function.__name__} calls itself", "write a loop")
-        lowered = _lowered(function, tuple(arguments), self.within)
+        lowered = _lowered(function, tuple(arguments), self.within, self.builder.lowered)
         self.read += lowered.read
         self.functions.append(lowered.function.name)
         return _called(self.builder, lowered, arguments)

@@ -41,6 +41,11 @@ def rebuilt(shape: Lowered, parts: Iterable[Any]) -> Lowered:
     return mapped(shape, lambda _: next(left))
 
 
+def named(value: tuple[Lowered, ...]) -> list[tuple[str, Lowered]]:
+    """The parts of a tuple with the names that readers know them by."""
+    return list(zip(map(str, getattr(value, "_fields", range(len(value)))), value, strict=True))
+
+
 def shape_of(value: Lowered) -> Hashable:
     """What a function is lowered for: the same for values that differ in nothing but what they compute."""
     if isinstance(value, tuple):
@@ -50,6 +55,11 @@ def shape_of(value: Lowered) -> Hashable:
     if isinstance(value, Array):
         return Array, value.entry, value.length, value.writable
     return _Known(value)
+
+
+def has_functions(value: Lowered) -> bool:
+    """Whether functions of a program are among it."""
+    return any(map(has_functions, value)) if isinstance(value, tuple) else isinstance(value, Function)
 
 
 class _Known:
