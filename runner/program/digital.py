@@ -46,7 +46,7 @@ class DigitalWriter:
         step, frame = self.plan.digital[name].steps[function], self.frame
         given = [frame.now(frame.constants[name]), *map(frame.argument, self.plan.bindings(name, function))]
         made = call(frame.builder, step.code.function, given)
-        beside = [self._lost[name]] * step.overflows + [self.refused] * step.refuses
+        beside = ([self._lost[name]] if step.overflows else []) + ([self.refused] if step.refuses else [])
         if not beside:
             return made
         for flag, value in zip(beside, made[1:], strict=True):

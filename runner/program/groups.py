@@ -44,7 +44,7 @@ class Writer(Protocol):
 
 
 class Context(NamedTuple):
-    """What is the same at all instants of a tick: constants by member, inputs, how fast they move, guesses for loops."""
+    """What is the same at all instants of a tick: constants by member, inputs, their slopes, guesses for loops."""
 
     constants: Lowered
     inputs: Lowered

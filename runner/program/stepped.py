@@ -62,7 +62,7 @@ class SteppedGroup(GroupWriter):
     # -- in each tick ------------------------------------------------------------------------------------------------
 
     def move(self) -> None:
-        builder, frame, time = self.builder, self.frame, self.frame.time
+        builder, time = self.builder, self.frame.time
         context = self._context()
         for i, value in enumerate(self.numbers()):
             builder.store(self.x, i, value)
