@@ -233,7 +233,10 @@ class For:
 
 @dataclass(frozen=True)
 class While:
-    """The test and, while its condition holds, the body and the test again; the body may read values of the test."""
+    """The test and, while its condition holds, the body and the test again; the body may read values of the test.
+
+    The test itself leaves neither a loop around it nor the function.
+    """
 
     test: "Region"
     condition: Operand

@@ -33,6 +33,7 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
+from proofmass.runner.program.walk import statements
 
 _TYPES = {FLOAT: float, INTEGER: int, TRUTH: bool}
 _LOWEST, _HIGHEST = -(2**63), 2**63 - 1
@@ -200,7 +201,7 @@ class _Checker:
                 self._for(statement)
             case While(test, condition, body):
                 count = len(self.defined)
-                self._statements(test)
+                self._test(test)
                 self.line = statement.line
                 self._use(condition, TRUTH)
                 self._loop(body)
@@ -307,6 +308,13 @@ class _Checker:
         self.loops += 1
         self._region(body)
         self.loops -= 1
+
+    def _test(self, test: Region) -> None:
+        loops, self.loops = self.loops, 0
+        self._statements(test)
+        self.loops = loops
+        if any(isinstance(statement, Return) for statement in statements(test)):
+            self._say("Return stands in the test of a loop")
 
     def _returned(self, values: tuple[Operand, ...]) -> None:
         if len(values) != len(self.function.results):

@@ -10,6 +10,7 @@ from proofmass.runner.program.form import (
     INTEGER,
     TRUTH,
     Array,
+    Break,
     Call,
     Compute,
     Constant,
@@ -31,6 +32,7 @@ from proofmass.runner.program.form import (
 from proofmass.runner.program.verify import MalformedProgramError, verify
 from tests.by_hand.programs import Writer, program
 
+YES = Constant(TRUTH, True)
 SINE = External("sin", (FLOAT,), FLOAT)
 
 
@@ -60,6 +62,11 @@ def reads_a_test_behind_its_loop(w: Writer, x: Value, n: Value, a: Array) -> Non
     y = Value(TRUTH, "y")
     w.say(While([Compute(y, "less", (x, x))], y, []))
     w.do("not", y)
+
+
+def jumps_in_a_test(w: Writer, x: Value, n: Value, a: Array) -> None:
+    with w.count(0, n):
+        w.say(While([Break()], YES, []))
 
 
 def reads_a_counter_behind_its_loop(w: Writer, x: Value, n: Value, a: Array) -> None:
@@ -124,6 +131,8 @@ WRONG = {
     "array part is writable, array fixed is not": written(views_what_cannot_be_written),
     "Break stands outside of a loop": written(lambda w, x, n, a: w.stop()),
     "Continue stands outside of a loop": written(lambda w, x, n, a: w.skip()),
+    "Break stands outside of a loop ": written(jumps_in_a_test),
+    "Return stands in the test of a loop": written(lambda w, x, n, a: w.say(While([Return()], YES, []))),
     "statements stand behind Return": written(lambda w, x, n, a: (w.leave(), w.leave())),
     "Return has 1 values; the function has 0 results": written(lambda w, x, n, a: w.leave(x)),
     "value x is f64 where bool is wanted": written(lambda w, x, n, a: w.leave(x), results=(TRUTH,)),
