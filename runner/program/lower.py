@@ -72,7 +72,8 @@ def _lowered(
     kept = own if has_functions(arguments) else _kept
     before = kept.get(key)
     if before is None or not unchanged(list(before.read)):
-        before = kept[key] = _read(function, arguments, described(key[1]), within, own)
+        before = _read(function, arguments, described(key[1]), within, own)
+        before = kept[key] = kept.setdefault(before.function.name, before)  # the same code may be of two functions
     return before
 
 
@@ -132,7 +133,7 @@ class _Reader(Statements):
             self.set(ast.copy_location(ast.Name(name, ast.Store()), self.tree), value)
         self.block(self.tree.body)
         content = [self.builder.origin, shape, ast.dump(self.tree), repr(self._constants()), *self.functions]
-        digest = hashlib.sha256("\0".join(content).encode("utf-8", "surrogatepass")).hexdigest()[:8]
+        digest = hashlib.sha256("\0".join(content).encode("utf-8", "surrogatepass")).hexdigest()[:12]
         plain = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in self.function.__name__)
         self.builder.name = f"{plain}_{digest}"
         return LoweredFunction(self.builder.function(), self.result, tuple(self.read))
