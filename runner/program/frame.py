@@ -26,7 +26,7 @@ from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Op
 from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_numbers import as_kind, nan
 from proofmass.runner.program.slots import fields
-from proofmass.runner.program.structure import Lowered, mapped, named
+from proofmass.runner.program.structure import Lowered, mapped
 
 KINDS: dict[type, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 
@@ -81,13 +81,6 @@ class Frame:
         else:
             self.wires[node] = value
 
-    def variables(self, name: str, kinds: Lowered) -> Lowered:
-        """Variables in the place of kinds, of which NamedTuples and tuples may be made."""
-        if isinstance(kinds, tuple):
-            parts = [self.variables(f"{name}_{of}", kind) for of, kind in named(kinds)]
-            return type(kinds)._make(parts) if hasattr(kinds, "_make") else tuple(parts)  # type: ignore[attr-defined]
-        return self.builder.variable(kinds, name)
-
     # -- calls -------------------------------------------------------------------------------------------------------
 
     def call(self, name: str, function: str) -> Called:
@@ -102,7 +95,9 @@ class Frame:
         """The call of a function of a block that has a role or not."""
         block = self.plan.blocks[name]
         bound = bindings(self.plan.schedule, block, name, port, behaviour)
-        given = [self.now(self.constants[name]), *map(argument or self.argument, bound)]
+        known = self.plan.constants[name] is not None or behaviour.reads_constants  # else they come later in the tick
+        constants = self.now(self.constants[name]) if known else ()
+        given = [constants, *map(argument or self.argument, bound)]
         form = form_of(type(block), behaviour, compiled=True)
         function: Any = form.function if form else behaviour.function
         return self.outcome(call(self.builder, function, given), form is not None and form.fails)

@@ -42,7 +42,7 @@ from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_numbers import nan
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, fields, parts
 from proofmass.runner.program.stepped import group_writer
-from proofmass.runner.program.structure import Lowered
+from proofmass.runner.program.structure import Lowered, mapped
 from proofmass.runner.program.watched import watched
 
 _LONG = 8  # entries of a tuple among constants, from which on they stay in memory
@@ -164,6 +164,9 @@ class TickWriter:
                 if not output.shape:
                     key = WireOf(name, port)
                     frame.wires[name, port] = self.kept(key, held_as(output.dtype), variable((name, port)))
+        for name in plan.blocks:
+            if plan.constants[name] is None:
+                frame.constants[name] = self._variables_like(name)
         for name in self.digital.counted:
             self.digital.counts[name] = self.kept(OverflowsOf(name), int, f"{word(name)}_overflows")
         self.groups: list[GroupWriter] = [group_writer(self, solver) for solver in plan.solvers]
@@ -211,8 +214,6 @@ class TickWriter:
         block, values = self.plan.blocks[name], self.plan.constants[name]
         if values is None:
             self._parameters_of(name)
-            kinds = _kinds_of(block.constants_class())
-            self.frame.constants[name] = self.frame.variables(word(name), kinds)
         elif name in self.varied and "constants" in block.functions:
             self._parameters_of(name)
             self.checks.append(self.frame.driven(name))
@@ -221,6 +222,12 @@ class TickWriter:
             made = type(values)
             of = ((ConstantOf(name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True))
             self.frame.constants[name] = made._make(self.constant(*each) for each in of)
+
+    def _variables_like(self, name: str) -> Lowered:
+        """Variables for constants that are made in the tick."""
+        with self.builder.within([]):
+            made = self.frame.driven(name).value
+        return mapped(made, lambda leaf: self.builder.variable(leaf.kind, f"{word(name)}_constant"))
 
     def _parameters_of(self, name: str) -> None:
         plan, block = self.plan, self.plan.blocks[name]
@@ -459,11 +466,6 @@ def _vectors(plan: Plan) -> Iterator[tuple[Node, tuple[type, int]]]:
         for port, output in block.outputs.items():
             if output.shape:
                 yield (name, port), (held_as(output.dtype), block.shape_of(output)[0])
-
-
-def _kinds_of(record: Any) -> Lowered:
-    """Kinds in the place of the fields of a NamedTuple."""
-    return record._make(KINDS[held_as(kind)] for _, kind in fields(record))
 
 
 _KINDS = {FLOATS: FLOAT, INTEGERS: INTEGER}
