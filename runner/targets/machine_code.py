@@ -17,8 +17,9 @@ import llvmlite.binding as llvm
 
 from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.host.versions import version
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program, Value
 from proofmass.runner.program.listing import listing
+from proofmass.runner.targets.lane_text import LanesOf, lane_text
 from proofmass.runner.targets.llvm_text import ENTRY, externals, llvm_text
 
 _C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
@@ -36,24 +37,46 @@ class Settings(NamedTuple):
 
 
 ALONE = Settings()
+SIDE_BY_SIDE = Settings(wide=True)
 
 
 def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
     """The program as a function of numbers and addresses of arrays; made and kept when it is not there yet."""
-    text = llvm_text(program)
+    return _function(program, llvm_text(program), settings, frozenset())
+
+
+def load_lanes(
+    program: Program, lanes: int, of_entry: LanesOf, settings: Settings = SIDE_BY_SIDE
+) -> Callable[..., Any]:
+    """The program for several runs side by side; numbers that differ are given as addresses of rows."""
+    return _function(program, lane_text(program, lanes, of_entry), settings, of_entry.numbers)
+
+
+def _function(program: Program, text: str, settings: Settings, rows: frozenset[Value]) -> Callable[..., Any]:
     key = key_of(text, settings)
     with _loading:
         if key not in _loaded:
             _name_externals(externals(program))
             code = kept(f"{key}.o")
-            function = _linked(code, program.entry) if code else None
+            prototype = _prototype(program.entry, rows)
+            function = _linked(code, prototype) if code else None
             if function is None:
                 code = object_code(text, settings)
                 keep(f"{key}.o", code, {f"{key}.txt": listing(program)})
-                function = _linked(code, program.entry)
+                function = _linked(code, prototype)
             _loaded[key] = function
     function_of_c: Callable[..., Any] = _loaded[key][1]
     return function_of_c
+
+
+def _prototype(entry: Function, rows: frozenset[Value]) -> Any:
+    """The type of the entry in C; what differs between lanes is given by its address."""
+    by_address = (isinstance(p, Array) or p in rows for p in entry.parameters)
+    kinds = [
+        ctypes.c_void_p if address else _C_TYPES[p.kind]  # type: ignore[union-attr]
+        for address, p in zip(by_address, entry.parameters, strict=True)
+    ]
+    return ctypes.CFUNCTYPE(_C_TYPES[entry.results[0]] if entry.results else None, *kinds)
 
 
 def is_cached(key: str) -> bool:
@@ -117,10 +140,8 @@ def _address_in_c(name: str) -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
-def _linked(code: bytes, entry: Function) -> tuple[Any, Callable[..., Any]]:
+def _linked(code: bytes, prototype: Any) -> tuple[Any, Callable[..., Any]]:
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())  # which takes the machine over
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    kinds = [ctypes.c_void_p if isinstance(p, Array) else _C_TYPES[p.kind] for p in entry.parameters]
-    returned = _C_TYPES[entry.results[0]] if entry.results else None
-    return engine, ctypes.CFUNCTYPE(returned, *kinds)(engine.get_function_address(ENTRY))
+    return engine, prototype(engine.get_function_address(ENTRY))
