@@ -123,7 +123,9 @@ class Lanes:
         while True:  # entries that are found to differ behind a call of the program do so before the next
             varying = self.of(function, Way(False, parameters))
             behind = tuple(
-                given._replace(entries=varying.entries[p]) if isinstance(given, ArrayOf) and isinstance(p, Array) else given
+                given._replace(entries=varying.entries[p])
+                if isinstance(given, ArrayOf) and isinstance(p, Array)
+                else given
                 for given, p in zip(parameters, function.parameters, strict=True)
             )
             if behind == parameters:
