@@ -11,7 +11,7 @@
         return p.gain * input
 
 The first argument of every function is the block's constants (or its parameters, where it declares no `constants`);
-the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `RUNNER_NAMES`; in a block with
+the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `Meaning`; in a block with
 `formats`, whose constants are in registers, also `p`, the parameters.
 An output that names an input depends on it in the same sample; one that does not, does not.
 """
@@ -25,9 +25,9 @@ from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, TypeVar, dataclass_transform
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+from proofmass.blocks.declaration.arguments import Meaning, meaning_of
 from proofmass.blocks.declaration.parameter import Parameter, declared, fill, param, read_parameters
 from proofmass.blocks.declaration.ports import (
-    RUNNER_NAMES,
     Buffer,
     BufferPort,
     Input,
@@ -49,10 +49,11 @@ _ROLES = ("formats", "constants", "start", "update", "derivative")  # the functi
 
 @dataclasses.dataclass(frozen=True)
 class Behaviour:
-    """A registered function and the names of its arguments after the first."""
+    """A registered function, and the names of its arguments after the first with what they mean."""
 
     function: Callable[..., Any]
     arguments: tuple[str, ...]
+    meanings: tuple[Meaning, ...]
     returns: Any
     reads_constants: bool  # some outputs are a field of the state and nothing else
 
@@ -236,7 +237,9 @@ class Block:
     @classmethod
     def _bound(cls) -> set[str]:
         """Arguments of functions that run in the loop; where `formats` come first, the parameters are one of them."""
-        return {"x", *cls.buffers, *cls.inputs, *RUNNER_NAMES} | ({"p"} if "formats" in cls.functions else set())
+        fixed = {Meaning.STATE, Meaning.TIME, Meaning.TICK, Meaning.DEVIATE, Meaning.OUT}
+        fixed |= {Meaning.PARAMETERS} if "formats" in cls.functions else set()
+        return {*(meaning.argument for meaning in fixed), *cls.buffers, *cls.inputs}
 
     @classmethod
     def formats(cls, function: Function) -> Function:
@@ -333,7 +336,7 @@ class Block:
                 )
             behaviour = _behaviour(cls, function, cls._bound())
             kind = dtype or behaviour.returns
-            if kind not in (float, int, bool, FixedValue) or bool(shape) != ("out" in behaviour.arguments):
+            if kind not in (float, int, bool, FixedValue) or bool(shape) != (Meaning.OUT in behaviour.meanings):
                 raise TypeError(
                     f"{cls.__name__}.{name} must return float, int, bool or FixedValue, or write its entries into out"
                 )
@@ -393,7 +396,8 @@ def _behaviour(owner: type[Block], function: Callable[..., Any], known: set[str]
         hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner.__name__}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
     reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
-    return Behaviour(function, tuple(names[1:]), returns, reads_constants)
+    meanings = tuple(meaning_of(name, owner.buffers) for name in names[1:])
+    return Behaviour(function, tuple(names[1:]), meanings, returns, reads_constants)
 
 
 def _refuse_no_unit(owner: type[Block], name: str, text: str) -> None:

@@ -5,21 +5,13 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.arguments import Meaning
 
 Number = type[float] | type[int] | type[bool] | type[FixedValue]
 Size = int | str | Callable[[Any], int]  # a number, an integer parameter, a list parameter (its length), a function
 
-RUNNER_NAMES = {
-    "time": "seconds since the start, tick times period",
-    "tick": "ticks of the block since the start",
-    "normal": "a fresh standard normal deviate, a pure function of (seed, run, block, tick)",
-    "out": "where an output with a shape writes its entries",
-}
-RESERVED = RUNNER_NAMES | {
-    "p": "the parameters, the first argument of functions",
+RESERVED = {meaning.argument: meaning.doc for meaning in Meaning if meaning.argument} | {
     "c": "the constants, the first argument of functions",
-    "x": "the state, an argument of functions",
-    "period": "an argument of `constants`",
     "kind": "a key of a block in a graph file",
     "rate": "a key of a block in a graph file",
     "graph": "a key of a block in a graph file",

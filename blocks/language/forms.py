@@ -6,8 +6,9 @@ import inspect
 import types
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, assert_never
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Behaviour, Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
@@ -70,7 +71,8 @@ def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
     ports = {name: port for name, port in kind.outputs.items() if kind.output_functions.get(name) is behaviour}
     port = next(iter(ports.values()), None)
     updates = behaviour is kind.functions.get("update")
-    arguments = [_argument(kind, name, port, updates) for name in behaviour.arguments]
+    named = zip(behaviour.arguments, behaviour.meanings, strict=True)
+    arguments = [_argument(kind, name, meaning, port, updates) for name, meaning in named]
     result: Type = NOTHING
     state = kind.state_class()
     clearances = [*kind.corners.values(), *(clearance for clearance, _ in kind.events.values())]
@@ -83,21 +85,26 @@ def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
     return lowered(_plain(behaviour), (Record(kind.constants_class()), *arguments), result, compiled)
 
 
-def _argument(kind: type[Block], name: str, port: Any, updates: bool) -> Type:
+def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates: bool) -> Type:
     """The type of what an argument is bound to."""
-    fixed: dict[str, Type] = {"time": float, "normal": float, "tick": int}
-    if name in fixed:
-        return fixed[name]
-    if name == "x":
-        return type_of(kind.state_class())
-    if name == "out":
-        return Vector(type_of(port.dtype), writable=True)
-    if name in kind.buffers:
-        return Vector(type_of(kind.buffers[name].dtype), writable=updates and not kind.buffers[name].recorded)
-    if name in kind.inputs:
-        declared = kind.inputs[name]
-        return Vector(type_of(declared.dtype), writable=False) if declared.shape else type_of(declared.dtype)
-    return Unknown()
+    match meaning:
+        case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
+            return float
+        case Meaning.TICK:
+            return int
+        case Meaning.STATE:
+            return type_of(kind.state_class())
+        case Meaning.OUT:
+            return Vector(type_of(port.dtype), writable=True)
+        case Meaning.BUFFER:
+            return Vector(type_of(kind.buffers[name].dtype), writable=updates and not kind.buffers[name].recorded)
+        case Meaning.INPUT:
+            declared = kind.inputs[name]
+            return Vector(type_of(declared.dtype), writable=False) if declared.shape else type_of(declared.dtype)
+        case Meaning.PARAMETERS:
+            return Unknown()
+        case _:
+            assert_never(meaning)
 
 
 def _plain(behaviour: Behaviour) -> types.FunctionType:

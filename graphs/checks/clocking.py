@@ -5,6 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import as_written
@@ -60,9 +61,10 @@ class _Wiring:
         """Whether a block gives the same value in every tick."""
         block = self.flat.blocks[name]
         behaviours = [*block.functions.values(), *block.output_functions.values()]
-        arguments = {argument for behaviour in behaviours for argument in behaviour.arguments}
-        moving = {"time", "tick", "normal"} & arguments or {"update", "derivative"} & block.functions.keys()
-        return not (moving or block.events or self.drivers[name])
+        meanings = {meaning for behaviour in behaviours for meaning in behaviour.meanings}
+        told = {Meaning.TIME, Meaning.TICK, Meaning.DEVIATE} & meanings
+        moved = {"update", "derivative"} & block.functions.keys()
+        return not (told or moved or block.events or self.drivers[name])
 
     def held(self, name: str) -> bool:
         """Whether the outputs of a block hold their values from tick to tick."""
@@ -75,11 +77,12 @@ class _Wiring:
         if block.continuous():
             return False
         ports = (*block.inputs.values(), *block.outputs.values())
-        arguments = {argument for behaviour in block.output_functions.values() for argument in behaviour.arguments}
+        meanings = {meaning for behaviour in block.output_functions.values() for meaning in behaviour.meanings}
         clocked = block.state_class() is not None or block.buffers or has_own_rate(self.flat, name)
-        if clocked or {"tick", "normal"} & arguments or any(port.dtype is not float or port.shape for port in ports):
+        ticking = {Meaning.TICK, Meaning.DEVIATE} & meanings
+        if clocked or ticking or any(port.dtype is not float or port.shape for port in ports):
             return True
-        if "time" in arguments and self.flat.integration.sources != "held":
+        if Meaning.TIME in meanings and self.flat.integration.sources != "held":
             return False
         return all(self.held(source) for source, _ in self.drivers[name].values())
 

@@ -6,6 +6,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, split
@@ -142,7 +143,7 @@ def _obstacle(graph: Graph, divisors: Mapping[str, int], loop: AlgebraicLoop) ->
         output = block.outputs[port]
         if output.dtype is not float or output.shape:
             return f"{name}.{port} is not a single number of type float"
-        if "normal" in block.output_functions[port].arguments:
+        if Meaning.DEVIATE in block.output_functions[port].meanings:
             return f"{name}.{port} draws noise"
         strides.add(divisors[name] * block.size(output.every))
     return "its outputs have different rates" if len(strides) > 1 else ""

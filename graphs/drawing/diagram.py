@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import Layout, Shape, Spot, lay_out
@@ -208,7 +209,7 @@ def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
     labels = (_width(_unit(block, block.outputs[port]), 10) + 4 + 14 * (port in probed) for port in used)
     height = _HEAD + _ROW * max(len(inputs), len(outputs), 1) + 10 + (_FOOT - 10 if driven else 0)
     functions = {} if isinstance(block, Box) else block.output_functions
-    noise = any("normal" in behaviour.arguments for behaviour in functions.values())
+    noise = any(Meaning.DEVIATE in behaviour.meanings for behaviour in functions.values())
     return Shape(-(-width // 10) * 10, height, inputs, outputs, driven, max(labels, default=0), bool(probed), noise)
 
 

@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Behaviour, Block
-from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.derivatives.dual import NO_SLOPE, Dual, dual, plain, slopes_of, value_of
@@ -22,6 +21,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.stages import Context, Stages
+from proofmass.runner.reference.advance import Advance, Moment
 
 
 class DualStages(Stages):
@@ -54,23 +54,17 @@ class DualStages(Stages):
         return solve_dual(tears, others, known, value)
 
 
-class DualAdvance:
-    """Moves the states of one group by a tick, as `advance.Advance` does with plain numbers."""
+class DualAdvance(Advance):
+    """Moves the states of one group by a tick in dual numbers."""
 
     def __init__(self, plan: Plan, group: Group, by_parameters: bool) -> None:
         self.stages, self.period = DualStages(plan, group, by_parameters), plan.period
         self._held_for = ""  # matrices that do not change are held once
         self._held: tuple[Matrix, Matrix] = [], []
 
-    def __call__(
-        self,
-        constants: Mapping[str, Any],
-        states: Mapping[str, Any],
-        wires: Mapping[Node, Any],
-        following: Mapping[Node, float],
-        time: float,
-    ) -> dict[str, Any]:
-        """States of the group's blocks one tick later."""
+    def __call__(self, moment: Moment) -> dict[str, Any]:
+        """Return the states of the group's blocks one tick later."""
+        constants, states, wires, _, time = moment
         group = self.stages.group
         now = [getattr(states[block], field) for block, field in group.states]
         now += [wires[node] for node in group.inputs]

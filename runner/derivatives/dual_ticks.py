@@ -17,6 +17,7 @@ from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance
 from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_parameters
+from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
@@ -43,7 +44,7 @@ class DualTicks(Interpreter):
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         groups = (solver.group for solver in plan.solvers)
-        self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]  # type: ignore[misc]
+        self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]
         self._outputs = [
             (node, stride, self._wired(node, step)) for node, stride, step in self._outputs if node[0] in blocks
         ]
@@ -99,10 +100,10 @@ class DualTicks(Interpreter):
 
         return compute
 
-    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
-        if argument == "normal":
+    def _getter(self, binding: Binding) -> Callable[[int], Any]:
+        if isinstance(binding, Deviate):
             return lambda tick: 0.0
-        return super()._getter(name, function, argument)
+        return super()._getter(binding)
 
 
 def _within(loop: AlgebraicLoop) -> Problem:

@@ -2,9 +2,10 @@
 
 import inspect
 from collections.abc import Mapping
-from typing import get_type_hints
+from typing import assert_never, get_type_hints
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Behaviour, Block, BufferPort, Port
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.fixed.step_formats import Constant, Format, Formats
@@ -30,22 +31,26 @@ def function_formats(
     """
     first = next(iter(inspect.signature(behaviour.function).parameters))
     found = {first: constants, "return": None}
-    for argument in behaviour.arguments:
-        if argument == "x":
-            found["x"] = state_formats(block, ranges)
-        elif argument == "tick":
-            found["tick"] = int
-        elif argument == "out":
-            found["out"] = port_formats(block, block.outputs[name])
-        elif argument == "p":
-            found["p"] = Constant(block)
-        elif argument in ("time", "normal"):
-            hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
-            message = f"{argument} is a floating-point number, and the block works in fixed point"
-            raise ModelError([Problem(message=message, key=name, hint=hint)])
-        else:
-            port = block.inputs.get(argument) or block.buffers[argument]
-            found[argument] = port_formats(block, port, ranges)
+    for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
+        match meaning:
+            case Meaning.STATE:
+                found[argument] = state_formats(block, ranges)
+            case Meaning.PARAMETERS:
+                found[argument] = Constant(block)
+            case Meaning.TICK:
+                found[argument] = int
+            case Meaning.OUT:
+                found[argument] = port_formats(block, block.outputs[name])
+            case Meaning.BUFFER:
+                found[argument] = port_formats(block, block.buffers[argument], ranges)
+            case Meaning.INPUT:
+                found[argument] = port_formats(block, block.inputs[argument], ranges)
+            case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
+                hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
+                message = f"{argument} is a floating-point number, and the block works in fixed point"
+                raise ModelError([Problem(message=message, key=name, hint=hint)])
+            case _:
+                assert_never(meaning)
     if name in block.outputs and not block.outputs[name].shape:
         found["return"] = port_formats(block, block.outputs[name])
     elif name in ("update", "start"):

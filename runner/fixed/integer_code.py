@@ -5,9 +5,11 @@ for it in the compiled loop. Each line ends with the line of Python that it come
 hold is refused, never wrapped.
 """
 
+import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from proofmass.blocks.declaration.source import define
 from proofmass.runner.fixed.integer_interval import COMPARISONS, Interval, interval_of
 from proofmass.runner.fixed.integer_ir import Node, TraceError
 from proofmass.runner.fixed.step_formats import Formats, is_format, leaves, parts
@@ -57,8 +59,9 @@ def compile_traced(traced: Traced, name: str, beside: Sequence[Node] = ()) -> Co
     source = integer_source(traced, name, beside)
     namespace: dict[str, Any] = {kind.__name__: kind for kind in _classes(traced.formats.get("return"))}
     namespace["__name__"] = "integer_code"
-    exec(compile(source, f"<integer code of {name}>", "exec"), namespace)
-    return CompiledStep(source, namespace[name])
+    tree = ast.parse(source).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    return CompiledStep(source, define(tree, f"<integer code of {name}>", namespace))
 
 
 def integer_source(traced: Traced, name: str, beside: Sequence[Node] = ()) -> str:

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 
 import networkx
 
-from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.declare import Behaviour, Block
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node, Schedule, in_order, last_name
 from proofmass.graphs.model.flatten import has_own_rate
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.plan.bindings import Wire, bindings
 
 
 @dataclass(frozen=True)
@@ -116,11 +118,11 @@ class _Wiring:
         return found
 
     def _of_block(self, name: str) -> Iterator[Node]:
-        block, drivers = self.graph.blocks[name], self.schedule.drivers
+        block = self.graph.blocks[name]
         behaviours = [block.functions["derivative"]] if "derivative" in block.functions else []
         behaviours += [behaviour for pair in block.events.values() for behaviour in pair]
         for behaviour in behaviours:
-            yield from (drivers[name, a] for a in behaviour.arguments if a in block.inputs and (name, a) in drivers)
+            yield from _wires(self.schedule, block, name, behaviour)
         if (name, "") in self.moving:
             yield name, ""
 
@@ -151,8 +153,13 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
 
 def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Node]) -> bool:
     """Whether all that a corner reads is among what its group knows."""
-    drivers = (schedule.drivers.get((name, argument)) for argument in block.corners[corner].arguments)
-    return all(driver is None or driver in known for driver in drivers)
+    return known.issuperset(_wires(schedule, block, name, block.corners[corner]))
+
+
+def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Node]:
+    """The outputs that a function of a block reads."""
+    given = bindings(schedule, block, name, "", behaviour)
+    return [binding.node for binding in given if isinstance(binding, Wire)]
 
 
 def state_fields(block: Block) -> list[tuple[str, type]]:
@@ -178,12 +185,12 @@ def _analogue(graph: Graph, name: str) -> bool:
     """
     block = graph.blocks[name]
     ports = [*block.inputs.values(), *block.outputs.values()]
-    arguments = {a for behaviour in block.output_functions.values() for a in behaviour.arguments}
+    meanings = {meaning for behaviour in block.output_functions.values() for meaning in behaviour.meanings}
     return (
         not block.continuous()
         and block.state_class() is None
         and not block.buffers
         and all(port.dtype is float and not port.shape and port.every == 1 for port in ports)
-        and arguments.isdisjoint({"tick", "normal"})
+        and meanings.isdisjoint({Meaning.TICK, Meaning.DEVIATE})
         and not has_own_rate(graph, name)
     )

@@ -93,37 +93,9 @@ class HardwareModel:
     """The address of a compiled model of hardware."""
 
 
-@dataclass(frozen=True, slots=True)
-class StateOf:
-    """The whole state of a block."""
-
-    block: str
-
-
-@dataclass(frozen=True, slots=True)
-class ConstantsOf:
-    """All constants of a block."""
-
-    block: str
-
-
-@dataclass(frozen=True, slots=True)
-class DefaultOf:
-    """The value of an input that is not connected."""
-
-    block: str
-    argument: str
-
-
-@dataclass(frozen=True, slots=True)
-class Instant:
-    """The time at which a group is evaluated."""
-
-
 Moving: TypeAlias = WireOf | StateField | OverflowsOf
 Given: TypeAlias = ConstantOf | ParameterOf | PeriodOf | StreamOf | BasePeriod | SolverNumber | LaneOf | HardwareModel
 Key: TypeAlias = Moving | Given
-OfInstant: TypeAlias = WireOf | StateOf | ConstantsOf | DefaultOf | Instant
 
 _LIKE_MADE_UP = re.compile(r"_(_0)*\Z")
 

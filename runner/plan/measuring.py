@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -10,6 +11,7 @@ from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.graphs.model.measures import MEASURES, STATISTICS, TAU, Measure, measure_unit
 from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.plan.bindings import Binding, State, Tick
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
 
@@ -86,10 +88,19 @@ def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
         return math.nan
     if not measure.reduced:
         return float(memory.wires[name, port])
-    output = plan.blocks[name].output_functions[port]
-    ticks = -(-memory.tick // plan.schedule.divisors[name])
-    given = {"x": memory.states[name], "tick": ticks}
-    return float(output.function(plan.constants[name], *(given[argument] for argument in output.arguments)))
+    given = (_at_the_end(memory, binding) for binding in plan.bindings(name, port))
+    return float(plan.blocks[name].output_functions[port].function(plan.constants[name], *given))
+
+
+def _at_the_end(memory: Memory, binding: Binding) -> Any:
+    """What an argument of a hidden block's output is after the last tick."""
+    match binding:
+        case State(name):
+            return memory.states[name]
+        case Tick(divisor):
+            return -(-memory.tick // divisor)
+        case _:
+            raise ValueError(f"a measure cannot be read from {binding}")
 
 
 def refuse_late(plan: Plan, ticks: int) -> None:

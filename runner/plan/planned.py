@@ -16,6 +16,7 @@ from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.graphs.model.graph import LARGEST_RUN, Graph
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
+from proofmass.runner.plan.bindings import Binding, bindings
 from proofmass.runner.plan.groups import ahead
 from proofmass.runner.plan.solver import Solver
 
@@ -108,6 +109,12 @@ class Plan:
         """Base ticks from one value of an output to its next."""
         block = self.blocks[node[0]]
         return self.schedule.divisors[node[0]] * block.size(block.outputs[node[1]].every)
+
+    def bindings(self, name: str, function: str) -> tuple[Binding, ...]:
+        """Return what a function of a block is given after its constants, by its role or by its output."""
+        block = self.blocks[name]
+        behaviour = block.output_functions.get(function) or block.functions[function]
+        return tuple(bindings(self.schedule, block, name, function, behaviour))
 
     def stream(self, name: str) -> int:
         """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.

@@ -2,15 +2,27 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, assert_never
 
 from proofmass.blocks.declaration.declare import Behaviour, Block
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.runner.continuous.algebraic import solve_in_place
-from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.bindings import (
+    Binding,
+    Buffer,
+    Constants,
+    Default,
+    Deviate,
+    Out,
+    Parameters,
+    State,
+    Tick,
+    Time,
+    Wire,
+    bindings,
+)
 from proofmass.runner.plan.constants import constants_of, in_python
 from proofmass.runner.plan.groups import Group, state_fields
-from proofmass.runner.plan.keys import ConstantsOf, DefaultOf, Instant, OfInstant, StateOf, WireOf
 
 
 class Context(NamedTuple):
@@ -49,17 +61,17 @@ class Stages:
             (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
         ]
-        self._places: dict[OfInstant, int] = {Instant(): 0}  # of the values of an instant
+        self._places: dict[Binding | Constants, int] = {Time(): 0}  # of the values of an instant
         self._defaults: dict[int, float] = {}  # of inputs that are not connected, by place
         self._nodes = [self._output(*node) if node[1] else self._constants(node[0]) for node in group.nodes]
         self._of_place = {call.result: call for call in self._nodes}
         self._torn = {  # tears and others of the loop, for the place of each tear
-            self._place(WireOf(*tear)): (self._wires(loop.tears), self._wires(loop.others))
+            self._place(Wire(tear)): (self._wires(loop.tears), self._wires(loop.others))
             for loop in group.loops
             for tear in loop.tears
         }
         derivatives = ((name, blocks[name].functions.get("derivative")) for name in group.blocks)
-        self._rates = [None if found is None else self._call(name, "derivative", found) for name, found in derivatives]
+        self._rates = [None if rates is None else self._call(name, "derivative", rates) for name, rates in derivatives]
         self._clearances = [self._call(name, event, blocks[name].events[event][0]) for name, event in group.events]
         self._clearances += [self._call(name, corner, blocks[name].corners[corner]) for name, corner in group.corners]
         self._thens = [self._call(name, event, blocks[name].events[event][1]) for name, event in group.events]
@@ -100,15 +112,15 @@ class Stages:
         known: list[Any] = [None] * len(self._places)
         known[0] = time
         for name in self.group.members:
-            self._keep(known, ConstantsOf(name), context.constants[name])
+            self._keep(known, Constants(name), context.constants[name])
         for name, state in self.states(x).items():
-            self._keep(known, StateOf(name), state)
+            self._keep(known, State(name), state)
         inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
         for node, slope in zip(self.group.ramps, context.slopes, strict=True):
             inputs[node] = inputs[node] + slope * (time - context.start)
         inputs |= zip(self.group.guesses, context.guesses, strict=True)
         for node, value in inputs.items():
-            self._keep(known, WireOf(*node), value)
+            self._keep(known, Wire(node), value)
         for place, default in self._defaults.items():
             known[place] = default
         for call in self._nodes:
@@ -130,7 +142,7 @@ class Stages:
         """Solve an algebraic loop on the values of an instant; whether there is a solution."""
         return solve_in_place(tears, others, known, value)
 
-    def _keep(self, known: list[Any], key: OfInstant, value: Any) -> None:
+    def _keep(self, known: list[Any], key: Binding | Constants, value: Any) -> None:
         if key in self._places:
             known[self._places[key]] = value
 
@@ -143,7 +155,7 @@ class Stages:
 
     def _output(self, name: str, port: str) -> _Call:
         call = self._call(name, port, self.blocks[name].output_functions[port])
-        return call._replace(result=self._place(WireOf(name, port)))
+        return call._replace(result=self._place(Wire((name, port))))
 
     def _constants(self, name: str) -> _Call:
         """Constants made anew from what drives the parameters of a block."""
@@ -154,7 +166,7 @@ class Stages:
             return self._constants_of(name, dict(zip(driven, values, strict=True)))
 
         places = tuple(self._wires(drivers[name, p] for p in driven))
-        return _Call(f"{name}.constants", compute, places, self._place(ConstantsOf(name)))
+        return _Call(f"{name}.constants", compute, places, self._place(Constants(name)))
 
     def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
         """Constants of a block, some of whose parameters have moved."""
@@ -168,24 +180,27 @@ class Stages:
         return in_python(block, behaviour)
 
     def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
-        arguments = [self._place(ConstantsOf(name)), *(self._argument(name, a) for a in behaviour.arguments)]
-        return _Call(f"{name}.{what}", self._callable(self.blocks[name], behaviour), tuple(arguments), -1)
+        block = self.blocks[name]
+        given = bindings(self.schedule, block, name, what, behaviour)
+        arguments = [self._place(Constants(name)), *map(self._argument, given)]
+        return _Call(f"{name}.{what}", self._callable(block, behaviour), tuple(arguments), -1)
 
-    def _argument(self, name: str, argument: str) -> int:
-        if argument == "time":
-            return 0
-        if argument == "x":
-            return self._place(StateOf(name))
-        driver = self.schedule.drivers.get((name, argument))
-        if driver is not None:
-            return self._place(WireOf(*driver))
-        declared = self.blocks[name].inputs[argument]
-        place = self._place(DefaultOf(name, argument))
-        self._defaults[place] = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
+    def _argument(self, binding: Binding) -> int:
+        """Where an argument stands among the values of an instant."""
+        place = self._place(binding)
+        match binding:
+            case Default(_, value):
+                self._defaults[place] = value
+            case Time() | State() | Wire():
+                pass
+            case Parameters() | Out() | Tick() | Deviate() | Buffer():
+                raise ValueError(f"{binding} is not known between ticks")
+            case _:
+                assert_never(binding)
         return place
 
     def _wires(self, nodes: Iterable[Node]) -> list[int]:
-        return [self._place(WireOf(*node)) for node in nodes]
+        return [self._place(Wire(node)) for node in nodes]
 
-    def _place(self, key: OfInstant) -> int:
+    def _place(self, key: Binding | Constants) -> int:
         return self._places.setdefault(key, len(self._places))

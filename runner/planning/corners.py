@@ -4,6 +4,7 @@ from functools import cache
 from typing import Any
 
 from proofmass.blocks.arithmetic import elementary
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Behaviour, Block
 from proofmass.runner.plan.constants import constants_of
 
@@ -24,11 +25,9 @@ def looks_at_numbers(block: Block) -> bool:
 
 def _looks(block: Block, known: Any, behaviour: Behaviour) -> bool:
     state = block.state_class()
-    given: dict[str, Any] = {name: _Number() for name in behaviour.arguments}
-    if state is not None:
-        given["x"] = state(*(_Number() for _ in state.__annotations__))
+    x = state and state(*(_Number() for _ in state.__annotations__))
     try:
-        behaviour.function(known, *(given[name] for name in behaviour.arguments))
+        behaviour.function(known, *(x if meaning is Meaning.STATE else _Number() for meaning in behaviour.meanings))
     except _LookedAtError as looked:
         frame = looked.__traceback__
         while frame is not None and frame.tb_next is not None and frame.tb_next.tb_frame.f_globals is not globals():

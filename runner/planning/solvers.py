@@ -5,6 +5,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node
@@ -169,8 +170,8 @@ class _Choice:
             return f"{_listed(nonlinear)} not linear"
         if self.group.events:
             return f"{_listed(sorted({name for name, _ in self.group.events}))} subject to events"
-        if any("time" in _arguments(blocks, name, port) for name, port in self.group.nodes) or any(
-            "time" in blocks[name].functions["derivative"].arguments for name in self.group.blocks
+        if any(Meaning.TIME in _meanings(blocks, name, port) for name, port in self.group.nodes) or any(
+            Meaning.TIME in blocks[name].functions["derivative"].meanings for name in self.group.blocks
         ):
             return "a function of it depends on the time"
         size = len(self.group.states) + len(self.group.inputs)
@@ -208,8 +209,8 @@ def spectral_radius(matrix: Matrix) -> float:
     return math.exp(logarithm / 1024.0)
 
 
-def _arguments(blocks: Mapping[str, Block], name: str, port: str) -> tuple[str, ...]:
-    return blocks[name].output_functions[port].arguments if port else ()
+def _meanings(blocks: Mapping[str, Block], name: str, port: str) -> tuple[Meaning, ...]:
+    return blocks[name].output_functions[port].meanings if port else ()
 
 
 def _listed(names: Sequence[str]) -> str:

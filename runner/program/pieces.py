@@ -4,13 +4,26 @@ import math
 import typing
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
+from proofmass.blocks.declaration.arguments import meaning_of
 from proofmass.blocks.declaration.declare import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.bindings import (
+    Buffer,
+    Default,
+    Deviate,
+    Out,
+    Parameters,
+    State,
+    Tick,
+    Time,
+    Wire,
+    bound,
+)
 from proofmass.runner.plan.keys import (
     ConstantOf,
     DuplicateKeyError,
@@ -119,26 +132,26 @@ class Pieces:
         return f"number_or_nan({call.text})"
 
     def argument(self, name: str, port: str, argument: str) -> str:
-        plan = self.plan
-        block, divisor = plan.blocks[name], plan.schedule.divisors[name]
-        fixed = {
-            "x": made_up(word(name), "x"),
-            "out": variable((name, port)),
-            "time": "time",
-            "normal": made_up(word(name), "normal"),
-            "p": "0",  # known to the integer code
-        }
-        if argument in fixed:
-            return fixed[argument]
-        if argument == "tick":
-            return "tick" if divisor == 1 else f"tick // {divisor}"
-        if argument in block.buffers:
-            return variable((name, argument))
-        driver = plan.schedule.drivers.get((name, argument))
-        declared = block.inputs[argument]
-        if driver is None:
-            return repr(held_as(declared.dtype)(declared.default))  # type: ignore[arg-type]
-        return variable(driver)
+        """The expression that a function of a block is given for an argument."""
+        block = self.plan.blocks[name]
+        binding = bound(self.plan.schedule, block, name, port, argument, meaning_of(argument, block.buffers))
+        match binding:
+            case State():
+                return made_up(word(name), "x")
+            case Parameters():
+                return "0"  # known to the integer code
+            case Time():
+                return "time"
+            case Tick(divisor):
+                return "tick" if divisor == 1 else f"tick // {divisor}"
+            case Deviate():
+                return made_up(word(name), "normal")
+            case Out(node) | Buffer(node) | Wire(node):
+                return variable(node)
+            case Default(_, value):
+                return repr(value)
+            case _:
+                assert_never(binding)
 
     def driven(self, name: str, flag: str = "refused") -> Iterator[str]:
         """Lines that make the constants of a block from its parameters; a fault in it is added to `flag`."""

@@ -1,9 +1,10 @@
 """Continuous groups from one tick to the next in plain Python, as the reference engine moves them."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.continuous.algebraic import NoSolutionError
@@ -27,8 +28,32 @@ class IntegrationError(ArithmeticError):
         self.at, self.hint = at, hint
 
 
-class Advance:
-    """Moves the states of one group by a tick."""
+class Moment(NamedTuple):
+    """What a group is moved from by a tick; `following` are the next values of the ramps."""
+
+    constants: Mapping[str, Any]
+    states: Mapping[str, Any]
+    wires: Mapping[Node, Any]
+    following: Mapping[Node, float]
+    time: float
+
+
+class Advance(ABC):
+    """Moves the states of one group by a tick, in whatever numbers its stages take."""
+
+    stages: Stages
+
+    @abstractmethod
+    def __call__(self, moment: Moment) -> dict[str, Any]:
+        """Return the states of the group's blocks one tick later."""
+
+    def lost(self, moment: Moment) -> str:
+        """Return the output within the group that was the first to have no value in a tick that failed, or ""."""
+        return ""
+
+
+class PlainAdvance(Advance):
+    """Moves the states of one group by its method."""
 
     def __init__(self, plan: Plan, solver: Solver, largest: Sequence[float]) -> None:
         self.solver, self.period, self.largest = solver, plan.period, largest
@@ -41,15 +66,9 @@ class Advance:
         self._assembled_from: list[Any] | None = None
         self._stepped: tuple[Context, list[float]] | None = None  # what the last tick was stepped from and how far
 
-    def __call__(
-        self,
-        constants: Mapping[str, Any],
-        states: Mapping[str, Any],
-        wires: Mapping[Node, Any],
-        following: Mapping[Node, float],
-        time: float,
-    ) -> dict[str, Any]:
-        """States of the group's blocks one tick later; `following` are the next values of the ramps."""
+    def __call__(self, moment: Moment) -> dict[str, Any]:
+        """Return the states of the group's blocks one tick later."""
+        constants, states, wires, following, time = moment
         group = self.solver.group
         x = [float(getattr(states[block], field)) for block, field in group.states]
         inputs = [wires[node] for node in group.inputs]
@@ -68,27 +87,21 @@ class Advance:
         self._check(self._by_steps(context, x), x)
         return self.stages.states(x)
 
-    def lost(
-        self,
-        constants: Mapping[str, Any],
-        states: Mapping[str, Any],
-        wires: Mapping[Node, Any],
-        following: Mapping[Node, float],
-        time: float,
-    ) -> str:
-        """The output within the group that was the first to have no value in a tick that failed; empty without one.
+    def lost(self, moment: Moment) -> str:
+        """Return the output within the group that was the first to have no value in a tick that failed, or "".
 
         Steps may get too short just before that instant: then it is the first that has none a tick further on.
         """
         self.stages.watching, self.stages.lost = True, ""
         with suppress(ArithmeticError, ValueError):
-            self(constants, states, wires, following, time)
+            self(moment)
         with suppress(ArithmeticError, ValueError):
             if self._stepped is not None and not self.stages.lost:
                 context, x = self._stepped
                 rates = [0.0] * len(x)
-                self.stages.rates(context, time, x, rates)
-                self.stages.rates(context, time, [v + self.period * r for v, r in zip(x, rates, strict=True)], rates)
+                self.stages.rates(context, moment.time, x, rates)
+                further = [v + self.period * rate for v, rate in zip(x, rates, strict=True)]
+                self.stages.rates(context, moment.time, further, rates)
         self.stages.watching = False
         return self.stages.lost
 

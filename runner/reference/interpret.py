@@ -3,18 +3,29 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows
 from proofmass.blocks.declaration.declare import Behaviour, Block
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
-from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.bindings import (
+    Binding,
+    Buffer,
+    Default,
+    Deviate,
+    Out,
+    Parameters,
+    State,
+    Tick,
+    Time,
+    Wire,
+)
 from proofmass.runner.plan.constants import constants_of, in_python
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.advance import Advance, IntegrationError
+from proofmass.runner.reference.advance import Advance, IntegrationError, Moment, PlainAdvance
 
 
 class TickError(ArithmeticError):
@@ -44,8 +55,8 @@ class Interpreter:
         self._constants = dict(plan.constants)
         self._at = ""  # the function under way, for messages
         self._overflowed: set[str] = set()  # in this tick
-        self._advances = [
-            Advance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
+        self._advances: list[Advance] = [
+            PlainAdvance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
             for solver in plan.solvers
         ]
         divisors = plan.schedule.divisors
@@ -60,6 +71,7 @@ class Interpreter:
             for name, block in plan.blocks.items()
             if "update" in block.functions
         ]
+        self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
     def first_tick(self) -> tuple[dict[str, Any], dict[Node, Any]]:
         """Constants and wires of tick 0; of a block that fails there, what they were before."""
@@ -118,18 +130,18 @@ class Interpreter:
                     states[name] = state
         following = self._ahead(tick)
         for advance in self._advances:
-            given = (self._constants, states, self._memory.wires, following, tick * self.plan.period)
+            moment = Moment(self._constants, states, self._memory.wires, following, tick * self.plan.period)
             try:
-                moved = advance(*given)
+                moved = advance(moment)
             except (IntegrationError, NoSolutionError) as error:
-                lost = advance.lost(*given)
+                lost = advance.lost(moment)
                 raise TickError(lost or error.at, tick, math.nan if lost else error) from error
             except Exception:
                 self._at = advance.stages.at
                 raise
             broken = next((name for name in moved if not self._finite(moved[name])), "")
             if broken:
-                lost = advance.lost(*given)
+                lost = advance.lost(moment)
                 raise TickError(lost or f"{broken}.state", tick, math.nan if lost else moved[broken])
             states.update(moved)
         for name in self._overflowed & self._memory.overflows.keys():
@@ -213,7 +225,7 @@ class Interpreter:
         """A function of a block with every argument looked up in the tick."""
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
-        getters = [self._getter(name, function, argument) for argument in behaviour.arguments]
+        getters = [self._getter(binding) for binding in self.plan.bindings(name, function)]
         call = self._counted(name, function) if name in self.plan.digital else self._callable(block, behaviour)
 
         def compute(tick: int) -> Any:
@@ -244,46 +256,55 @@ class Interpreter:
             return all(map(math.isfinite, value))
         return math.isfinite(value)
 
-    def _getter(self, name: str, function: str, argument: str) -> Callable[[int], Any]:
-        plan = self.plan
-        divisor, period = plan.schedule.divisors[name], plan.period
-        if argument == "x":
-            return lambda tick: self._memory.states[name]
-        if argument == "p":
-            return lambda tick: plan.blocks[name]
-        if argument == "out":
-            return lambda tick: self._memory.wires[name, function]
-        if argument == "time":
-            return lambda tick: tick * period
-        if argument == "tick":
-            return lambda tick: tick // divisor
-        if argument == "normal":
-            seed, run, stream = self.seed, self.run, plan.stream(name)
-            return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
-        if (name, argument) in self._memory.buffers:
-            buffer = self._memory.buffers[name, argument]
-            return lambda tick: buffer
-        driver = plan.schedule.drivers.get((name, argument))
-        declared = plan.blocks[name].inputs[argument]
-        if driver is None:
-            default = held_as(declared.dtype)(declared.default)  # type: ignore[arg-type]
-            return lambda tick: default
-        return lambda tick: self._memory.wires[driver]
+    def _getter(self, binding: Binding) -> Callable[[int], Any]:
+        """What looks an argument up in a tick."""
+        memory, period = self._memory, self.plan.period
+        match binding:
+            case State(name):
+                return lambda tick: memory.states[name]
+            case Parameters(name):
+                block = self.plan.blocks[name]
+                return lambda tick: block
+            case Out(node) | Wire(node):
+                return lambda tick: memory.wires[node]
+            case Time():
+                return lambda tick: tick * period
+            case Tick(divisor):
+                return lambda tick: tick // divisor
+            case Deviate(name, divisor):
+                seed, run, stream = self.seed, self.run, self.plan.stream(name)
+                return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
+            case Buffer(node):
+                buffer = memory.buffers[node]
+                return lambda tick: buffer
+            case Default(_, value):
+                return lambda tick: value
+            case _:
+                assert_never(binding)
 
     def _ahead(self, tick: int) -> dict[Node, float]:
         """Values that sources have in the next tick."""
-        plan, following = self.plan, dict[Node, float]()
-        for name, port in plan.ahead:
-            behaviour = plan.blocks[name].output_functions[port]
-            call = in_python(plan.blocks[name], behaviour)
-            values = []
-            for argument in behaviour.arguments:
-                driver = plan.schedule.drivers.get((name, argument))
-                if argument == "time":
-                    values.append((tick + 1) * plan.period)
-                else:
-                    default = plan.blocks[name].inputs[argument].default
-                    values.append(following[driver] if driver is not None else float(default or 0.0))
-            self._at = f"{name}.{port}"
-            following[name, port] = call(self._constants[name], *values)
+        following = dict[Node, float]()
+        for node, call, given in self._sources:
+            self._at = ".".join(node)
+            values = [self._following(binding, tick + 1, following) for binding in given]
+            following[node] = call(self._constants[node[0]], *values)
         return following
+
+    def _source(self, name: str, port: str) -> Callable[..., Any]:
+        block = self.plan.blocks[name]
+        return in_python(block, block.output_functions[port])
+
+    def _following(self, binding: Binding, tick: int, following: Mapping[Node, float]) -> float:
+        """What an argument of a source is in the next tick."""
+        match binding:
+            case Time():
+                return tick * self.plan.period
+            case Wire(node):
+                return following[node]
+            case Default(_, value):
+                return value
+            case State() | Parameters() | Out() | Tick() | Deviate() | Buffer():
+                raise ValueError(f"{binding} does not follow from the time alone")
+            case _:
+                assert_never(binding)

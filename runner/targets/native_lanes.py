@@ -12,11 +12,12 @@ from proofmass.runner.host.interrupts import StoppedError
 from proofmass.runner.plan.keys import ConstantOf, Moving, ParameterOf, StateField
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.generate import Generated
 from proofmass.runner.program.lanes import generate_lanes, settled_before
 from proofmass.runner.program.pieces import FLOATS, INTEGERS, K, Slots
 from proofmass.runner.program.pieces import array as array_of
 from proofmass.runner.targets.compile import load
-from proofmass.runner.targets.native import Array, argument_kinds, block_values, dtype_of, moving
+from proofmass.runner.targets.native import Array, block_values, dtype_of, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
 _LINE = 64  # bytes of a cache line, and of the widest vector
@@ -153,6 +154,13 @@ class Lanes:
 
     def _of_runs(self, rows: Array) -> Array:
         return rows.reshape(-1)[: self._count]
+
+
+def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
+    """C types of the loop's arguments."""
+    vectors = ["float*" if kind is float else "int*" for kind in generated.vector_kinds]
+    probes = [f"{probe.dtype.__name__}*" for probe in plan.probes]
+    return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
 
 
 def aligned(shape: tuple[int, ...], dtype: Any) -> Array:

@@ -20,8 +20,8 @@ from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_groups import DualStages
 from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.plan.bindings import Wire
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.stages import Context
@@ -76,7 +76,7 @@ class _CutStages(DualStages):
 
     def __init__(self, plan: Plan, group: Group, node: Node, column: int) -> None:
         super().__init__(plan, group, by_parameters=False)
-        self._cut, self._column = self._place(WireOf(*node)), column
+        self._cut, self._column = self._place(Wire(node)), column
         self.back: Any = 0.0
 
     def _called(self, call: Any, known: list[Any]) -> Any:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import get_type_hints
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.checks.schedule import Node
@@ -42,7 +43,7 @@ def is_digital(block: Block) -> bool:
         block.continuous()
         or not block.outputs
         or float in kinds
-        or any({"time", "normal"} & set(function.arguments) for function in functions)
+        or any({Meaning.TIME, Meaning.DEVIATE} & set(function.meanings) for function in functions)
     )
 
 

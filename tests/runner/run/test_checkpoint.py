@@ -312,7 +312,7 @@ class TestTheCommand:
             '[blocks.noise]\nkind = "WhiteNoise"\ndensity = 1.0\n'
         )
         script = (
-            "import sys; from proofmass.runner.engine import simulate; simulate.IN_MEMORY = 1000;"
+            "import sys; from proofmass.runner.run import simulate; simulate.IN_MEMORY = 1000;"
             "from proofmass.runner.command_line import main; sys.exit(main(sys.argv[1:]))"
         )
         arguments = [sys.executable, "-c", script, "run", str(path), "--out", str(tmp_path / "out"), "--quiet"]

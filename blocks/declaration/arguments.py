@@ -1,0 +1,33 @@
+"""What an argument of a block's function means: its name alone says so."""
+
+from collections.abc import Container
+from enum import Enum
+
+
+class Meaning(Enum):
+    """What the runner gives to an argument: a fixed name, or a buffer or input of the block."""
+
+    STATE = "x", "the state, an argument of functions"
+    PARAMETERS = "p", "the parameters, the first argument of functions"
+    TIME = "time", "seconds since the start, tick times period"
+    TICK = "tick", "ticks of the block since the start"
+    DEVIATE = "normal", "a fresh standard normal deviate, a pure function of (seed, run, block, tick)"
+    OUT = "out", "where an output with a shape writes its entries"
+    PERIOD = "period", "an argument of `constants`"
+    BUFFER = "", "a buffer of the block, by its name"
+    INPUT = "", "an input of the block, by its name"
+
+    def __init__(self, argument: str, doc: str) -> None:
+        self.argument, self.doc = argument, doc
+
+
+_FIXED = {meaning.argument: meaning for meaning in Meaning if meaning.argument}
+
+
+def meaning_of(argument: str, buffers: Container[str]) -> Meaning:
+    """Return what an argument means in a block with these buffers.
+
+    >>> meaning_of("time", ["line"]), meaning_of("line", ["line"]), meaning_of("force", ["line"])
+    (<Meaning.TIME: ...>, <Meaning.BUFFER: ...>, <Meaning.INPUT: ...>)
+    """
+    return _FIXED.get(argument) or (Meaning.BUFFER if argument in buffers else Meaning.INPUT)

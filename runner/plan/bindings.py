@@ -1,0 +1,125 @@
+"""What the functions of a block are given: each argument of a function bound to its place in a graph.
+
+Every engine has one `match` over `Binding`; a type checker finds those that forget a new one.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.runner.fixed.step_formats import held_as
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The whole state of a block."""
+
+    block: str
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """The parameters of a block whose constants are in registers."""
+
+    block: str
+
+
+@dataclass(frozen=True, slots=True)
+class Out:
+    """The vector into which a function writes its output."""
+
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Time:
+    """Seconds since the start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """Ticks of a block since the start: base ticks over `divisor`, rounded down."""
+
+    divisor: int
+
+
+@dataclass(frozen=True, slots=True)
+class Deviate:
+    """A standard normal deviate, a fresh one in each tick of the block."""
+
+    block: str
+    divisor: int
+
+
+@dataclass(frozen=True, slots=True)
+class Buffer:
+    """A vector of state, updated in place."""
+
+    node: Node  # the block and its buffer
+
+
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """What the output at the other end of an input's wire holds."""
+
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Default:
+    """The value of an input that is not connected."""
+
+    node: Node  # the block and its input
+    value: float = field(compare=False)  # 0.0, -0.0 and False are equal, and not the same
+
+
+@dataclass(frozen=True, slots=True)
+class Constants:
+    """All constants of a block, the first argument of each of its functions."""
+
+    block: str
+
+
+Binding: TypeAlias = State | Parameters | Out | Time | Tick | Deviate | Buffer | Wire | Default
+
+
+def bindings(schedule: Schedule, block: Block, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
+    """Yield what each argument of a function is given, the constants before them apart.
+
+    `name` is that of the block in its graph, `port` the output that the function computes, if it does.
+    """
+    for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
+        yield bound(schedule, block, name, port, argument, meaning)
+
+
+def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str, meaning: Meaning) -> Binding:
+    """Return what one argument of a function is given."""
+    match meaning:
+        case Meaning.STATE:
+            return State(name)
+        case Meaning.PARAMETERS:
+            return Parameters(name)
+        case Meaning.OUT:
+            return Out((name, port))
+        case Meaning.TIME:
+            return Time()
+        case Meaning.TICK:
+            return Tick(schedule.divisors[name])
+        case Meaning.DEVIATE:
+            return Deviate(name, schedule.divisors[name])
+        case Meaning.BUFFER:
+            return Buffer((name, argument))
+        case Meaning.INPUT:
+            driver = schedule.drivers.get((name, argument))
+            return Wire(driver) if driver else _default(block, name, argument)
+        case Meaning.PERIOD:
+            raise ValueError(f"{name}: constants alone are made from the period")
+
+
+def _default(block: Block, name: str, argument: str) -> Default:
+    declared = block.inputs[argument]
+    assert declared.default is not None, f"{name}.{argument} is not connected: the check refuses that"
+    return Default((name, argument), held_as(declared.dtype)(declared.default))

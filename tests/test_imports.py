@@ -1,0 +1,94 @@
+"""The house: imports make no circle, not of files and not of folders, those inside functions included."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import networkx as nx
+import pytest
+
+ROOT = Path(__file__).parents[1]
+ROOMS = ("blocks", "graphs", "runner")
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package with its file."""
+    files = [file for room in ROOMS for file in (ROOT / room).rglob("*.py")]
+    named = {f"proofmass.{'.'.join(file.relative_to(ROOT).with_suffix('').parts)}": file for file in files}
+    named |= {f"proofmass.{file.stem}": file for file in (ROOT / "src" / "proofmass").glob("*.py")}
+    return {name.removesuffix(".__init__"): file for name, file in named.items()}
+
+
+MODULES = modules()
+
+
+def imported(module: str) -> Iterator[str]:
+    """Modules of the package that a module imports anywhere in its text."""
+    for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in MODULES)
+        elif isinstance(node, ast.ImportFrom):
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from (name if name in MODULES else str(node.module) for name in names)
+
+
+def arrows() -> "nx.DiGraph[str]":
+    """The imports between modules."""
+    graph = nx.DiGraph()
+    graph.add_nodes_from(MODULES)
+    graph.add_edges_from((module, other) for module in MODULES for other in imported(module) if other in MODULES)
+    return graph
+
+
+def circles(graph: "nx.DiGraph[str]") -> list[list[str]]:
+    return [sorted(together) for together in nx.strongly_connected_components(graph) if len(together) > 1]
+
+
+def test_no_file_imports_itself_by_way_of_others() -> None:
+    assert circles(arrows()) == []
+
+
+def test_no_folder_imports_itself_by_way_of_others() -> None:
+    folders = {module: str(file.parent.relative_to(ROOT)) for module, file in MODULES.items()}
+    between = nx.DiGraph()
+    between.add_edges_from((folders[a], folders[b]) for a, b in arrows().edges if folders[a] != folders[b])
+    assert circles(between) == []
+
+
+def test_only_the_start_of_the_program_imports_the_root_package() -> None:
+    graph = arrows()
+    assert [module for module in graph.predecessors("proofmass") if module != "proofmass.__main__"] == []
+    assert list(graph.predecessors("proofmass.__main__")) == []
+
+
+CLIMBING = {
+    "blocks/signals/gain.py": "proofmass.blocks.filters.low_pass",
+    "blocks/declaration/units.py": "proofmass.graphs.model.rates",
+    "graphs/model/rates.py": "proofmass.graphs.studies.study",
+    "graphs/drawing/layers.py": "proofmass.graphs.files.toml_reader",
+    "runner/plan/keys.py": "proofmass.runner.run.result",
+    "runner/rtl/machine/words.py": "proofmass.runner.rtl.bench.cost",
+    "runner/studies/outcome/intervals.py": "proofmass.runner.studies.whole.study",
+    "runner/analysis/linearisation/poles.py": "proofmass.runner.analysis.margins.margins",
+}
+
+
+def test_the_contracts_see_imports_that_climb(tmp_path: Path) -> None:
+    """A copy of the package with some lines more, each of which a contract of import-linter must refuse."""
+    pytest.importorskip("importlinter")
+    (tmp_path / "proofmass").mkdir()
+    (tmp_path / "proofmass" / "__init__.py").write_text("")
+    for file in (file for name in ROOMS for file in (ROOT / name).rglob("*.py")):
+        path = file.relative_to(ROOT)
+        copy = tmp_path / "proofmass" / path
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        more = f"\nimport {CLIMBING[str(path)]}\n" if str(path) in CLIMBING else ""
+        copy.write_text(file.read_text(encoding="utf-8") + more)
+    (tmp_path / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command; lint_imports_command()"]
+    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120).stdout
+    refused = " ".join(told.split())
+    for path, climbs in CLIMBING.items():
+        assert f"{'.'.join(('proofmass', *Path(path).with_suffix('').parts))} -> {climbs}" in refused
