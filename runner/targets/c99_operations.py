@@ -54,7 +54,7 @@ static inline bool multiply_overflows(int64_t a, int64_t b)
 /* a / b rounded down */
 static inline int64_t floor_divide(int64_t a, int64_t b)
 {
-    if (b == 0) return 0;
+    if (b == 0) return a;
     if (b == -1) return (int64_t)(0 - (uint64_t)a);
     return a / b - (a % b != 0 && (a % b < 0) != (b < 0));
 }
@@ -109,9 +109,9 @@ _KEYWORDS = (
     "false main"
 )
 _MATH = (
-    "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh div erf erfc exp exp2 expm1 fabs fdim floor fma "
-    "fmax fmin fmod frexp gamma hypot ilogb isfinite isinf isnan isnormal signbit j0 j1 jn ldexp lgamma llrint llround "
-    "log log10 log1p log2 logb lrint lround memcpy memset modf nan nearbyint nextafter nexttoward pow remainder remquo "
-    "rint round scalbln scalbn sin sinh sqrt tan tanh tgamma trunc y0 y1 yn NAN INFINITY HUGE_VAL INT64_MIN INT64_MAX"
+    "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh div erf erfc exp exp2 expm1 fabs fdim floor "
+    "fma fmax fmin fmod frexp gamma hypot ilogb isfinite isinf isnan isnormal signbit j0 j1 jn ldexp lgamma llrint "
+    "llround log log10 log1p log2 logb lrint lround memcpy memset modf nan nearbyint nextafter nexttoward pow "
+    "remainder remquo rint round scalbln scalbn sin sinh sqrt tan tanh tgamma trunc y0 y1 yn NAN INFINITY HUGE_VAL INT64_MIN INT64_MAX"
 )
 RESERVED = (*_KEYWORDS.split(), *_MATH.split(), *HELPERS)
