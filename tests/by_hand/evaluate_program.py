@@ -4,6 +4,7 @@ import ctypes
 import ctypes.util
 from typing import Any
 
+from proofmass.runner.program.build import zero
 from proofmass.runner.program.form import (
     Array,
     Break,
@@ -25,7 +26,6 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
-from proofmass.runner.program.build import zero
 from proofmass.runner.program.operations import EVALUATE
 
 _LIBRARY = ctypes.CDLL(ctypes.util.find_library("m"))

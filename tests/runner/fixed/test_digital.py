@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from proofmass.runner.program.generate import generate
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed, where, wrap
 from proofmass.blocks.declaration.catalog import all_blocks
@@ -14,7 +15,6 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.generate import generate
 from proofmass.runner.run.simulate import EngineName, RunError, simulate
 
 BOTH: list[EngineName] = ["python", "compiled"]

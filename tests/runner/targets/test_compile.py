@@ -11,6 +11,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import pytest
+from proofmass.runner.program.generate import generate
 
 from proofmass.blocks import Constant, Gain, Negation
 from proofmass.blocks.declaration.catalog import load_own_blocks
@@ -20,7 +21,6 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.host import cache as machine_code
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.generate import generate
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets import compile as compiler
 from proofmass.runner.targets.native import argument_kinds
