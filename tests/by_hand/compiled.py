@@ -35,12 +35,8 @@ def compiled(function: Any) -> Callable[..., Any]:
         kinds = [leaf.kind for leaf in leaves(result)]
         given = [floats, integers, np.zeros(len(kinds) + 1), np.zeros(len(kinds) + 1, dtype=np.int64), *arrays]
         loop(*(array.ctypes.data for array in given))
-        of_kind = {
-            FLOAT: lambda i: float(given[2][i]),
-            INTEGER: lambda i: int(given[3][i]),
-            TRUTH: lambda i: bool(given[3][i]),
-        }
-        return rebuilt(result, [of_kind[kind](i) for i, kind in enumerate(kinds)])
+        types = {FLOAT: float, INTEGER: int, TRUTH: bool}
+        return rebuilt(result, (types[kind](given[2 if kind is FLOAT else 3][i]) for i, kind in enumerate(kinds)))
 
     return called
 
@@ -100,9 +96,8 @@ def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> 
         return as_kind(builder, builder.load(floats if kind is FLOAT else integers, next(places[kind])), leaf.kind)
 
     first = mapped(example, given)
-    taken = [
-        builder.array(FLOAT if c.dtype == np.float64 else INTEGER, None, f"column_{i}") for i, c in enumerate(columns)
-    ]
+    kinds = [FLOAT if column.dtype == np.float64 else INTEGER for column in columns]
+    taken = [builder.array(kind, None, f"column_{i}") for i, kind in enumerate(kinds)]
     into: list[Array] = []
     with builder.counted(0, count) as row:
         result = call(builder, function, (*first, *(builder.load(column, row) for column in taken)))

@@ -218,7 +218,7 @@ def test_blocks_fields_and_ports_called_as_the_loops_own_words(tmp_path: Path) -
 
 
 def test_a_place_is_given_once() -> None:
-    slots = Slots[Given]("")
+    slots = Slots[Given]()
     slots.add(StreamOf("noise"), int)
     slots.add(ConstantOf("noise", "stream"), float)
     with pytest.raises(DuplicateKeyError):
