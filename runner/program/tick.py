@@ -121,7 +121,7 @@ class TickWriter:
         self.not_finite = builder.variable(FLOAT, "not_finite")
         self.refused = builder.variable(INTEGER, "refused")
         self.digital = DigitalWriter(self.frame, self.refused)
-        self._begin()
+        self.begin()
         self.rows = {i: builder.variable(INTEGER, f"row_{i}") for i, p in enumerate(self.plan.probes) if p.stride > 1}
         flags = [(FLOATS, self.not_finite), (INTEGERS, self.refused)]
         for name, flag in flags:
@@ -135,8 +135,7 @@ class TickWriter:
             self.record()
             self.updates()
             self.move()
-        if self.lanes:
-            self.measure()
+        self.finish()
         for (name, index), kept in self._back:
             value: Operand = builder.get(kept)
             if kept.kind is TRUTH:
@@ -148,7 +147,7 @@ class TickWriter:
 
     # -- before the ticks --------------------------------------------------------------------------------------------
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
         """What the loop reads before the first tick."""
         plan, frame = self.plan, self.frame
         self.checks: list[Called] = []  # constants that a run alone would refuse
@@ -407,6 +406,11 @@ class TickWriter:
                 self.following[name, port] = frame.number(made)
         for group in self.groups:
             group.move()
+
+    def finish(self) -> None:
+        """What is done behind the last tick, before what moves is written back."""
+        if self.lanes:
+            self.measure()
 
     def measure(self) -> None:
         """Values of the measures that blocks reduce, behind the last tick: each where its wire stands."""
