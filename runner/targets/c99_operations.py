@@ -112,6 +112,7 @@ _MATH = (
     "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh div erf erfc exp exp2 expm1 fabs fdim floor "
     "fma fmax fmin fmod frexp gamma hypot ilogb isfinite isinf isnan isnormal signbit j0 j1 jn ldexp lgamma llrint "
     "llround log log10 log1p log2 logb lrint lround memcpy memset modf nan nearbyint nextafter nexttoward pow "
-    "remainder remquo rint round scalbln scalbn sin sinh sqrt tan tanh tgamma trunc y0 y1 yn NAN INFINITY HUGE_VAL INT64_MIN INT64_MAX"
+    "remainder remquo rint round scalbln scalbn sin sinh sqrt tan tanh tgamma trunc y0 y1 yn NAN INFINITY HUGE_VAL "
+    "INT64_MIN INT64_MAX"
 )
 RESERVED = (*_KEYWORDS.split(), *_MATH.split(), *HELPERS)

@@ -4,7 +4,7 @@ A variable is a place on the stack, which LLVM's first passes make a value of; a
 away. Nothing is contracted or reordered: no instruction has a flag for that.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from proofmass.runner.program.form import (
@@ -36,12 +36,11 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
-from proofmass.runner.targets.llvm_operations import TYPES, ZEROS, constant, select, templates
+from proofmass.runner.targets.llvm_operations import NATIVE, TYPES, ZEROS, Template, constant, select
 
 ENTRY = "proofmass_program"
 STORED = {FLOAT: "double", INTEGER: "i64", TRUTH: "i8"}  # in arrays
 BYTES = {FLOAT: 8, INTEGER: 8, TRUTH: 1}
-_OPERATIONS = templates()
 _SELECTS = {kind: select(kind) for kind in (FLOAT, INTEGER, TRUTH)}
 ATTRIBUTES = (
     "attributes #0 = { nounwind }",
@@ -73,11 +72,11 @@ def externals(program: Program) -> dict[str, External]:
     return found
 
 
-def llvm_text(program: Program, triple: str = "", layout: str = "") -> str:
+def llvm_text(program: Program, triple: str = "", layout: str = "", operations: Mapping[str, Template] = NATIVE) -> str:
     """The module of a program; its entry is called `ENTRY`."""
     beside: dict[str, None] = {}  # declarations and helpers
     entry = program.entry
-    functions = [FunctionText(f, f is entry, beside).text() for f in program.functions.values()]
+    functions = [FunctionText(f, f is entry, beside, operations).text() for f in program.functions.values()]
     head = [f'target triple = "{triple}"', f'target datalayout = "{layout}"'] if triple else []
     return "\n".join([*head, *beside, *functions, *ATTRIBUTES, ""])
 
@@ -85,8 +84,14 @@ def llvm_text(program: Program, triple: str = "", layout: str = "") -> str:
 class FunctionText:
     """One function; `beside` takes in what it needs of others."""
 
-    def __init__(self, function: Function, is_entry: bool, beside: dict[str, None]) -> None:
-        self.function, self.is_entry, self.beside = function, is_entry, beside
+    def __init__(
+        self,
+        function: Function,
+        is_entry: bool,
+        beside: dict[str, None],
+        operations: Mapping[str, Template] = NATIVE,
+    ) -> None:
+        self.function, self.is_entry, self.beside, self.operations = function, is_entry, beside, operations
         self.lines: list[str] = []
         self.names: dict[Value | Variable | Array, str] = {}
         self.count = 0
@@ -183,7 +188,7 @@ class FunctionText:
             text = "%s = ashr i64 %s, %s" if s.operation == "floor_divide" else "%s = and i64 %s, %s"
             read[1] = str(shift) if s.operation == "floor_divide" else str((1 << shift) - 1)
         else:
-            text, needs = _OPERATIONS[s.operation]
+            text, needs = self.operations[s.operation]
             if needs:
                 self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))

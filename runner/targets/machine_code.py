@@ -95,7 +95,7 @@ def key_of(text: str, settings: Settings = ALONE) -> str:
 
 def object_code(text: str, settings: Settings = ALONE) -> bytes:
     """Object file of a module, for the processor at hand."""
-    machine = _machine(settings.wide)
+    machine = machine_of(settings)
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     optimise(module, machine, settings)
@@ -111,13 +111,13 @@ def optimise(module: Any, machine: Any, settings: Settings = ALONE) -> None:
     passes.getModulePassManager().run(module, passes)
 
 
-def _machine(wide: bool = False) -> Any:
+def machine_of(settings: Settings = ALONE) -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     features = llvm.get_host_cpu_features()
     return llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(),
-        features=features.flatten() + (",-prefer-256-bit" if wide and features.get("avx512f") else ""),
+        features=features.flatten() + (",-prefer-256-bit" if settings.wide and features.get("avx512f") else ""),
         opt=3,
         reloc="pic",
         codemodel="jitdefault",
@@ -141,7 +141,7 @@ def _address_in_c(name: str) -> int:
 
 
 def _linked(code: bytes, prototype: Any) -> tuple[Any, Callable[..., Any]]:
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())  # which takes the machine over
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine_of())  # which takes the machine over
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return engine, prototype(engine.get_function_address(ENTRY))
