@@ -87,7 +87,9 @@ def _pairs(*samplers: Callable[[Any, int], tuple[Any, ...]]) -> Callable[[Any, i
 
 def _of_powers(dice: Any, count: int) -> tuple[Any, ...]:
     """Bases and exponents whose power is any number there is, and a little more."""
-    bases = _powers_of_two(np.where(dice.random(count) < 0.5, dice.uniform(-1.0, 1.0, count), dice.uniform(-1074, 1024, count)))
+    bases = _powers_of_two(
+        np.where(dice.random(count) < 0.5, dice.uniform(-1.0, 1.0, count), dice.uniform(-1074, 1024, count))
+    )
     return bases, dice.uniform(-745.2, 709.8, count) / np.log(np.where(bases == 1.0, 2.0, bases))
 
 
@@ -129,7 +131,9 @@ CASES = {
         Case(elementary.arctangent2, np.arctan2, mpmath.atan2, _POINTS),
         Case(elementary.arcsine, np.arcsin, mpmath.asin, _SIDES),
         Case(elementary.arccosine, np.arccos, mpmath.acos, _SIDES),
-        Case(elementary.exponential, np.exp, mpmath.exp, (_between(-1.0, 1.0), _between(-745.2, 709.8), _octaves(-60, 9))),
+        Case(
+            elementary.exponential, np.exp, mpmath.exp, (_between(-1.0, 1.0), _between(-745.2, 709.8), _octaves(-60, 9))
+        ),
         Case(
             elementary.exponential_less_one,
             np.expm1,
