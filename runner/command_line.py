@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from proofmass.graphs.files.library import library_file
 from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, explain
 from proofmass.runner.commands.options import blocks_option, graph_argument, json_option, set_option
 from proofmass.runner.commands.rtl_command import rtl
@@ -63,7 +64,7 @@ def run(**options: Any) -> int:
     """Run a graph once and show what its probes recorded.
 
     \b
-    proofmass run graphs/library/closed_loop_accelerometer.toml
+    proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
     """
     from proofmass.runner.commands.run_command import run_graph
@@ -117,7 +118,7 @@ def margins(**options: Any) -> int:
     """Say how stable the loops of a graph are: margins, closed-loop poles, sensitivity.
 
     \b
-    proofmass margins graphs/library/closed_loop_accelerometer.toml --plot loop.png
+    proofmass margins graphs/library/accelerometer/closed_loop_accelerometer.toml --plot loop.png
     proofmass margins sensor.toml --loop dac.voltage --set pid.integral=12
     proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
     proofmass margins modulator.toml --gain quantiser=0.7
@@ -190,7 +191,7 @@ def fit(**options: Any) -> int:
     The table is CSV, Parquet or netCDF, with a column of temperature (or of its sensor's voltage) and one of output.
 
     \b
-    proofmass fit graphs/library/zero_bias_m1.csv --plot fit.png
+    proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
     proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
     """
     from proofmass.runner.commands.fit_command import run_fit
@@ -222,8 +223,8 @@ def montecarlo(**options: Any) -> int:
     The study is a file that names its graph, or a graph file with a table [study].
 
     \b
-    proofmass montecarlo graphs/library/scale_factor_drift.toml --out drift
-    proofmass montecarlo graphs/library/scale_factor_drift.toml --run 17 --epoch 5
+    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
+    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
     """
     from proofmass.runner.commands.montecarlo_command import run_montecarlo
 
@@ -244,7 +245,7 @@ def report(**options: Any) -> int:
 
     \b
     proofmass report drift
-    proofmass report graphs/library/scale_factor_drift.toml
+    proofmass report graphs/library/accelerometer/scale_factor_drift.toml
     """
     from proofmass.runner.commands.report_command import report_study
 
@@ -275,9 +276,8 @@ def new(file: Path) -> None:
     \b
     proofmass new sensor.toml && proofmass run sensor.toml
     """
-    from importlib.resources import files
 
-    text = (files("proofmass.graphs") / "library" / "template.toml").read_text(encoding="utf-8")
+    text = library_file("template.toml").read_text(encoding="utf-8")
     try:
         with file.open("x", encoding="utf-8") as target:
             target.write(text)

@@ -4,17 +4,15 @@ The pictures depend on the graph alone, never on the order in which blocks and w
 not exist are left out: `check` speaks about them.
 """
 
-import inspect
 import re
 from collections.abc import Iterator, Mapping
 from html import escape
-from typing import Any
 
-from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.declare import Port
+from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import Layout, Shape, Spot, lay_out
-from proofmass.graphs.drawing.picture import Box, Picture, kind_of, picture
+from proofmass.graphs.drawing.picture import Picture, picture
 from proofmass.graphs.drawing.routing import Point
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
@@ -103,8 +101,8 @@ def _mermaid(graph: Picture) -> str:
 
     out = ["flowchart LR"]
     for name, block in graph.blocks.items():
-        text = quoted(name, kind_of(block), _rate(graph, name))
-        shape = f"[[{text}]]" if isinstance(block, Box) else f"({text})" if block.continuous() else f"[{text}]"
+        text = quoted(name, block.kind, _rate(graph, name))
+        shape = f"[[{text}]]" if block.subgraph else f"({text})" if block.continuous else f"[{text}]"
         out.append(f"    {node(name)}{shape}")
     for link in _links(graph):
         arrow = "-.->" if link.driven else "-->"
@@ -126,8 +124,8 @@ def _dot(graph: Picture) -> str:
 
     out = [f"digraph {quoted(graph.name)} {{", "    rankdir=LR", "    node [shape=box]"]
     for name, block in graph.blocks.items():
-        style = ", peripheries=2" if isinstance(block, Box) else ", style=rounded" if block.continuous() else ""
-        out.append(f"    {quoted(name)} [label={quoted(name, kind_of(block), _rate(graph, name))}{style}]")
+        style = ", peripheries=2" if block.subgraph else ", style=rounded" if block.continuous else ""
+        out.append(f"    {quoted(name)} [label={quoted(name, block.kind, _rate(graph, name))}{style}]")
     for link in _links(graph):
         style = ", style=dashed" if link.driven else ""
         out.append(f"    {quoted(link.source)} -> {quoted(link.target)} [label={quoted(_edge(graph, link))}{style}]")
@@ -176,16 +174,16 @@ def _rate(graph: Picture, name: str) -> str:
     return "" if rate is None or rate == graph.rate else write_rate(rate)
 
 
-def _unit(block: Block | Box, what: Any) -> str:
+def _unit(what: Port | Parameter) -> str:
     """The unit as one writes it by hand; nothing for a plain number."""
-    unit = block.unit_of(what)
-    unit = re.sub(r"\^(-?\d+)(?![\d.])", lambda power: power[1].translate(_SUPERSCRIPTS), unit.replace("*", "·"))
+    unit = what.unit.replace("*", "·")
+    unit = re.sub(r"\^(-?\d+)(?![\d.])", lambda power: power[1].translate(_SUPERSCRIPTS), unit)
     return "" if unit == "1" else unit
 
 
 def _edge(graph: Picture, link: Link) -> str:
     block = graph.blocks[link.source]
-    unit = _unit(block, block.outputs[link.output])
+    unit = _unit(block.outputs[link.output])
     return f"{link.output} → {link.port}" + (f" [{unit}]" if unit else "")
 
 
@@ -204,13 +202,13 @@ def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
     sides = max((_width(port, 11) for port in inputs), default=0) + max(
         (_width(port, 11) for port in outputs), default=0
     )
-    kind = kind_of(block) + "  " * bool(_rate(graph, name)) + _rate(graph, name)
+    kind = block.kind + "  " * bool(_rate(graph, name)) + _rate(graph, name)
     width = max(_width(name, 13, bold=True) + 20, _width(kind, 11) + 20, sides + 34, across + 10, 80)
-    labels = (_width(_unit(block, block.outputs[port]), 10) + 4 + 14 * (port in probed) for port in used)
+    labels = (_width(_unit(block.outputs[port]), 10) + 4 + 14 * (port in probed) for port in used)
     height = _HEAD + _ROW * max(len(inputs), len(outputs), 1) + 10 + (_FOOT - 10 if driven else 0)
-    functions = {} if isinstance(block, Box) else block.output_functions
-    noise = any(Meaning.DEVIATE in behaviour.meanings for behaviour in functions.values())
-    return Shape(-(-width // 10) * 10, height, inputs, outputs, driven, max(labels, default=0), bool(probed), noise)
+    return Shape(
+        -(-width // 10) * 10, height, inputs, outputs, driven, max(labels, default=0), bool(probed), block.noise
+    )
 
 
 # -- SVG ---------------------------------------------------------------------------------------------------------
@@ -219,7 +217,7 @@ def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
 def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -> Iterator[str]:
     """A block with its ports; outputs that nobody uses stay in the background."""
     block = graph.blocks[name]
-    continuous = block.continuous()
+    continuous = block.continuous
     x, y, right = spot.x, spot.y, spot.x + shape.width
     middle = x + shape.width / 2
     rate = _rate(graph, name)
@@ -227,11 +225,11 @@ def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -
     yield f"<title>{_text(_block_tooltip(graph, name, wired.into[name]))}</title>"
     corner = 14 if continuous else 2
     yield f'<rect class="box" x="{x}" y="{y}" width="{shape.width}" height="{shape.height}" rx="{corner}"/>'
-    if isinstance(block, Box):
+    if block.subgraph:
         yield f'<rect class="box" x="{x + 3}" y="{y + 3}" width="{shape.width - 6}" height="{shape.height - 6}"/>'
     yield f'<text class="name" x="{middle:g}" y="{y + 18}" text-anchor="middle">{_text(name)}</text>'
     extra = f'<tspan class="rate" dx="6">{_text(rate)}</tspan>' if rate else ""
-    kind = f"{_text(kind_of(block))}{extra}"
+    kind = f"{_text(block.kind)}{extra}"
     yield f'<text class="soft" x="{middle:g}" y="{y + 33}" text-anchor="middle">{kind}</text>'
     probed, used = wired.probed[name], {*shape.inputs, *wired.used[name]}
     for ports, on_right in ((shape.inputs, spot.mirrored), (shape.outputs, not spot.mirrored)):
@@ -249,7 +247,7 @@ def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -
         if port in probed:
             yield f'<path class="probe" d="M{edge} {height}h{8 * way}m0 0{_flag(way)}"/>'
             start += 16 * way
-        unit = _unit(block, block.outputs[port])
+        unit = _unit(block.outputs[port])
         if unit and port in used:
             yield f'<text class="soft small" x="{start}" y="{height - 4}"{anchor}>{_text(unit)}</text>'
     yield "</g>"
@@ -261,15 +259,14 @@ def _flag(way: int) -> str:
 
 def _block_tooltip(graph: Picture, name: str, drivers: Mapping[str, str]) -> str:
     block = graph.blocks[name]
-    doc = block.doc if isinstance(block, Box) else inspect.getdoc(type(block)) or ""
-    lines = [f"{name}: {kind_of(block)}", doc]
-    if block.continuous():
+    lines = [f"{name}: {block.kind}", block.doc]
+    if block.continuous:
         lines.append("continuous")
     elif rate := graph.rates.get(name, graph.rate):
         lines.append(f"at {write_rate(rate)}")
     for parameter, declared in block.parameters.items():
-        value = block.values[parameter] if isinstance(block, Box) else getattr(block, parameter)
-        unit = _unit(block, declared)
+        value = block.values[parameter]
+        unit = _unit(declared)
         shown = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
         if parameter in drivers:
             lines.append(f"{parameter}: driven by {drivers[parameter]}")
@@ -288,7 +285,7 @@ def _wire(graph: Picture, link: Link, own: tuple[Point, ...], layout: Layout) ->
     path = layout.paths[link]
     block = graph.blocks[link.source]
     port = block.outputs[link.output]
-    unit = _unit(block, port)
+    unit = _unit(port)
     said = f"{link.source}.{link.output} → {link.target}.{link.port}"
     tooltip = "\n".join((said + (f" [{unit}]" if unit else ""), port.doc))
     (x, y), (before_x, before_y) = path[-1], path[-2]
@@ -320,7 +317,7 @@ def _legend(graph: Picture, links: list[Link]) -> Iterator[tuple[int, str, int]]
     """What the marks mean: place, drawing and right end of each that occurs."""
     marks: Mapping[str, tuple[bool, str]] = {
         "continuous": (
-            any(block.continuous() for block in graph.blocks.values()),
+            any(block.continuous for block in graph.blocks.values()),
             '<g class="continuous"><rect class="box" y="-9" width="18" height="12" rx="5"/></g>',
         ),
         "drives a parameter": (

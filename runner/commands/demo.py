@@ -10,12 +10,13 @@ is the constant that the autocorrelation of -1 beside the peak leaves in every c
 import io
 import sys
 from html import escape
-from importlib.resources import as_file, files
+from importlib.resources import as_file
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.progress import progress_bar
@@ -115,7 +116,7 @@ def main(out: Path) -> int:
     from proofmass.runner.commands.run_command import show, write
     from proofmass.runner.output.plot import save_figure, write_figure
 
-    with as_file(files("proofmass.graphs") / "library" / GRAPH) as path:
+    with as_file(library_file(GRAPH)) as path:
         graph = read_graph(path)
     result = simulate(graph, engine="compiled", progress=progress_bar(False))
     fine = graph.with_parameters({"adc.bits": 32})

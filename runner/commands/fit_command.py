@@ -99,7 +99,7 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
 
 def _parameters(graph: Graph, name: str) -> list[str]:
     if name in graph.blocks:
-        return list(graph.blocks[name].parameters)
+        return list(type(graph.blocks[name]).parameters)
     return [port for port, (_, what) in exported(graph.subgraphs[name]).items() if isinstance(what, Parameter)]
 
 

@@ -87,9 +87,9 @@ def _stated(option: str, texts: tuple[str, ...]) -> dict[str, str]:
 
 def _show_limit_cycles(graph: Graph, name: str, as_json: bool) -> int:
     """The limit cycles that the describing function of a block predicts, and that of a run."""
-    from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, predicted, simulated, unit_of
+    from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, amplitude_unit, predicted, simulated
 
-    cycles, unit = predicted(graph, name), unit_of(graph, name)
+    cycles, unit = predicted(graph, name), amplitude_unit(graph, name)
     seen = simulated(graph, name, None if graph.duration or graph.samples else cycles)
     if as_json:
         data: dict[str, Any] = {"block": name, "unit": unit, "predicted": [cycle.as_data() for cycle in cycles]}

@@ -52,7 +52,7 @@ def rtl(**options: Any) -> int:
     Exit code 1 where a simulator finds another output, or a proof fails.
 
     \b
-    proofmass rtl graphs/library/self_calibration_fixed.toml -o hardware --simulate icarus
+    proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
     proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
     """
     return write_rtl(**options)

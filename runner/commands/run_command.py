@@ -132,9 +132,10 @@ def changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> 
 
 def _show_source(graph: Graph) -> int:
     from proofmass.runner.planning.plan import plan
-    from proofmass.runner.program.generate import generate
+    from proofmass.runner.program.listing import listing
+    from proofmass.runner.program.tick import write_tick
 
-    click.echo(generate(plan(graph)).listing)
+    click.echo(listing(write_tick(plan(graph)).program))
     return 0
 
 

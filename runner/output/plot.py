@@ -299,7 +299,7 @@ def _held(result: Result, trace: Trace) -> bool:
     if trace.values.dtype.kind in "iub":
         return True
     block = flatten(result.graph).blocks.get(split(inside(result.graph, trace.signal))[0])
-    return block is not None and "update" in block.functions
+    return block is not None and "update" in type(block).functions
 
 
 def _name(panel: "Axes", trace: Trace, unit: str, less: str = "") -> None:

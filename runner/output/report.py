@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, read_wire
@@ -117,10 +118,10 @@ def _blocks(graph: Graph) -> str:
 
 
 def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[str]:
-    for parameter in block.parameters.values():
+    for parameter in type(block).parameters.values():
         driver = drivers.get(f"{name}.{parameter.name}")
         value = f"driven by {driver}" if driver else _value(getattr(block, parameter.name))
-        unit = pretty(block.unit_of(parameter)) if parameter.kind not in (str, bool) else ""
+        unit = pretty(unit_of(block, parameter)) if parameter.kind not in (str, bool) else ""
         yield (
             f'<td>{escape(parameter.name)}</td><td class="number">{escape(value)}</td>'
             f"<td>{escape(unit if unit != '1' else '')}</td><td>{small(parameter.doc)}</td>"

@@ -47,7 +47,7 @@ from proofmass.runner.program.form import (
     While,
 )
 from proofmass.runner.program.operations import EVALUATE
-from proofmass.runner.program.structure import Lowered, mapped, named
+from proofmass.runner.program.structure import Lowered, like, mapped, named
 
 Given: TypeAlias = Operand | float | int | bool  # what builders take for a value
 
@@ -140,7 +140,7 @@ class Builder:
     ) -> tuple[Value, ...]:
         """What a function returns."""
         if isinstance(function, External):
-            kinds = () if function.result is None else (function.result,)
+            kinds: tuple[Kind, ...] = () if function.result is None else (function.result,)
         else:
             kinds = function.results
         results = tuple(Value(kind, name) for kind, name in zip(kinds, [*names, *[""] * len(kinds)], strict=False))
@@ -276,8 +276,7 @@ class Number:
 def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
     """Parameters of a function for a value of its caller."""
     if isinstance(value, tuple):
-        parts = [parameters_like(builder, f"{name}_{of}", part) for of, part in named(value)]
-        return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
+        return like(value, [parameters_like(builder, f"{name}_{of}", part) for of, part in named(value)])
     if isinstance(value, Array):
         return builder.array(value.entry, value.length, name, value.writable)
     return mapped(value, lambda leaf: builder.parameter(leaf.kind, name))
@@ -336,24 +335,28 @@ def _folded(operation: str, given: tuple[Operand, ...]) -> Operand | None:
         value: Any = EVALUATE[operation](*(each.value for each in given if isinstance(each, Constant)))
         kind = OPERATIONS[operation].result or kind_of(given[-1])
         return None if isinstance(value, float) and math.isnan(value) else Constant(kind, value)
-    first, *rest = given
-    match operation, first, *rest:
-        case "select", Constant(_, chosen), a, b:
-            return a if chosen else b
-        case "select", _, a, b if a is b:
-            return a
-        case ("both", Constant(_, known), other) | ("both", other, Constant(_, known)):
-            return other if known else Constant(TRUTH, False)
-        case ("either", Constant(_, known), other) | ("either", other, Constant(_, known)):
-            return Constant(TRUTH, True) if known else other
-        case ("add_integers" | "or" | "xor", Constant(_, 0), other) | (
-            "add_integers" | "subtract_integers" | "or" | "xor" | "shift_left" | "shift_right",
-            other,
-            Constant(_, 0),
-        ):
-            return other
-        case ("multiply_integers", Constant(_, 1), other) | ("multiply_integers", other, Constant(_, 1)):
-            return other
-        case ("multiply_integers", Constant(_, 0), _) | ("multiply_integers", _, Constant(_, 0)):
-            return Constant(INTEGER, 0)
+    if operation == "select":
+        test, a, b = given
+        if isinstance(test, Constant):
+            return a if test.value else b
+        return a if a is b else None
+    return _neutral(operation, *given) if len(given) == 2 else None
+
+
+def _neutral(operation: str, a: Operand, b: Operand) -> Operand | None:
+    """What an operation of integers or truth values gives of which one operand is known."""
+    for known, other, first in ((a, b, True), (b, a, False)):
+        if not isinstance(known, Constant):
+            continue
+        match operation, known.value:
+            case ("both", True) | ("either", False):
+                return other
+            case ("both", False) | ("either", True):
+                return known
+            case ("add_integers" | "or" | "xor", 0) | ("multiply_integers", 1):
+                return other
+            case ("multiply_integers", 0):
+                return known
+            case ("subtract_integers" | "shift_left" | "shift_right", 0) if not first:
+                return other
     return None

@@ -4,6 +4,7 @@ A block's overflow is not 0 when a value of it saturated or wrapped in the tick,
 `refused` is not 0 from the tick on in which a value did not fit its format and should have.
 """
 
+from proofmass.blocks.declaration.instance import format_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.plan.keys import word
 from proofmass.runner.program.form import INTEGER, Array, Operand, Variable
@@ -57,7 +58,7 @@ class DigitalWriter:
         """Mantissas that a converter made must fit their format; integer code relies on it to the end of the chunk."""
         builder, wire = self.frame.builder, self.frame.wires[node]
         block = self.plan.blocks[node[0]]
-        format = block.format_of(node[1])
+        format = format_of(block, node[1])
 
         def fitted(value: Operand) -> Operand:
             low = builder.compute(

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, assert_never
 
-from proofmass.blocks.declaration.declare import Behaviour
+from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
@@ -86,7 +86,7 @@ class Frame:
     def call(self, name: str, function: str) -> Called:
         """The call of a function of a block, by its role or by the output that it computes."""
         block = self.plan.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         return self.called(name, function, behaviour)
 
     def called(
@@ -133,7 +133,7 @@ class Frame:
     def driven(self, name: str) -> Called:
         """The constants of a block, made from its parameters."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
-        record: Any = block.parameters_class()
+        record: Any = type(block).parameters_class()
         values = []
         for parameter, kind in fields(record):
             driver = drivers.get((name, parameter))
@@ -141,9 +141,9 @@ class Frame:
             wanted = KINDS.get(held_as(kind))
             values.append(as_kind(self.builder, value, wanted) if wanted else value)
         parameters = record._make(values)
-        if "constants" not in block.functions:
+        if "constants" not in type(block).functions:
             return Called(parameters, None)
-        form, behaviour = constants_form(type(block), compiled=True), block.functions["constants"]
+        form, behaviour = constants_form(type(block), compiled=True), type(block).functions["constants"]
         function: Any = form.function if form else behaviour.function
         given = [parameters, self.now(self.periods[name])][: 1 + len(behaviour.arguments)]
         return self.outcome(call(self.builder, function, given), form is not None and form.fails)

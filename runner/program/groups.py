@@ -85,7 +85,7 @@ class GroupWriter:
         rates: list[Operand] = []
         for name in self.group.blocks:
             fields = state_fields(self.blocks[name])
-            if "derivative" not in self.blocks[name].functions:
+            if "derivative" not in type(self.blocks[name]).functions:
                 rates += [operand(0.0)] * len(fields)
                 continue
             made = frame.sound(frame.call(name, "derivative"))
@@ -126,7 +126,7 @@ class GroupWriter:
             for value, kind in zip(x, self.group.kinds, strict=True)
         )
         for name in self.group.blocks:
-            record: Any = self.blocks[name].state_class()
+            record: Any = type(self.blocks[name]).state_class()
             yield name, record._make(next(typed) for _ in record._fields)
 
     def keep(self, x: Sequence[Operand]) -> None:
@@ -154,7 +154,7 @@ class GroupWriter:
 
     def _settled(self, member: str) -> list[str]:
         """Parameters of a block that nothing drives."""
-        record: Any = self.blocks[member].parameters_class()
+        record: Any = type(self.blocks[member]).parameters_class()
         return [p for p in record._fields if (member, p) not in self.plan.schedule.drivers]
 
     def _constants_within(self, frame: Frame, given: Lowered) -> None:

@@ -1,6 +1,7 @@
 """Algebraic loops in a program: their equations as a function, and what has them solved."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from proofmass.graphs.checks.schedule import AlgebraicLoop
@@ -62,7 +63,7 @@ class _Within(Frame):
         self.outer = outer
         self.time, self.tick = self._taken("time", outer.time), self._taken("tick", outer.tick)
         for name in ("wires", "states", "constants", "parameters", "periods", "deviates"):
-            setattr(self, name, _Taken(lambda key, name=name: self._read(name, key)))
+            setattr(self, name, _Taken(partial(self._read, name)))
 
     def _read(self, name: str, key: Any) -> Lowered:
         return self._taken(

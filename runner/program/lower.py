@@ -9,7 +9,7 @@ import hashlib
 import inspect
 import types
 import typing
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -18,10 +18,9 @@ from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import unchanged
 from proofmass.runner.program.build import Builder, parameters_like
 from proofmass.runner.program.form import Call, Function, Kind, Program, Region
-from proofmass.runner.program.lower_expressions import mapped_known
 from proofmass.runner.program.lower_statements import Statements, WiderError
 from proofmass.runner.program.scopes import changing
-from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, shape_of
+from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
 
 _LARGE = "proofmass.runner.continuous."  # solvers are called often and stay functions
 
@@ -37,12 +36,12 @@ class LoweredFunction(NamedTuple):
 _kept: dict[Hashable, LoweredFunction] = {}
 
 
-def lower(function: types.FunctionType, arguments: Sequence[Lowered]) -> LoweredFunction:
+def lower(function: Callable[..., Any], arguments: Sequence[Lowered]) -> LoweredFunction:
     """The function for arguments like these; raises `ModelError` for what cannot be lowered."""
     return _lowered(function, tuple(arguments), (), {})
 
 
-def call(builder: Builder, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
+def call(builder: Builder, function: Callable[..., Any], arguments: Sequence[Lowered]) -> Lowered:
     """The call of a function of Python in one that is being written."""
     lowered = _lowered(function, tuple(arguments), (), builder.lowered)
     return _called(builder, lowered, arguments)
@@ -56,18 +55,21 @@ def _called(builder: Builder, lowered: LoweredFunction, arguments: Sequence[Lowe
 def _filled(result: Lowered, values: Any) -> Lowered:
     """What a function returns, with values in the place of kinds."""
     if isinstance(result, tuple):
-        return mapped_known(result, lambda part: _filled(part, values))
+        return like(result, [_filled(part, values) for part in result])
     return next(values) if isinstance(result, Kind) else result
 
 
 def _lowered(
-    function: types.FunctionType,
+    given: Callable[..., Any],
     arguments: tuple[Lowered, ...],
     within: tuple[types.FunctionType, ...],
     own: dict[Hashable, LoweredFunction],
 ) -> LoweredFunction:
     """The function for arguments like these; one for functions of a program is kept with these, in `own`."""
-    function = inspect.unwrap(getattr(function, "py_func", function))
+    function = inspect.unwrap(given)
+    if not isinstance(function, types.FunctionType):
+        message = f"a {type(function).__name__} is no function"
+        raise ModelError([Problem(message=message, hint="write it with `def`")])
     key = (function, shape_of(arguments))
     kept = own if has_functions(arguments) else _kept
     before = kept.get(key)

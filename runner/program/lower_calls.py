@@ -89,7 +89,6 @@ class Calls(Expressions):
         return numbers.as_kind(self.builder, value, wanted) if wanted and is_scalar(value) else value
 
     def call(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered:
-        function = getattr(function, "py_func", function)
         if isinstance(function, Function):
             return self._program(function, arguments)
         if is_record(function):

@@ -25,7 +25,7 @@ from proofmass.runner.program.form import (
     Value,
     Variable,
 )
-from proofmass.runner.program.structure import Lowered, is_record, is_scalar, leaves, mapped, rebuilt
+from proofmass.runner.program.structure import Lowered, is_record, is_scalar, leaves, like, mapped, rebuilt
 
 _DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations that are not done in vain
 _MANY = 12  # operations that are not done in vain
@@ -88,7 +88,7 @@ class Expressions:
                 value -= 1 << 64
             return operand(value)
         if isinstance(value, tuple):
-            return mapped_known(value, self.known)
+            return like(value, map(self.known, value))
         return value
 
     def _name(self, node: ast.Name) -> Lowered:
@@ -363,12 +363,6 @@ class Expressions:
             first, last, _ = slice(*known).indices(whole.length)
             return self.builder.view(whole, first, max(last - first, 0))
         raise refuse(node, "a part of a list", "write a loop over its entries")
-
-
-def mapped_known(value: tuple[Any, ...], made: Callable[[Any], Any]) -> Lowered:
-    """A tuple of Python with its entries as those of a program."""
-    parts = [made(part) for part in value]
-    return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
 
 
 def outer(function: types.FunctionType, name: str) -> Any:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from proofmass.blocks.declaration.declare import Behaviour
+from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.runner.continuous.integrate import integrate
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
@@ -144,8 +144,8 @@ class SteppedGroup(GroupWriter):
         clear = builder.parameters[-1]
         assert isinstance(clear, Array)
         if frame is not None:
-            watched = [(name, event, self.blocks[name].events[event][0]) for name, event in self.group.events]
-            watched += [(name, corner, self.blocks[name].corners[corner]) for name, corner in self.group.corners]
+            watched = [(name, event, type(self.blocks[name]).events[event][0]) for name, event in self.group.events]
+            watched += [(name, corner, type(self.blocks[name]).corners[corner]) for name, corner in self.group.corners]
             numbers = [as_kind(builder, frame.sound(_called(frame, *each)), FLOAT) for each in watched]
             for i, number in enumerate(numbers):
                 builder.store(clear, i, frame.unless_failed(number))
@@ -159,7 +159,7 @@ class SteppedGroup(GroupWriter):
         if frame is not None:
             for number, (name, event) in enumerate(self.group.events):
                 with builder.when(builder.compute("equal_integers", which, number)):
-                    made = frame.sound(_called(frame, name, event, self.blocks[name].events[event][1]))
+                    made = frame.sound(_called(frame, name, event, type(self.blocks[name]).events[event][1]))
                     for (field, _), value in zip(state_fields(self.blocks[name]), made, strict=True):
                         place = self.group.states.index((name, field))
                         builder.store(x, place, as_kind(builder, value, FLOAT))

@@ -27,11 +27,16 @@ def leaves(value: Lowered) -> Iterator[Leaf]:
         yield value
 
 
+def like(value: tuple[Any, ...], parts: Iterable[Any]) -> tuple[Any, ...]:
+    """A tuple of other parts, a NamedTuple where the value is one."""
+    make: Callable[[Iterable[Any]], tuple[Any, ...]] = getattr(type(value), "_make", tuple)
+    return make(parts)
+
+
 def mapped(value: Lowered, made: Callable[[Any], Any]) -> Lowered:
     """The same structure with something else in the place of its numbers, arrays and variables."""
     if isinstance(value, tuple):
-        parts = [mapped(part, made) for part in value]
-        return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
+        return like(value, [mapped(part, made) for part in value])
     return made(value) if isinstance(value, Value | Constant | Array | Variable) else value
 
 

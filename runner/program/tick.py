@@ -13,6 +13,9 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.instance import shape_of
 from proofmass.blocks.language.forms import constants_form
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
@@ -46,7 +49,7 @@ from proofmass.runner.program.structure import Lowered, mapped
 from proofmass.runner.program.watched import watched
 
 _LONG = 8  # entries of a tuple among constants, from which on they stay in memory
-Step = Callable[[], None]
+Step = Callable[[], object]
 
 
 @dataclass(frozen=True)
@@ -155,11 +158,11 @@ class TickWriter:
             self.constants_of(name)
         self.loops = [LoopWriter(loop, f"loop_{i}", self.scratch) for i, loop in enumerate(plan.schedule.loops)]
         for name, block in plan.blocks.items():
-            state: Any = block.state_class()
+            state: Any = type(block).state_class()
             if state is not None:
                 kept = ((StateField(name, f), held_as(k), f) for f, k in fields(state))
                 frame.states[name] = state._make(self.kept(key, kind, f"{word(name)}_{f}") for key, kind, f in kept)
-            for port, output in block.outputs.items():
+            for port, output in type(block).outputs.items():
                 if not output.shape:
                     key = WireOf(name, port)
                     frame.wires[name, port] = self.kept(key, held_as(output.dtype), variable((name, port)))
@@ -213,7 +216,7 @@ class TickWriter:
         block, values = self.plan.blocks[name], self.plan.constants[name]
         if values is None:
             self._parameters_of(name)
-        elif name in self.varied and "constants" in block.functions:
+        elif name in self.varied and "constants" in type(block).functions:
             self._parameters_of(name)
             self.checks.append(self.frame.driven(name))
             self.frame.constants[name] = self.checks[-1].value
@@ -230,7 +233,7 @@ class TickWriter:
 
     def _parameters_of(self, name: str) -> None:
         plan, block = self.plan, self.plan.blocks[name]
-        for p, kind in fields(block.parameters_class()):
+        for p, kind in fields(type(block).parameters_class()):
             if (name, p) not in plan.schedule.drivers:
                 key = ParameterOf(name, p)
                 self.frame.parameters[name, p] = self.constant(key, held_as(kind), getattr(block, p))
@@ -253,12 +256,13 @@ class TickWriter:
         drawn: set[str] = set()
         looked_at = watched(plan)
         for name, block in plan.blocks.items():
-            if any("normal" in b.arguments for b in (*block.output_functions.values(), *block.functions.values())):
+            kind = type(block)
+            if any(map(draws, (*kind.output_functions.values(), *kind.functions.values()))):
                 self.frame.deviates[name] = builder.variable(FLOAT, f"{word(name)}_normal")
         when_due(self.frame, self._in_order(drawn, looked_at))
         for name, block in plan.blocks.items():
-            update = block.functions.get("update")
-            if update is not None and "normal" in update.arguments and name not in drawn:
+            update = type(block).functions.get("update")
+            if update is not None and draws(update) and name not in drawn:
                 self.draw(name)
         due = (node for node in plan.schedule.order if node in looked_at and plan.stride(node) == 1)
         numbers = [entry for node in due for entry in entries(builder, self.frame.wire(node))]
@@ -278,14 +282,14 @@ class TickWriter:
                 yield plan.schedule.divisors[name], partial(self.driven, name)
                 continue
             block, stride = plan.blocks[name], plan.stride((name, port))
-            if "normal" in block.output_functions[port].arguments and name not in drawn:
+            if draws(type(block).output_functions[port]) and name not in drawn:
                 drawn.add(name)
                 yield stride, partial(self.draw, name)
             if (name, port) in solved:
                 yield stride, partial(solved[name, port].solve, self.frame)
             elif (name, port) not in tears:
                 yield stride, partial(self.output, name, port)
-            if block.outputs[port].dtype is FixedValue and not block.digital():
+            if type(block).outputs[port].dtype is FixedValue and not type(block).digital():
                 yield stride, partial(self.digital.hold, (name, port))
             if (name, port) in looked_at and stride > 1:
                 yield stride, partial(self._look_at_wire, (name, port))
@@ -293,7 +297,7 @@ class TickWriter:
     def output(self, name: str, port: str) -> None:
         """An output of a block."""
         value = self.value_of(name, port)
-        if not self.plan.blocks[name].outputs[port].shape:
+        if not type(self.plan.blocks[name]).outputs[port].shape:
             self.frame.set(self.frame.wires[name, port], value)
 
     def value_of(self, name: str, function: str) -> Lowered:
@@ -326,15 +330,15 @@ class TickWriter:
     def driven(self, name: str) -> None:
         """Constants of a block from what drives its parameters, which are within their bounds."""
         drivers = self.plan.schedule.drivers
-        for p, declared in self.plan.blocks[name].parameters.items():
+        for p, declared in type(self.plan.blocks[name]).parameters.items():
             if (name, p) in drivers:
                 self._within(self.frame.wire(drivers[name, p]), declared)
         self.frame.set(self.frame.constants[name], self.fault(self.frame.driven(name)))
 
     def _within(self, value: Operand, declared: Any) -> None:
         builder = self.builder
-        limits = ((declared.above, "less", True), (declared.at_least, "less_equal", True))
-        limits += ((declared.below, "less", False), (declared.at_most, "less_equal", False))
+        limits = [(declared.above, "less", True), (declared.at_least, "less_equal", True)]
+        limits += [(declared.below, "less", False), (declared.at_most, "less_equal", False)]
         for limit, operation, above in limits:
             if limit is not None:
                 pair = (float(limit), value) if above else (value, float(limit))
@@ -375,14 +379,14 @@ class TickWriter:
     def updates(self) -> None:
         """States of discrete blocks in the next tick."""
         divisors = self.plan.schedule.divisors
-        names = (name for name, block in self.plan.blocks.items() if "update" in block.functions)
+        names = (name for name, block in self.plan.blocks.items() if "update" in type(block).functions)
         when_due(self.frame, ((divisors[name], partial(self.update, name)) for name in names))
         self.digital.end_tick()
 
     def update(self, name: str) -> None:
         """The state of a block in the next tick."""
         value = self.value_of(name, "update")
-        if self.plan.blocks[name].state_class() is not None:
+        if type(self.plan.blocks[name]).state_class() is not None:
             self.frame.set(self.frame.states[name], value)
 
     def move(self) -> None:
@@ -402,7 +406,7 @@ class TickWriter:
                 return frame.argument(binding)
 
             for name, port in plan.ahead:
-                made = frame.called(name, port, plan.blocks[name].output_functions[port], argument)
+                made = frame.called(name, port, type(plan.blocks[name]).output_functions[port], argument)
                 self.following[name, port] = frame.number(made)
         for group in self.groups:
             group.move()
@@ -421,11 +425,16 @@ class TickWriter:
             frame.tick = self.builder.compute(
                 "subtract_integers", 0, self.builder.compute("floor_divide", last, divisor)
             )
-            made = frame.called(name, port, self.plan.blocks[name].output_functions[port], self._at_the_end)
+            made = frame.called(name, port, type(self.plan.blocks[name]).output_functions[port], self._at_the_end)
             frame.set(frame.wires[name, port], made.value)
 
     def _at_the_end(self, binding: Binding) -> Lowered:
         return self.frame.tick if isinstance(binding, Tick) else self.frame.argument(binding)
+
+
+def draws(behaviour: Behaviour) -> bool:
+    """Whether a function is given a normal deviate."""
+    return Meaning.DEVIATE in behaviour.meanings
 
 
 def due(frame: Frame, stride: int) -> Operand:
@@ -451,9 +460,9 @@ def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
 
     def settled(name: str, parameter: str) -> bool:
         block = plan.blocks[name]
-        kinds = [kind for _, kind in fields(block.constants_class())]
+        kinds = [kind for _, kind in fields(type(block).constants_class())]
         form = constants_form(type(block), compiled=True)
-        once = not block.taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
+        once = not type(block).taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
         return once or any(kind not in (float, int, bool) for kind in kinds)
 
     return frozenset(name for name, parameter in varied if settled(name, parameter))
@@ -465,11 +474,11 @@ def _vectors(plan: Plan) -> Iterator[tuple[Node, tuple[type, int]]]:
         if solver.largest in plan.buffers:
             yield solver.largest, (float, len(solver.group.states))
     for name, block in plan.blocks.items():
-        for buffer, declared in block.buffers.items():
+        for buffer, declared in type(block).buffers.items():
             yield (name, buffer), (held_as(declared.dtype), len(plan.buffers[name, buffer]))
-        for port, output in block.outputs.items():
+        for port, output in type(block).outputs.items():
             if output.shape:
-                yield (name, port), (held_as(output.dtype), block.shape_of(output)[0])
+                yield (name, port), (held_as(output.dtype), shape_of(block, output)[0])
 
 
 _KINDS = {FLOATS: FLOAT, INTEGERS: INTEGER}

@@ -1,7 +1,6 @@
 """A function of numbers, compiled and applied to every entry of arrays; the bits are those of the function."""
 
-import types
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -20,7 +19,7 @@ _KINDS = {float: FLOAT, int: INTEGER, bool: INTEGER}
 class Elementwise:
     """Calls as NumPy's own functions do: arguments of any shapes that suit each other."""
 
-    def __init__(self, function: types.FunctionType, arguments: Mapping[str, type], result: type) -> None:
+    def __init__(self, function: Callable[..., Any], arguments: Mapping[str, type], result: type) -> None:
         self._function, self._arguments, self._result = function, arguments, result
 
     def __call__(self, *arguments: Any) -> Array:

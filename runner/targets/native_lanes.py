@@ -168,8 +168,8 @@ def _differing(plan: Plan, written: TickLoop, varied: Collection[Node], settled:
             name = key.field if isinstance(key, ConstantOf) else key.parameter
             if key.block in settled or (key.block, name) in varied:
                 entries[given[kind is not float]] |= 1 << place
-    for key, (kind, place) in written.memory.kinds.items():
-        if key.block in settled:
+    for moves, (kind, place) in written.memory.kinds.items():
+        if moves.block in settled:
             entries[moving_[kind is not float]] |= 1 << place
     for (name, _), array in vectors.items():
         if name in settled:

@@ -4,6 +4,7 @@ import ctypes
 import ctypes.util
 from typing import Any
 
+from proofmass.runner.program.build import zero
 from proofmass.runner.program.form import (
     Array,
     Break,
@@ -25,7 +26,6 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
-from proofmass.runner.program.build import zero
 from proofmass.runner.program.operations import EVALUATE
 
 _LIBRARY = ctypes.CDLL(ctypes.util.find_library("m"))
@@ -46,19 +46,19 @@ class Part:
         self.whole[self.first + index] = value
 
 
-class _Left(Exception):
+class _LeftError(Exception):
+    """Where a program goes on elsewhere."""
+
+
+class _LeavesError(_LeftError):
     pass
 
 
-class _Leaves(_Left):
+class _GoesError(_LeftError):
     pass
 
 
-class _Goes(_Left):
-    pass
-
-
-class _Returns(_Left):
+class _ReturnsError(_LeftError):
     def __init__(self, values: tuple[Any, ...]) -> None:
         self.values = values
 
@@ -72,7 +72,7 @@ def evaluate(function: Function, *arguments: Any) -> tuple[Any, ...]:
         known[variable] = zero(variable.kind).value
     try:
         _run(function.body, known)
-    except _Returns as returned:
+    except _ReturnsError as returned:
         return returned.values
     assert not function.results, "a function that gives results ended without"
     return ()
@@ -113,20 +113,20 @@ def _run(region: Region, known: dict[Any, Any]) -> None:
                 while of(condition) and _turn(body, known):
                     _run(test, known)
             case Break():
-                raise _Leaves
+                raise _LeavesError
             case Continue():
-                raise _Goes
+                raise _GoesError
             case Return(values):
-                raise _Returns(tuple(map(of, values)))
+                raise _ReturnsError(tuple(map(of, values)))
 
 
 def _turn(body: Region, known: dict[Any, Any]) -> bool:
     """Whether a loop goes on."""
     try:
         _run(body, known)
-    except _Leaves:
+    except _LeavesError:
         return False
-    except _Goes:
+    except _GoesError:
         pass
     return True
 

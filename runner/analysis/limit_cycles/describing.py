@@ -77,11 +77,11 @@ def describing_function(block: Block, input: str, output: str, period: float) ->
         return lambda amplitude: relay(amplitude, 1.0, 0.5 * block.hysteresis)
     if isinstance(block, Saturation) and block.lowest == -block.highest:
         return lambda amplitude: saturation(amplitude, block.highest)
-    behaviour = block.output_functions[output]
-    if block.continuous() or block.state_class() is not None or {*behaviour.meanings} - {Meaning.INPUT}:
+    behaviour = type(block).output_functions[output]
+    if type(block).continuous() or type(block).state_class() is not None or {*behaviour.meanings} - {Meaning.INPUT}:
         raise ValueError("has a memory, so that its describing function is not known")
     constants = constants_of(block, block, period)
-    given = [block.inputs[name].default or 0.0 for name in behaviour.arguments]
+    given = [type(block).inputs[name].default or 0.0 for name in behaviour.arguments]
     place, function = behaviour.arguments.index(input), behaviour.function
     before, after = given[:place], given[place + 1 :]
     t = (np.arange(_POINTS) + 0.5) * (2.0 * math.pi / _POINTS)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, Probe
 from proofmass.runner.analysis.limit_cycles.describing import Describing
@@ -61,11 +62,11 @@ def predicted(graph: Graph, name: str) -> list[LimitCycle]:
     return apart
 
 
-def unit_of(graph: Graph, name: str) -> str:
+def amplitude_unit(graph: Graph, name: str) -> str:
     """Unit of the amplitudes."""
     flat = flatten(graph)
     block = flat.blocks[name]
-    return block.unit_of(block.inputs[ends(flat, name)[0]])
+    return unit_of(block, type(block).inputs[ends(flat, name)[0]])
 
 
 def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = None) -> LimitCycle | None:

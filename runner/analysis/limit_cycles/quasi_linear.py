@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import UnitError, convert
 from proofmass.blocks.signals.gain import Gain
@@ -43,7 +44,10 @@ def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:
     blocks, wires = dict(flat.blocks), []
     for name, gain in gains.items():
         block, (entry, port) = flat.blocks[name], ends(flat, name)
-        units = {"input_unit": block.unit_of(block.inputs[entry]), "output_unit": block.unit_of(block.outputs[port])}
+        units = {
+            "input_unit": unit_of(block, type(block).inputs[entry]),
+            "output_unit": unit_of(block, type(block).outputs[port]),
+        }
         blocks[name] = Gain(gain=gain, **units)
     for wire in flat.wires:
         (source, port), (target, entry) = split(wire.source), split(wire.target)
@@ -64,7 +68,7 @@ def describing_of(flat: Graph, name: str) -> Describing:
     """N(A) of a block of a flat graph; raises `ModelError` where it has none."""
     entry, port = ends(flat, name)
     block = flat.blocks[name]
-    period = 1.0 if block.continuous() else float(1 / block_rate(flat, name))
+    period = 1.0 if type(block).continuous() else float(1 / block_rate(flat, name))
     try:
         return describing_function(block, entry, port, period)
     except ValueError as error:
@@ -73,11 +77,11 @@ def describing_of(flat: Graph, name: str) -> Describing:
 
 def ends(flat: Graph, name: str) -> tuple[str, str]:
     """The wired input and the output, both one number, between which a block counts as a gain."""
-    block = _block(flat, name)
+    kind = type(_block(flat, name))
     read = {split(wire.source)[1] for wire in flat.wires if split(wire.source)[0] == name}
     driven = [split(wire.target)[1] for wire in flat.wires if split(wire.target)[0] == name]
-    entries = [entry for entry in driven if entry in block.inputs and _is_number(block.inputs[entry])]
-    outputs = [port for port, made in block.outputs.items() if _is_number(made) and port in read]
+    entries = [entry for entry in driven if entry in kind.inputs and _is_number(kind.inputs[entry])]
+    outputs = [port for port, made in kind.outputs.items() if _is_number(made) and port in read]
     if len(entries) != 1 or len(outputs) != 1:
         got = f"inputs {', '.join(entries) or 'none'}; outputs {', '.join(outputs) or 'none'}"
         raise _refused(flat, name, "is no gain between one wired input and one output that is read", got)
@@ -90,7 +94,7 @@ def _is_number(port: Any) -> bool:
 
 def _unit(flat: Graph, name: str, side: str) -> str:
     block, (entry, port) = _block(flat, name), ends(flat, name)
-    unit = block.unit_of(block.inputs[entry] if side == "{in}" else block.outputs[port])
+    unit = unit_of(block, type(block).inputs[entry] if side == "{in}" else type(block).outputs[port])
     return f"({unit})"
 
 

@@ -33,10 +33,10 @@ def _port_graph(plan: Plan) -> Any:
     """An edge from each output to the outputs that its value reaches through one block, at once or later."""
     wiring: Any = networkx.DiGraph()
     for (name, entry), source in plan.schedule.drivers.items():
-        block = plan.blocks[name]
-        later = block.state_class() is not None or bool(block.buffers) or entry in block.parameters
+        kind = type(plan.blocks[name])
+        later = kind.state_class() is not None or bool(kind.buffers) or entry in kind.parameters
         wiring.add_edges_from(
-            (source, (name, port)) for port in block.outputs if later or entry in block.feedthrough(port)
+            (source, (name, port)) for port in kind.outputs if later or entry in kind.feedthrough(port)
         )
     return wiring
 
@@ -46,7 +46,7 @@ def _opens(plan: Plan, part: Any, node: Node) -> bool:
 
     It must be sampled or held, or all of the loop lie among continuous blocks.
     """
-    port = plan.blocks[node[0]].outputs[node[1]]
+    port = type(plan.blocks[node[0]]).outputs[node[1]]
     if port.shape or port.dtype is bool:
         return False
     groups = [set(solver.group.nodes) for solver in plan.solvers if node in solver.group.nodes]

@@ -223,7 +223,7 @@ def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) ->
             kinds = state.__annotations__
             made = (moved(getattr(state, field), kinds[field], (name, field, -1)) for field in state._fields)
             begin.states[name] = type(state)(*made)
-        for buffer, declared in plan.blocks[name].buffers.items():
+        for buffer, declared in type(plan.blocks[name]).buffers.items():
             if (name, buffer) not in plan.recorded:
                 held = begin.buffers[name, buffer]
                 begin.buffers[name, buffer] = [moved(v, declared.dtype, (name, buffer, i)) for i, v in enumerate(held)]

@@ -106,7 +106,7 @@ class _Unstable:
 
 def _first_number(plan: Plan, name: str) -> str:
     """An output of a block that is one number; empty where it has none."""
-    ports = plan.blocks[name].outputs.items()
+    ports = type(plan.blocks[name]).outputs.items()
     return next((port for port, declared in ports if not declared.shape and declared.dtype is not bool), "")
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.graph import split
@@ -62,7 +63,7 @@ def transfer_sensitivities(planned: Plan, source: Node, target: Node, tick: int 
     settled = SteadyState(planned, found, target)
     scale, bias = settled.values()
     slopes = {name: settled.slopes(name) for name in found.slopes}
-    units = [planned.blocks[name].unit_of(planned.blocks[name].outputs[port]) for name, port in (target, source)]
+    units = [unit_of(planned.blocks[name], type(planned.blocks[name]).outputs[port]) for name, port in (target, source)]
     ratio = short_unit(f"({units[0]})/({units[1]})")
     by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
     return (
@@ -181,6 +182,6 @@ def _effect(planned: Plan, key: str, slope: float) -> Effect:
     block = planned.blocks[name]
     value = getattr(block, parameter)
     value = float(value[int(index)] if index else value)
-    unit = short_unit(block.unit_of(block.parameters[parameter]))
+    unit = short_unit(unit_of(block, type(block).parameters[parameter]))
     one_percent = 0.01 * abs(value) if value else 0.01 if unit == "1" else None
     return Effect(key, value, unit, slope, None if one_percent is None else slope * one_percent)

@@ -65,10 +65,10 @@ class SensorRuns:
 
     def code(self) -> str:
         """Hash of the functions that compute a run, of whichever version of the blocks."""
-        from proofmass.runner.program.generate import generate
-        from proofmass.runner.targets.compile import content_of
+        from proofmass.runner.program.tick import write_tick
+        from proofmass.runner.targets.content import content_of
 
-        return content_of(generate(self.plan))
+        return content_of(write_tick(self.plan).program)
 
     def parts(self, numbers: Array, threads: int) -> Iterator[Array]:
         """Runs in parts for `runs`: enough in each that what is done once a part counts little, as many a thread."""

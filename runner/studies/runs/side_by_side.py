@@ -54,7 +54,7 @@ class SideBySide:
         for given in values.values():
             inside &= np.isfinite(given)
         for name, (block, parameter) in self._free.items():
-            declared, given = self.plan.blocks[block].parameters[parameter], values[name]
+            declared, given = type(self.plan.blocks[block]).parameters[parameter], values[name]
             if not (declared.inside(given.min()) and declared.inside(given.max())):
                 inside &= np.array([declared.inside(value) for value in given.tolist()])
         return inside

@@ -16,7 +16,7 @@ from proofmass.blocks.arithmetic.elementary import (
     logarithm_of_one_plus,
     sine_of_turns,
 )
-from tests.by_hand.functions import compiled
+from tests.by_hand.compiled import compiled
 
 turns = st.one_of(
     st.floats(-(2.0**50), 2.0**50),

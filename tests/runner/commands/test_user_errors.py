@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import pytest
 
 from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.graphs.files.library import library_file
 from proofmass.runner.command_line import cli, main
 from tests.by_hand.graph_texts import ALONE
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
-TEMPLATE = str(LIBRARY / "template.toml")
-CLOSED_LOOP = str(LIBRARY / "closed_loop_accelerometer.toml")
+TEMPLATE = str(library_file("template.toml"))
+CLOSED_LOOP = str(library_file("closed_loop_accelerometer.toml"))
 UNSTABLE = """name = "unstable"
 rate = "1 kHz"
 samples = 1000

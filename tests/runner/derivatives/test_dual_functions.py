@@ -11,6 +11,7 @@ import pytest
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import shape_of, unit_of
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import dual_math, for_duals
 from proofmass.runner.derivatives.dual_plan import dual_constants
@@ -18,7 +19,8 @@ from proofmass.runner.plan.constants import constants_of
 from tests.by_hand.around import random_block
 
 PERIOD = 1e-4
-QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "UnipolarDigitalToAnalog"}
+QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "Quantiser", "UnipolarDigitalToAnalog"}
+OF_VOLTAGES = {"AnalogToDigital", "Quantiser"}  # of signals about 1, where others take codes
 KINDS = {
     name: kind
     for name, kind in all_blocks().items()
@@ -181,7 +183,7 @@ def _with(block: Block, name: str, value: Any) -> Any:
         pass
 
     changed: Any = Changed()
-    for parameter in block.parameters:
+    for parameter in type(block).parameters:
         setattr(changed, parameter, getattr(block, parameter))
     setattr(changed, name, value)
     return changed
@@ -190,17 +192,19 @@ def _with(block: Block, name: str, value: Any) -> Any:
 def _arguments(block: Block, names: tuple[str, ...], dice: random.Random) -> list[Any]:
     """Constants, then whatever the function takes, as plain numbers; lists for buffers."""
     known: dict[str, Any] = {"time": 0.0123, "tick": 5, "normal": 0.7}
-    for name, buffer in block.buffers.items():
-        length = 7 if buffer.recorded else block.shape_of(buffer)[0]
+    for name, buffer in type(block).buffers.items():
+        length = 7 if buffer.recorded else shape_of(block, buffer)[0]
         known[name] = sorted(_drawn(buffer.dtype, dice) for _ in range(length))
-    for name, port in block.inputs.items():
-        known[name] = _drawn(port.dtype, dice) * (1e-7 if block.unit_of(port) == "m" else 1)  # plates that do not touch
-    state = block.state_class()
+    for name, port in type(block).inputs.items():
+        known[name] = _drawn(port.dtype, dice) * (
+            1e-7 if unit_of(block, port) == "m" else 1
+        )  # plates that do not touch
+    state = type(block).state_class()
     if state is not None:
         known["x"] = state(*(_drawn(k, dice) for k in state.__annotations__.values()))
-    for port in block.outputs.values():
+    for port in type(block).outputs.values():
         if port.shape:
-            known["out"] = [0] * block.shape_of(port)[0]
+            known["out"] = [0] * shape_of(block, port)[0]
     return [constants_of(block, block, PERIOD), *(known[name] for name in names)]
 
 
@@ -214,11 +218,11 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
         value = _at(arguments, place)
         seeded = _moved(arguments, place, dual(value, {"x": 1.0}))
         found = _flat_results(for_duals(function), seeded)
-        step = (
-            300.0 if kind in QUANTISERS and place[0] > 0 and kind != "AnalogToDigital" else 1e-6 * (abs(value) or 1.0)
-        )
-        if kind == "AnalogToDigital":
+        step = 1e-6 * (abs(value) or 1.0)
+        if kind in OF_VOLTAGES:
             step = 0.3 * (abs(value) or 1.0)
+        elif kind in QUANTISERS and place[0] > 0:
+            step = 300.0
         high, low = (_flat_results(function, _moved(arguments, place, value + s * step)) for s in (1.0, -1.0))
         for got, up, down, middle in zip(found, high, low, base, strict=True):
             if _corner(up, middle, down):
