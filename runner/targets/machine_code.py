@@ -103,17 +103,26 @@ def object_code(text: str, settings: Settings = ALONE) -> bytes:
 
 
 def optimise(module: Any, machine: Any, settings: Settings = ALONE) -> None:
-    """Run LLVM's passes over a module."""
+    """Run LLVM's passes over a module.
+
+    Small functions are taken into their callers before all else: passes that look at the whole program take time with
+    the square of its calls.
+    """
     tuning = llvm.create_pipeline_tuning_options(speed_level=settings.level)
     tuning.slp_vectorization = settings.rows
     tuning.loop_vectorization = settings.loops
     passes = llvm.create_pass_builder(machine, tuning)
+    first = llvm.create_new_module_pass_manager()
+    first.add_always_inliner_pass()
+    first.add_global_dead_code_eliminate_pass()
+    first.add_sroa_pass()
+    first.add_simplify_cfg_pass()
+    first.run(module, passes)
     passes.getModulePassManager().run(module, passes)
 
 
 def machine_of(settings: Settings = ALONE) -> Any:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
+    _begin()
     features = llvm.get_host_cpu_features()
     return llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(),
@@ -123,6 +132,15 @@ def machine_of(settings: Settings = ALONE) -> Any:
         codemodel="jitdefault",
         jit=True,
     )
+
+
+@cache
+def _begin() -> None:
+    """Set LLVM up, once in a process; a second scheduler of instructions is of no use to processors of today, and takes
+    time with the square of a tick's length."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    llvm.set_option("proofmass", "-disable-post-ra")
 
 
 def _name_externals(called: Mapping[str, External]) -> None:
