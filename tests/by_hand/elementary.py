@@ -90,13 +90,7 @@ def _pairs(*samplers: Callable[[Any, int], tuple[Any, ...]]) -> Callable[[Any, i
 
 def _of_powers(dice: Any, count: int) -> tuple[Any, ...]:
     """Bases and exponents whose power is any number there is, and a little more."""
-<<<<<<< HEAD
-    bases = _powers_of_two(
-        np.where(dice.random(count) < 0.5, dice.uniform(-1.0, 1.0, count), dice.uniform(-1074, 1024, count))
-    )
-=======
     bases = np.where(dice.random(count) < 0.5, _sizes(dice, -1, 1, count), _sizes(dice, -1074, 1024, count))
->>>>>>> elementary
     return bases, dice.uniform(-745.2, 709.8, count) / np.log(np.where(bases == 1.0, 2.0, bases))
 
 
