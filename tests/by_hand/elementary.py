@@ -132,7 +132,9 @@ CASES = {
         Case(elementary.arctangent2, np.arctan2, mpmath.atan2, _POINTS),
         Case(elementary.arcsine, np.arcsin, mpmath.asin, _SIDES),
         Case(elementary.arccosine, np.arccos, mpmath.acos, _SIDES),
-        Case(elementary.exponential, np.exp, mpmath.exp, (_between(-1.0, 1.0), _between(-745.2, 709.8), _octaves(-60, 9))),
+        Case(
+            elementary.exponential, np.exp, mpmath.exp, (_between(-1.0, 1.0), _between(-745.2, 709.8), _octaves(-60, 9))
+        ),
         Case(
             elementary.exponential_less_one,
             np.expm1,

@@ -87,16 +87,25 @@ def _angle(y: float, y_low: float, x: float, x_low: float) -> tuple[float, float
     steep = y > x
     above, above_low = x if steep else y, x_low if steep else y_low
     below, below_low = y if steep else x, y_low if steep else x_low
-    scale = 4.149515568880993e+180 if below < 3.8725919148493183e-121 else 7.888609052210118e-31 if below > 8.452712498170644e+270 else 1.0
+    scale = (
+        4.149515568880993e180
+        if below < 3.8725919148493183e-121
+        else 7.888609052210118e-31
+        if below > 8.452712498170644e270
+        else 1.0
+    )
     above, above_low, below, below_low = above * scale, above_low * scale, below * scale, below_low * scale
     far, middle = above > 0.7208 * below, above > 0.2360 * below
     step = 1.0 if far else 0.5 if middle else 0.0
-    base, base_low = (0.5 * HALF_PI if far else 0.4636476090008061 if middle else 0.0), (
-        0.5 * HALF_PI_LOW if far else 2.2698777452961687e-17 if middle else 0.0
+    base, base_low = (
+        (0.5 * HALF_PI if far else 0.4636476090008061 if middle else 0.0),
+        (0.5 * HALF_PI_LOW if far else 2.2698777452961687e-17 if middle else 0.0),
     )
     over, lost = exact_sum(above, -step * below)
     under, lost_below = ordered_sum(below, step * above)
-    t, rest = pair_quotient(over, lost + (above_low - step * below_low), under, lost_below + (below_low + step * above_low))
+    t, rest = pair_quotient(
+        over, lost + (above_low - step * below_low), under, lost_below + (below_low + step * above_low)
+    )
     high, lost = exact_sum(base, t)
     low = lost + (base_low + ((rest if above > 1.1830521861667747e-271 else 0.0) + t * _bent(t * t)))
     back, lost = exact_sum(HALF_PI, -high)
