@@ -61,9 +61,7 @@ def _farthest(case: Case, results: Any, arguments: tuple[Any, ...], count: int) 
 
 def _between(low: float, high: float) -> Callable[[Any, int], tuple[Any, ...]]:
     """Uniform, but with all bits of small numbers, which are multiples of the spacing of large ones otherwise."""
-    return lambda dice, count: (
-        np.clip(dice.uniform(low, high, count) * (1.0 + 1e-6 * dice.random(count)), low, high),
-    )
+    return lambda dice, count: (np.clip(dice.uniform(low, high, count) * (1.0 + 1e-6 * dice.random(count)), low, high),)
 
 
 def _octaves(low: float, high: float, signs: tuple[float, ...] = (-1.0, 1.0)) -> Callable[[Any, int], tuple[Any, ...]]:

@@ -6,11 +6,7 @@ benchmarks/elementary_fits.py). What sums and products lose is added again.
 """
 
 from proofmass.blocks.arithmetic.elementary.scaling import power_of_two, scaled
-<<<<<<< HEAD
 from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, ordered_sum
-=======
-from proofmass.blocks.arithmetic.pairs import exact_sum, ordered_sum
->>>>>>> moves
 from proofmass.blocks.arithmetic.rounding import nearest_integer
 
 LN2, LN2_LOW = 0.6931471805598903, 5.49792301870721e-14
