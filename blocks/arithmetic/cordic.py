@@ -48,10 +48,10 @@ GUARD = 256  # bits beyond the step: what tells 2^-i from atan 2^-i, at half a s
 
 def _series(inverse: int, sign: int, fraction: int) -> int:
     """atanh(1 / inverse), or atan for the sign -1, in steps of 2^-(fraction + GUARD), each term rounded down."""
-    total, k, power = 0, 0, (1 << (fraction + GUARD)) // inverse
+    total, odd, power, side = 0, 1, (1 << (fraction + GUARD)) // inverse, 1
     while power:
-        total += sign**k * (power // (2 * k + 1))
-        k, power = k + 1, power // (inverse * inverse)
+        total += side * (power // odd)
+        odd, power, side = odd + 2, power // (inverse * inverse), sign * side
     return total
 
 

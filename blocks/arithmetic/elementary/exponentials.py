@@ -22,6 +22,15 @@ def exponential(value: float) -> float:
     return exponential_of_pair(value, 0.0)
 
 
+def bounded_exponential(value: float) -> float:
+    """The exponential, within 0.76 ulp, but of -354 and 354 beyond them: sums and products with it stay finite.
+
+    >>> bounded_exponential(1e9) == exponential(354.0), bounded_exponential(-1e9) == exponential(-354.0)
+    (True, True)
+    """
+    return exponential(354.0 if value > 354.0 else -354.0 if value < -354.0 else value)
+
+
 def exponential_of_pair(value: float, low: float) -> float:
     """e to the power of the sum of two numbers, the second at most a rounding of the first where that is in range."""
     held = 710.0 if value > 710.0 else -746.0 if value < -746.0 else value
