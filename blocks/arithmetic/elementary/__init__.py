@@ -7,7 +7,7 @@ the largest error of 10^7 arguments, which `benchmarks/elementary.py` finds.
 
 from proofmass.blocks.arithmetic.elementary.arcs import arccosine, arcsine, arctangent, arctangent2
 from proofmass.blocks.arithmetic.elementary.circular import cosine, sine, tangent
-from proofmass.blocks.arithmetic.elementary.exponentials import exponential, exponential_less_one
+from proofmass.blocks.arithmetic.elementary.exponentials import bounded_exponential, exponential, exponential_less_one
 from proofmass.blocks.arithmetic.elementary.hyperbolic import hyperbolic_cosine, hyperbolic_sine, hyperbolic_tangent
 from proofmass.blocks.arithmetic.elementary.logarithms import (
     binary_logarithm,
@@ -25,6 +25,7 @@ __all__ = [
     "arctangent",
     "arctangent2",
     "binary_logarithm",
+    "bounded_exponential",
     "cosine",
     "cosine_of_turns",
     "decimal_logarithm",

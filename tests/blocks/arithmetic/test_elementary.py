@@ -100,7 +100,7 @@ def argument_names(function: Callable[..., float]) -> tuple[str, ...]:
 
 def test_every_function_is_measured() -> None:
     assert set(CASES) == set(FUNCTIONS)
-    assert {"sine_of_turns", "cosine_of_turns", "logarithm_of_fraction", *OF_MATH} == set(FUNCTIONS)
+    assert {"sine_of_turns", "cosine_of_turns", "bounded_exponential", "logarithm_of_fraction", *OF_MATH} == set(FUNCTIONS)
 
 
 @pytest.mark.skipif(not LONG_IS_LONGER, reason="long doubles have no more bits than numbers here")
@@ -246,6 +246,13 @@ def test_exponential_at_both_ends() -> None:
     assert exponential(-745.1332191019411) == 5e-324
     assert exponential(-745.1332191019412) == 0.0
     assert math.isnan(exponential(math.nan))
+
+
+def test_bounded_exponential_is_held_at_both_ends_and_hides_no_nan() -> None:
+    bounded = elementary.bounded_exponential
+    assert bounded(math.inf) == bounded(354.0) == pytest.approx(math.exp(354.0), rel=3e-16)
+    assert bounded(-math.inf) == bounded(-354.0) == pytest.approx(math.exp(-354.0), rel=3e-16)
+    assert math.isnan(bounded(math.nan))
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
