@@ -94,5 +94,5 @@ def _subgraph(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
         else:
             inputs[port] = replace(inner, name=port, unit=unit)
     part = graph.subgraphs[name]
-    about = [part.name, part.description.strip(), f"{part.size.blocks} blocks inside"]
+    about = [part.name, part.description.strip(), f"{part.size.blocks} block{'s' * (part.size.blocks != 1)} inside"]
     return Box("Graph", "\n".join(filter(None, about)), inputs, outputs, parameters, values, subgraph=True)

@@ -10,8 +10,8 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.studies.check_file import check_file
 from proofmass.runner.commands.answers import print_json
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
-from proofmass.runner.commands.failures import count
 from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.output.counts import count
 
 
 def check_graph(path: Path, own: Path | None, as_json: bool) -> int:

@@ -13,6 +13,7 @@ from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
+from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engines import EngineName
 from proofmass.runner.run.result import Result
@@ -89,6 +90,6 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
 
 def _interrupted(result: Result, out: Path | None) -> int:
     if out is None:
-        return print_interruption(f"{result.ticks:,} ticks", None, "with --out FOLDER a run can be resumed")
+        return print_interruption(count(result.ticks, "tick"), None, "with --out FOLDER a run can be resumed")
     done = f"{result.ticks:,} of {result.planned_ticks:,} ticks"
     return print_interruption(done, out, "the same command with --resume goes on from there")

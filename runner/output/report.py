@@ -14,6 +14,7 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, read_wire
 from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
 from proofmass.runner.run.result import Result
@@ -45,9 +46,8 @@ def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str
 def _opening(result: Result) -> str:
     texts = paragraphs(result.graph.description)
     seconds = float((result.ticks - 1) / result.base_rate) if result.ticks else 0.0
-    texts.append(
-        f'<span class="soft">{result.ticks:,} ticks at {escape(write_rate(result.base_rate))}, {seconds:.9g} s</span>'
-    )
+    ticks, rate = count(result.ticks, "tick"), escape(write_rate(result.base_rate))
+    texts.append(f'<span class="soft">{ticks} at {rate}, {seconds:.9g} s</span>')
     if result.interrupted:
         missing = f"Interrupted: {result.ticks:,} of {result.planned_ticks:,} ticks were run."
         return "".join(f"<p>{text}</p>\n" for text in texts) + f'<p class="warning">{missing}</p>'
