@@ -8,8 +8,8 @@ class AndGate(Block):
 
     first = Input("1", "First input.", dtype=bool)
     second = Input("1", "Second input.", dtype=bool)
-    third = Input("1", "Third input.", dtype=bool, default=1.0)
-    fourth = Input("1", "Fourth input.", dtype=bool, default=1.0)
+    third = Input("1", "Third input.", dtype=bool, default=True)
+    fourth = Input("1", "Fourth input.", dtype=bool, default=True)
 
 
 @AndGate.output("1")

@@ -10,8 +10,8 @@ class Counter(Block):
 
     modulus: int = param("1", "Counts from 0 to one less.", default=256, at_least=1, at_most=1 << 48)
 
-    enable = Input("1", "Whether the tick counts.", dtype=bool, default=1.0)
-    reset = Input("1", "Whether it starts again from 0.", dtype=bool, default=0.0)
+    enable = Input("1", "Whether the tick counts.", dtype=bool, default=True)
+    reset = Input("1", "Whether it starts again from 0.", dtype=bool, default=False)
 
 
 class State(NamedTuple):

@@ -8,8 +8,8 @@ class OrGate(Block):
 
     first = Input("1", "First input.", dtype=bool)
     second = Input("1", "Second input.", dtype=bool)
-    third = Input("1", "Third input.", dtype=bool, default=0.0)
-    fourth = Input("1", "Fourth input.", dtype=bool, default=0.0)
+    third = Input("1", "Third input.", dtype=bool, default=False)
+    fourth = Input("1", "Fourth input.", dtype=bool, default=False)
 
 
 @OrGate.output("1")

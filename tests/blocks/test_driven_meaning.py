@@ -7,6 +7,7 @@ import pytest
 from proofmass.blocks import Chirp, PeriodicDrift, Sine
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.graph import Graph
@@ -132,7 +133,7 @@ def test_a_wire_may_drive_what_the_table_says(name: str) -> None:
 
 def driven(name: str, parameter: str) -> Graph:
     block = KINDS[name]()
-    unit = block.unit_of(block.parameters[parameter])
+    unit = unit_of(block, type(block).parameters[parameter])
     blocks = {"word": KINDS["Constant"](unit=unit), "driven": block}
     return Graph(name="driven", rate=1000, blocks=blocks, wires=[f"word.output -> driven.{parameter}"])
 
@@ -158,12 +159,12 @@ def slopes(block: Block, parameter: str, times: list[float]) -> list[float]:
     """How much the outputs at some times depend on a parameter, by differences."""
     value = getattr(block, parameter)
     step = 1e-7 * (abs(value) or 1.0)
-    values = {name: getattr(block, name) for name in block.parameters}
+    values = {name: getattr(block, name) for name in type(block).parameters}
     rows = []
     for moved in (block, type(block)(**(values | {parameter: value + step}))):
         made = type(block).functions.get("constants")
         known = made.function(moved, 1e-3) if made else moved
-        functions = [b.function for b in block.output_functions.values() if b.arguments == ("time",)]
+        functions = [b.function for b in type(block).output_functions.values() if b.arguments == ("time",)]
         rows.append([f(known, t) for f in functions for t in times])
     return [abs(b - a) / step for a, b in zip(*rows, strict=True)]
 
