@@ -40,4 +40,5 @@ def constants(p: Photodetector, period: float) -> Constants:
 def current(c: Constants, power: float, normal: float) -> float:
     """The photocurrent."""
     mean = c.responsivity * (power if power > 0.0 else 0.0) + c.dark_current
-    return mean + math.sqrt((c.shot + c.relative * mean) * mean) * normal
+    variance = (c.shot + c.relative * mean) * mean
+    return mean + math.sqrt(variance) * normal if variance > 0.0 else mean

@@ -18,7 +18,7 @@ class SagnacCoil(Block):
     length: float = param("m", "Length of the fibre, L.", default=1000.0, above=0.0)
     diameter: float = param("m", "Diameter of the coil, D.", default=0.1, above=0.0)
     wavelength: float = param("m", "Wavelength of the light in vacuum.", default=1.55e-6, above=0.0)
-    transit: int = param("1", "Ticks that light takes through the coil.", default=1, at_least=1, at_most=100_000)
+    transit: int = param("1", "Ticks that light takes through the coil.", default=10, at_least=1, at_most=100_000)
 
     rotation = Input("rad/s", "Rate of rotation about the axis of the coil.")
     modulation = Input("rad", "Phase that the modulator gives to light that passes it.", default=0.0)
