@@ -64,9 +64,10 @@ def run_graph(request: RunRequest) -> int:
 
 
 def _show_source(graph: Graph) -> int:
-    from proofmass.runner.program.generate import generate  # only this option needs the generator
+    from proofmass.runner.program.listing import listing  # only this option needs them
+    from proofmass.runner.program.tick import write_tick
 
-    print_text([generate(plan(graph)).listing])
+    print_text([listing(write_tick(plan(graph)).program)])
     return DONE
 
 

@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language.forms import form_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.pieces import fields
+from proofmass.runner.program.slots import fields
 
 
 def watched(plan: Plan) -> frozenset[Node]:

@@ -165,7 +165,7 @@ class _Search:
         )
 
     def _moves(self) -> bool:
-        """Return whether anything that the map could depend on changes: states, or wires in the last tick of a period."""
+        """Return whether anything that the map could depend on changes: states, or wires in a period's last tick."""
         before, once, twice = map(self._after, range(3))
         if dict(_states(once, self._names)) != dict(_states(before, self._names)):
             return True

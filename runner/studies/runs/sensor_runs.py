@@ -64,11 +64,11 @@ class SensorRuns:
         return {name: getattr(self.plan.blocks[block], parameter) for name, (block, parameter) in nodes.items()}
 
     def code(self) -> str:
-        """Return a hash of the functions that compute a run."""
-        from proofmass.runner.program.generate import generate
-        from proofmass.runner.targets.compile import content_of
+        """Return a hash of the functions that compute a run, of whichever version of the blocks."""
+        from proofmass.runner.program.tick import write_tick
+        from proofmass.runner.targets.content import content_of
 
-        return content_of(generate(self.plan))
+        return content_of(write_tick(self.plan).program)
 
     def parts(self, numbers: Array, threads: int) -> Iterator[Array]:
         """Yield runs in parts for `runs`: large enough to hide the cost of a part, equally many for each thread."""

@@ -23,8 +23,8 @@ from proofmass.blocks.arithmetic.elementary import (
     sine_of_turns,
 )
 from proofmass.runner.targets.elementwise import Elementwise
+from tests.by_hand.compiled import compiled
 from tests.by_hand.elementary import CASES, LONG_IS_LONGER, Case, error, measured
-from tests.by_hand.functions import compiled
 
 FUNCTIONS = {name: getattr(elementary, name) for name in elementary.__all__}
 OF_MATH: dict[str, Callable[..., float]] = {
