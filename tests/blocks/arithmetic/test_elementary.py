@@ -14,14 +14,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from proofmass.blocks.arithmetic import elementary
+from proofmass.blocks.arithmetic import elementary, scaling
 from proofmass.blocks.arithmetic.elementary import (
     binary_logarithm,
     cosine_of_turns,
     decimal_logarithm,
     exponential,
     power,
-    scaling,
     sine_of_turns,
 )
 from proofmass.runner.program.build import Builder
