@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.rates import base_rate
 
 if TYPE_CHECKING:
@@ -51,12 +51,11 @@ class Schedule:
     loops: tuple[AlgebraicLoop, ...] = ()
 
 
-def schedule(graph: Graph) -> Schedule:
+def schedule(graph: FlatGraph) -> Schedule:
     """Schedule a graph whose wires are right; raises `ModelError` for a loop without delay that is not to be solved.
 
     Alphabetical among what may come in any order, so that the order of declaration changes nothing.
     """
-    graph = flatten(graph)
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
     rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not block.continuous()}
     base = base_rate(rates.values()) if rates or graph.rate is None else graph.rate
@@ -70,7 +69,7 @@ def schedule(graph: Graph) -> Schedule:
     return Schedule(base, divisors, order, drivers, loops)
 
 
-def _needs(graph: Graph, drivers: dict[Node, Node]) -> dict[Node, list[Node]]:
+def _needs(graph: FlatGraph, drivers: dict[Node, Node]) -> dict[Node, list[Node]]:
     """What must be known before each output, and before the constants of each block with driven parameters."""
     needs: dict[Node, list[Node]] = {}
     for name, block in graph.blocks.items():
@@ -133,7 +132,7 @@ def _by_last_name(node: Node) -> tuple[str, str, str]:
     return *last_name(node[0]), node[1]
 
 
-def _obstacle(graph: Graph, divisors: Mapping[str, int], loop: AlgebraicLoop) -> str:
+def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], loop: AlgebraicLoop) -> str:
     """Why Newton's method cannot solve a loop; empty when it can."""
     strides = set[int]()
     for name, port in loop.nodes:
@@ -149,7 +148,7 @@ def _obstacle(graph: Graph, divisors: Mapping[str, int], loop: AlgebraicLoop) ->
     return "its outputs have different rates" if len(strides) > 1 else ""
 
 
-def block_rate(graph: Graph, name: str) -> Fraction:
+def block_rate(graph: FlatGraph, name: str) -> Fraction:
     """The rate of a discrete block: its own or the graph's."""
     rate = graph.rates.get(name, graph.rate)
     if rate is None:
@@ -168,7 +167,7 @@ def _cycle(loop: AlgebraicLoop, needs: Mapping[Node, Sequence[Node]]) -> list[No
     return backwards[backwards.index(node) :][::-1]
 
 
-def _loop(graph: Graph, cycle: list[Node], drivers: dict[Node, Node], obstacle: str) -> Problem:
+def _loop(graph: FlatGraph, cycle: list[Node], drivers: dict[Node, Node], obstacle: str) -> Problem:
     """The loop named port by port, from its alphabetically first wire on; the first and last node are the same."""
     wires = []
     for source, (name, port) in pairwise(cycle):

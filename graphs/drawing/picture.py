@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.names import Missing, find_any
 
@@ -44,15 +44,16 @@ class Picture(NamedTuple):
     probes: list[Node]
 
 
-def picture(graph: Graph, flat: Graph) -> Picture:
-    """The picture of a graph, which `flat` is without its subgraphs."""
+def picture(graph: Graph) -> Picture:
+    """The picture of a graph."""
+    flat = flatten(graph)
     wires = [(_node(graph, wire.source), _node(graph, wire.target)) for wire in graph.wires]
     probes = sorted({_node(graph, probe.signal) for probe in graph.probes})
     reached: dict[str, set[str]] = {name: set(part.exports) for name, part in graph.subgraphs.items()}
     for name, port in (*(end for wire in wires for end in wire), *probes):
         if name in reached:
             reached[name].add(port)
-    boxes = {name: _box(graph, flat, name, ports) for name, ports in reached.items()}
+    boxes = {name: _box(flat, name, ports) for name, ports in reached.items()}
     rates = {name: part.rate for name, part in graph.subgraphs.items() if part.rate is not None}
     blocks: dict[str, Block | Box] = {**graph.blocks, **boxes}
     return Picture(graph.name, graph.rate, {**graph.rates, **rates}, dict(sorted(blocks.items())), wires, probes)
@@ -68,12 +69,12 @@ def _node(graph: Graph, signal: str) -> Node:
     return (head, tail) if head in graph.subgraphs else split(signal)
 
 
-def _box(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
+def _box(flat: FlatGraph, name: str, ports: set[str]) -> Box:
     inputs, outputs = dict[str, Port](), dict[str, Port]()
     parameters, values = dict[str, Parameter](), dict[str, Any]()
     for port in sorted(ports):
-        signal = inside(graph, f"{name}.{port}")
-        known = find_any(flat, signal, graph)
+        signal = inside(flat.root, f"{name}.{port}")
+        known = find_any(flat, signal)
         if isinstance(known, Missing):
             continue
         block, what = known
@@ -85,6 +86,6 @@ def _box(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
             outputs[port] = replace(what, name=port, unit=unit)
         else:
             inputs[port] = replace(what, name=port, unit=unit)
-    part = graph.subgraphs[name]
+    part = flat.root.subgraphs[name]
     about = [part.name, part.description.strip(), f"{part.size.blocks} blocks inside"]
     return Box("\n".join(filter(None, about)), inputs, outputs, parameters, values)

@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from proofmass.blocks.declaration.problem import ModelError, shown
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.limits import ALL_FILES_BYTES, DEPTH, TEXT_LENGTH
 

@@ -16,7 +16,7 @@ from proofmass.runner.commands.run_command import own_blocks
 def check_graph(graph: Path, own: Path | None, as_json: bool) -> int:
     """Everything that `proofmass check` does; returns the exit code."""
     read, problems, study = check_file(graph, own_blocks(own))
-    alone = read is not None and not _wrong(problems) and runs_alone(read)
+    alone = read is not None and not _wrong(problems) and runs_alone(flatten(read))
     if read is not None and alone:
         from proofmass.runner.studies.whole.ready import unready
 

@@ -10,7 +10,9 @@ from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.files.toml_editor import edit_file
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.exports import exported
+from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.run_command import changed, own_blocks
 from proofmass.runner.design.fit.data import Readings, read_table, run_cycle
@@ -100,7 +102,7 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
 def _parameters(graph: Graph, name: str) -> list[str]:
     if name in graph.blocks:
         return list(graph.blocks[name].parameters)
-    return [port for port, (_, what) in exported(graph.subgraphs[name]).items() if isinstance(what, Parameter)]
+    return [port for port, (_, what) in exported(flatten(graph.subgraphs[name])).items() if isinstance(what, Parameter)]
 
 
 def _meant(graph: Graph) -> tuple[str, ...]:
@@ -135,7 +137,7 @@ def _write(report: FitReport, target: Path, names: tuple[str, ...], own: Path | 
         why = next(finding for finding in report.findings if not finding.note)
         message = "nothing was written: the readings do not determine the two exponentials"
         raise ModelError([why, Problem(message=message, file=str(target))])
-    graph.with_parameters(values)  # refuses units that do not fit
+    with_parameters(graph, values)  # refuses units that do not fit
     written = edit_file(target, values)
     with whole_file(target) as file:
         file.write(written.encode("utf-8"))

@@ -57,7 +57,7 @@ def show_margins(
             point = settled_tick(planned, bar) / planned.schedule.base_rate
         click.echo(f"settled after {seconds_text(float(point))}", err=as_json)
     wanted = all_margins if loop or sensitivity is None else _loops_if_any
-    found = wanted(loaded, planned, loop, point)
+    found = wanted(planned, loop, point)
     moved = sensitivities(loaded, planned, found, *sensitivity, point) if sensitivity else []
     if as_json:
         data = {"graph": loaded.name, "loops": [margins.as_data() for margins in found.values()]}
@@ -111,7 +111,7 @@ def missed_margins(graph: Graph) -> list[Problem]:
     wanted = {name: loop for name, loop in planned.graph.loops.items() if loop.requirements}
     found: dict[str, Margins] = {}
     for name in wanted:
-        found |= all_margins(planned.graph, planned, name)
+        found |= all_margins(planned, name)
     notes = [_noted(planned, margins, note) for margins in found.values() for note in margins.system.map.notes]
     return [*missed(planned, found), *notes]
 
@@ -128,13 +128,11 @@ def sensitivities(
     from proofmass.runner.analysis.margins.sensitivity import margin_sensitivities, transfer_sensitivities
 
     tick = tick_at(planned, at)
-    moved = list(
-        transfer_sensitivities(planned, node_of(planned, graph, source), node_of(planned, graph, target), tick)
-    )
+    moved = list(transfer_sensitivities(planned, node_of(planned, source), node_of(planned, target), tick))
     for margins in found.values():
         if margins.system.continuous:
             continue  # their derivatives by parameters are those of sampled loops
-        node = node_of(planned, planned.graph, margins.open_at)
+        node = node_of(planned, margins.open_at)
         moved += margin_sensitivities(planned, margins, open_loop(planned, node, tick, by_parameters=True))
     return moved
 
@@ -153,11 +151,11 @@ def sensitivity_text(found: "Sensitivity") -> str:
     return "\n".join(lines)
 
 
-def _loops_if_any(graph: Graph, planned: Plan, loop: str, at: str | Fraction) -> dict[str, Margins]:
+def _loops_if_any(planned: Plan, loop: str, at: str | Fraction) -> dict[str, Margins]:
     """Sensitivities of scale factor and bias are answered for a graph without loops too."""
     from proofmass.runner.analysis.linearisation.find_loops import find_loops
 
-    return all_margins(graph, planned, loop, at) if planned.graph.loops or find_loops(planned) else {}
+    return all_margins(planned, loop, at) if planned.graph.loops or find_loops(planned) else {}
 
 
 def _draw(picture: Path, found: dict[str, Margins], moved: "list[Sensitivity]") -> list[Path]:

@@ -1,7 +1,6 @@
 """The command `run`: read, change, simulate, show, write."""
 
 import contextlib
-import dataclasses
 import json
 import math
 import tomllib
@@ -16,8 +15,10 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import UnitError
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.build import read_probe
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, read_probe, split
+from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.progress import progress_bar, time_text
 
@@ -68,7 +69,7 @@ def run_graph(
             progress=bar,
             resume=resume,
         )
-    for note in notes_of_a_run(loaded):
+    for note in notes_of_a_run(flatten(loaded)):
         click.echo(str(note), err=True)
     if as_json:
         click.echo(json.dumps(as_data(result), indent=2))
@@ -119,7 +120,7 @@ def changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> 
         except (ValueError, RecursionError):
             values[key] = text.strip()
     if values:
-        graph = graph.with_parameters(values)
+        graph = with_parameters(graph, values)
     known = {probe.signal for probe in graph.probes}
     added = []
     for signal in dict.fromkeys(probes):
@@ -127,7 +128,7 @@ def changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> 
             added += [read_probe(signal)] if signal not in known else []
         except UnitError:
             raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
-    return dataclasses.replace(graph, probes=(*graph.probes, *added))
+    return graph.changed(probes=(*graph.probes, *added))
 
 
 def _show_source(graph: Graph) -> int:

@@ -8,8 +8,7 @@ import networkx
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Behaviour, Block
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node, Schedule, in_order, last_name
-from proofmass.graphs.model.flatten import has_own_rate
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.runner.plan.bindings import Wire, bindings
 
 
@@ -50,7 +49,7 @@ class Group:
         return tuple(tear for loop in self.loops for tear in loop.tears)
 
 
-def find_groups(graph: Graph, schedule: Schedule) -> tuple[Group, ...]:
+def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
     """All groups of a flat graph, in alphabetical order."""
     wiring = _Wiring(graph, schedule)
     joined: networkx.Graph[str] = networkx.Graph()
@@ -63,7 +62,7 @@ def find_groups(graph: Graph, schedule: Schedule) -> tuple[Group, ...]:
     return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
 
 
-def sources(graph: Graph, schedule: Schedule) -> tuple[Node, ...]:
+def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Node, ...]:
     """Outputs that follow from the time alone, in order: their value in the next tick is known in this one."""
     found: dict[Node, None] = {}
     for name, port in schedule.order:
@@ -73,7 +72,7 @@ def sources(graph: Graph, schedule: Schedule) -> tuple[Node, ...]:
     return tuple(found)
 
 
-def ahead(graph: Graph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Node, ...]:
+def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Node, ...]:
     """Outputs of sources that ramps follow from, in order: they are known one tick ahead."""
     left = [node for group in groups for node in group.ramps]
     wanted = set[Node]()
@@ -88,7 +87,7 @@ def ahead(graph: Graph, schedule: Schedule, groups: Iterable[Group]) -> tuple[No
 class _Wiring:
     """Which outputs move between ticks, and what the derivatives of a block need of them."""
 
-    def __init__(self, graph: Graph, schedule: Schedule) -> None:
+    def __init__(self, graph: FlatGraph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Node]()
         able = {name for name, block in graph.blocks.items() if block.continuous() or _analogue(graph, name)}
@@ -127,7 +126,7 @@ class _Wiring:
             yield name, ""
 
 
-def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str, ...]) -> Group:
+def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str, ...]) -> Group:
     fields = [(name, *item) for name in blocks for item in state_fields(graph.blocks[name])]
     needed = wiring.needed(blocks)
     outside = (node for node in needed if node[1] and node not in wiring.moving)
@@ -178,7 +177,7 @@ def _needs(block: Block, schedule: Schedule, name: str, port: str) -> list[Node]
     return [*fed, (name, "")] if driven and block.output_functions[port].reads_constants else fed
 
 
-def _analogue(graph: Graph, name: str) -> bool:
+def _analogue(graph: FlatGraph, name: str) -> bool:
     """Whether a block has no memory, deals in numbers alone and follows its inputs at every instant.
 
     Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.

@@ -13,7 +13,8 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
-from proofmass.graphs.model.graph import LARGEST_RUN, Graph
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import LARGEST_RUN
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
 from proofmass.runner.plan.bindings import Binding, bindings
@@ -56,7 +57,7 @@ class PlannedMeasure:
 class Plan:
     """Everything that a run needs besides seed and length, in plain values: of fixed-point ones the mantissas."""
 
-    graph: Graph
+    graph: FlatGraph
     schedule: Schedule
     blocks: Mapping[str, Block]  # those of the graph, or the same with other numbers
     constants: Mapping[str, Any]  # per block; None where driven parameters make them anew in every tick

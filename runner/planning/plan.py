@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.check import checked
-from proofmass.graphs.checks.schedule import Node, schedule
+from proofmass.graphs.checks.check import scheduled
+from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.runner.fixed.digital import DigitalBlock, digital_block
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.constants import constants_of, start_of
-from proofmass.runner.plan.measuring import planned_measures, unread, with_measures
+from proofmass.runner.plan.measuring import planned_measures, with_measures
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.plan.recording import read_recordings
 from proofmass.runner.planning.solvers import find_solvers
@@ -29,19 +29,17 @@ def plan(graph: Graph, *, wide: bool = False) -> Plan:
 
     With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
     """
-    probed = graph.probes  # as they are named there
-    graph = flatten(checked(graph))
-    graph = with_measures(graph, schedule(graph)) if graph.measures else graph
-    scheduled = schedule(graph)
-    bare = Plan(graph, unread(scheduled), graph.blocks, {}, {}, {}, (), (), {}, planned_measures(graph, scheduled))
-    made, problems = _made(bare, graph.blocks, wide)
+    flat = flatten(graph)
+    flat, order = with_measures(flat, scheduled(flat))
+    bare = Plan(flat, order, flat.blocks, {}, {}, {}, (), (), {}, planned_measures(flat, order))
+    made, problems = _made(bare, flat.blocks, wide)
     if problems:
-        raise ModelError([graph.placed(problem) for problem in problems])
+        raise ModelError([flat.placed(problem) for problem in problems])
     ready = _with(bare, made)
     as_set = {name: block.as_set for name, block in made.items() if block.digital is None}
     solvers = find_solvers(ready, as_set, lambda: _first_tick(ready))
     largest = {solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance}
-    named = sorted(zip(probed, graph.probes, strict=True))
+    named = sorted(zip(graph.probes, flat.probes, strict=True))  # by the names that they have in the graph
     probes = tuple(_probe(bare, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
     return dataclasses.replace(ready, buffers={**ready.buffers, **largest}, solvers=solvers, probes=probes)
 

@@ -115,7 +115,7 @@ def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     for node in sorted(planned.recorded):
         recordings.update(array("d", planned.buffers[node]).tobytes())
     return {
-        "graph": graph_text(planned.graph),
+        "graph": graph_text(planned.graph.as_graph()),
         "the seed": seed,
         "the number of ticks": ticks,
         "the recordings": recordings.hexdigest(),

@@ -10,7 +10,8 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from proofmass.graphs.checks.schedule import Node
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import split
 from proofmass.runner.planning.plan import Plan
 
 Thing = TypeVar("Thing")

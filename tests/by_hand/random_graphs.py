@@ -19,7 +19,8 @@ from proofmass.blocks import (
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
 from tests.by_hand.around import SIZES, random_block
 from tests.by_hand.parts import cut
 

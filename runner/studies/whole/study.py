@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.host.interrupts import StoppedError, interrupts
 from proofmass.runner.plan.measuring import Measured
@@ -113,7 +114,7 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
     if any(study.calibrated(run)[:epoch]):
         values = SensorRuns(study, engine).parameters(run, epoch)
     planned = varied(plan(study.graph), study.blocks(values))
-    graph = study.graph.with_parameters(values)
+    graph = with_parameters(study.graph, values)
     number = noise_run(study, run, epoch)
     result = simulate_plan(planned, graph, number, None, None, study.seed, engine, None, None, False, began)
     found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)

@@ -15,11 +15,17 @@ from proofmass.blocks import Constant, Gain, MassSpringDamper, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.checks.schedule import Node, schedule
+from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.checks.schedule import schedule as schedule_flat
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import split
 from tests.by_hand.graph_texts import ALONE
+
+
+def schedule(graph: Graph) -> Schedule:
+    return schedule_flat(flatten(graph))
 
 
 class TwoWays(Block):
@@ -291,7 +297,7 @@ def test_the_rate_of_the_graph_counts_where_a_block_has_it(facts: dict[str, Any]
 
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_every_output_of_the_library_is_scheduled_after_what_it_needs(path: Any) -> None:
-    graph = flatten(read_graph(path))
+    graph = flatten(read_graph(path)).as_graph()
     at = {node: index for index, node in enumerate(schedule(graph).order)}
     assert all(at[before] < at[after] for before, after in within_a_tick(graph))
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from proofmass.blocks import Gain, LowPass, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.find_loops import Found, find_loops
 from proofmass.runner.planning.plan import plan
 
