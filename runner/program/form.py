@@ -50,7 +50,7 @@ class Constant:
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """What may be set again; a function's variables are listed in `Function.variables`."""
+    """What may be set again; zero or false until then. A function's variables are listed in `Function.variables`."""
 
     kind: Kind
     name: str = ""
@@ -60,7 +60,7 @@ class Variable:
 class Array:
     """Memory of the caller, or a part of another array; entries are numbered from 0.
 
-    Two arrays among the parameters of a function never overlap.
+    Two arrays among the parameters of the entry never overlap; those of another function may, where its callers say so.
     """
 
     entry: Kind
@@ -233,7 +233,10 @@ class For:
 
 @dataclass(frozen=True)
 class While:
-    """The test and, while its condition holds, the body and the test again; the body may read the test's values."""
+    """The test and, while its condition holds, the body and the test again; the body may read values of the test.
+
+    The test itself leaves neither a loop around it nor the function.
+    """
 
     test: "Region"
     condition: Operand

@@ -1,0 +1,355 @@
+"""The rules of the typed program's form, checked before a target reads it: a program that breaks one is our mistake."""
+
+from collections.abc import Iterator, Sequence
+
+from proofmass.runner.program.form import (
+    FLOAT,
+    INTEGER,
+    OPERATIONS,
+    TRUTH,
+    Array,
+    Break,
+    Call,
+    Compute,
+    Constant,
+    Continue,
+    External,
+    For,
+    Function,
+    Get,
+    If,
+    Kind,
+    Line,
+    Load,
+    Operand,
+    Program,
+    Region,
+    Return,
+    Set,
+    Statement,
+    Store,
+    Value,
+    Variable,
+    View,
+    While,
+)
+from proofmass.runner.program.walk import statements
+
+_TYPES = {FLOAT: float, INTEGER: int, TRUTH: bool}
+_LOWEST, _HIGHEST = -(2**63), 2**63 - 1
+
+
+class MalformedProgramError(Exception):
+    """A program that breaks rules of its form; the message names all of them."""
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = tuple(problems)
+
+
+def verify(program: Program) -> None:
+    """Check every rule of the form; raise `MalformedProgramError` with all that are broken."""
+    problems = list(_problems(program))
+    if problems:
+        raise MalformedProgramError(problems)
+
+
+def _problems(program: Program) -> Iterator[str]:
+    if not program.functions:
+        yield "a program has no function"
+        return
+    earlier: dict[str, Function] = {}
+    owners: dict[object, str] = {}
+    for name, function in program.functions.items():
+        checker = _Checker(function, earlier, owners)
+        yield from (f"{name}: {problem}" for problem in checker.problems(name))
+        earlier[name] = function
+    if len(program.entry.results) > 1:
+        yield f"{program.entry.name}: the entry returns {len(program.entry.results)} results; C knows one at most"
+
+
+class _Checker:
+    """Checks one function; `owners` knows every value, variable and array by the function that it belongs to."""
+
+    def __init__(self, function: Function, earlier: dict[str, Function], owners: dict[object, str]) -> None:
+        self.function, self.earlier, self.owners = function, earlier, owners
+        self.variables = set(function.variables)
+        self.known: set[object] = set()  # what the statement at hand may read
+        self.defined: list[object] = []  # the same in order, by region
+        self.loops = 0
+        self.line: Line | None = None
+        self.texts: list[str] = []
+
+    def problems(self, name: str) -> list[str]:
+        """All that is wrong with the function."""
+        function = self.function
+        if function.name != name:
+            self._say(f"the function is called {function.name}")
+        if not name.isascii() or not name.isidentifier():
+            self._say("a function's name consists of letters, digits and underscores")
+        for parameter in function.parameters:
+            self._define(parameter)
+        for variable in function.variables:
+            self._own(variable)
+        self._region(function.body)
+        self.line = None
+        if function.results and not _leaves(function.body):
+            self._say("the body can end without Return, and the function has results")
+        return self.texts
+
+    def _say(self, text: str) -> None:
+        self.texts.append(text if self.line is None else f"{text} ({self.line.file}:{self.line.number})")
+
+    # -- definition and use ----------------------------------------------------------------------------------------
+
+    def _own(self, item: "Value | Variable | Array") -> None:
+        if item in self.owners:
+            self._say(f"{_named(item)} is defined twice")
+        self.owners[item] = self.function.name
+
+    def _define(self, item: "Value | Array") -> None:
+        self._own(item)
+        self.known.add(item)
+        self.defined.append(item)
+
+    def _forget(self, count: int) -> None:
+        """Leave a region: nothing but the first `count` definitions is known behind it."""
+        self.known.difference_update(self.defined[count:])
+        del self.defined[count:]
+
+    def _use(self, operand: Operand, kind: Kind | None = None) -> None:
+        if isinstance(operand, Constant):
+            self._constant(operand)
+        elif operand not in self.known:
+            self._unknown(operand)
+        if kind is not None and operand.kind is not kind:
+            self._say(f"{_named(operand)} is {operand.kind.value} where {kind.value} is wanted")
+
+    def _unknown(self, item: "Value | Array") -> None:
+        where = self.owners.get(item)
+        if where is None:
+            self._say(f"{_named(item)} is used before it is defined")
+        elif where != self.function.name:
+            self._say(f"{_named(item)} belongs to {where}")
+        else:
+            self._say(f"{_named(item)} is used outside of the region that defines it")
+
+    def _constant(self, constant: Constant) -> None:
+        value = constant.value
+        if type(value) is not _TYPES[constant.kind]:
+            self._say(f"a constant of kind {constant.kind.value} holds {value!r}")
+        elif constant.kind is INTEGER and not _LOWEST <= value <= _HIGHEST:
+            self._say(f"64 bits do not hold the constant {value}")
+
+    def _array(self, array: Array) -> None:
+        if array not in self.known:
+            self._unknown(array)
+
+    def _index(self, array: Array, index: Operand, count: int = 1) -> None:
+        self._use(index, INTEGER)
+        if not isinstance(index, Constant) or type(index.value) is not int:
+            return
+        if index.value < 0 or (array.length is not None and index.value + count > array.length):
+            what = f"entry {index.value}" if count == 1 else f"entries {index.value} to {index.value + count - 1}"
+            self._say(f"{_named(array)} has no {what}")
+
+    # -- statements ------------------------------------------------------------------------------------------------
+
+    def _region(self, region: Region) -> None:
+        count = len(self.defined)
+        self._statements(region)
+        self._forget(count)
+
+    def _statements(self, region: Region) -> None:
+        for position, statement in enumerate(region):
+            self.line = statement.line
+            self._statement(statement)
+            if isinstance(statement, Break | Continue | Return) and position + 1 < len(region):
+                self._say(f"statements stand behind {type(statement).__name__}")
+
+    def _statement(self, statement: Statement) -> None:
+        match statement:
+            case Compute():
+                self._compute(statement)
+            case Get(result, variable):
+                self._variable(variable, result.kind)
+                self._define(result)
+            case Set(variable, value):
+                self._use(value)
+                self._variable(variable, value.kind)
+            case Load(result, array, index):
+                self._array(array)
+                self._index(array, index)
+                self._entry(array, result)
+                self._define(result)
+            case Store(array, index, value):
+                self._array(array)
+                self._index(array, index)
+                self._use(value)
+                self._entry(array, value)
+                if not array.writable:
+                    self._say(f"{_named(array)} is not writable")
+            case View():
+                self._view(statement)
+            case Call():
+                self._call(statement)
+            case If(condition, then, otherwise):
+                self._use(condition, TRUTH)
+                self._region(then)
+                self._region(otherwise)
+            case For():
+                self._for(statement)
+            case While(test, condition, body):
+                count = len(self.defined)
+                self._test(test)
+                self.line = statement.line
+                self._use(condition, TRUTH)
+                self._loop(body)
+                self._forget(count)
+            case Break() | Continue():
+                if not self.loops:
+                    self._say(f"{type(statement).__name__} stands outside of a loop")
+            case Return(values):
+                self._returned(values)
+
+    def _compute(self, statement: Compute) -> None:
+        signature = OPERATIONS.get(statement.operation)
+        if signature is None:
+            self._say(f"there is no operation {statement.operation!r}")
+        elif len(signature.operands) != len(statement.operands):
+            wanted = f"takes {len(signature.operands)} operands, not {len(statement.operands)}"
+            self._say(f"{statement.operation} {wanted}")
+        else:
+            for operand, kind in zip(statement.operands, signature.operands, strict=True):
+                self._use(operand, kind)
+            free = {o.kind for o, kind in zip(statement.operands, signature.operands, strict=True) if kind is None}
+            results = {signature.result} if signature.result else free
+            if len(free) > 1:
+                self._say(f"the operands of {statement.operation} are of different kinds")
+            elif statement.result.kind not in results:
+                wanted = next(iter(results)).value
+                self._say(f"the result of {statement.operation} is {wanted}, not {statement.result.kind.value}")
+        self._define(statement.result)
+
+    def _variable(self, variable: Variable, kind: Kind) -> None:
+        if variable not in self.variables:
+            self._say(f"{_named(variable)} is not among the variables of the function")
+        if variable.kind is not kind:
+            self._say(f"{_named(variable)} is {variable.kind.value}, not {kind.value}")
+
+    def _entry(self, array: Array, value: Operand) -> None:
+        if array.entry is not value.kind:
+            self._say(f"entries of {_named(array)} are {array.entry.value}, not {value.kind.value}")
+
+    def _view(self, statement: View) -> None:
+        part, whole = statement.part, statement.whole
+        self._array(whole)
+        self._index(whole, statement.first, part.length or 1)
+        if part.entry is not whole.entry:
+            self._say(f"entries of {_named(part)} are {part.entry.value}, those of {_named(whole)} {whole.entry.value}")
+        if part.writable and not whole.writable:
+            self._say(f"{_named(part)} is writable, {_named(whole)} is not")
+        if whole.length is not None and part.length is None:
+            self._say(f"{_named(part)} has no length, {_named(whole)} has")
+        self._define(part)
+
+    def _call(self, statement: Call) -> None:
+        function = statement.function
+        wanted: Sequence[Value | Array]
+        results: tuple[Kind, ...]
+        if isinstance(function, External):
+            name, wanted = function.symbol, [Value(kind) for kind in function.parameters]
+            results = () if function.result is None else (function.result,)
+        else:
+            name, wanted, results = function.name, function.parameters, function.results
+            if self.earlier.get(name) is not function:
+                self._say(f"{name} is not among the functions before this one")
+        if len(wanted) != len(statement.arguments):
+            self._say(f"{name} takes {len(wanted)} arguments, not {len(statement.arguments)}")
+        else:
+            for argument, parameter in zip(statement.arguments, wanted, strict=True):
+                self._argument(name, argument, parameter)
+        if results != tuple(result.kind for result in statement.results):
+            told = ", ".join(kind.value for kind in results) or "nothing"
+            self._say(f"{name} returns {told}, which is not what the call expects")
+        for result in statement.results:
+            self._define(result)
+
+    def _argument(self, name: str, argument: Operand | Array, parameter: Value | Array) -> None:
+        if isinstance(parameter, Value):
+            if isinstance(argument, Array):
+                self._say(f"{name} takes a number, not the array {_named(argument)}")
+            else:
+                self._use(argument, parameter.kind)
+        elif not isinstance(argument, Array):
+            self._say(f"{name} takes an array for {_named(parameter)}, not {_named(argument)}")
+        else:
+            self._array(argument)
+            if argument.entry is not parameter.entry:
+                self._say(f"{name} takes an array of {parameter.entry.value}, not of {argument.entry.value}")
+            if parameter.writable and not argument.writable:
+                self._say(f"{name} writes to {_named(argument)}, which is not writable")
+            if parameter.length is not None and parameter.length != argument.length:
+                self._say(f"{name} takes {parameter.length} entries, not the {argument.length} of {_named(argument)}")
+
+    def _for(self, statement: For) -> None:
+        self._use(statement.first, INTEGER)
+        self._use(statement.last, INTEGER)
+        if type(statement.step) is not int or not statement.step or not _LOWEST < statement.step <= _HIGHEST:
+            self._say(f"a loop cannot go in steps of {statement.step}")
+        if statement.counter.kind is not INTEGER:
+            self._say(f"the counter {_named(statement.counter)} is {statement.counter.kind.value}, not i64")
+        count = len(self.defined)
+        self._define(statement.counter)
+        self._loop(statement.body)
+        self._forget(count)
+
+    def _loop(self, body: Region) -> None:
+        self.loops += 1
+        self._region(body)
+        self.loops -= 1
+
+    def _test(self, test: Region) -> None:
+        loops, self.loops = self.loops, 0
+        self._statements(test)
+        self.loops = loops
+        if any(isinstance(statement, Return) for statement in statements(test)):
+            self._say("Return stands in the test of a loop")
+
+    def _returned(self, values: tuple[Operand, ...]) -> None:
+        if len(values) != len(self.function.results):
+            self._say(f"Return has {len(values)} values; the function has {len(self.function.results)} results")
+            return
+        for value, kind in zip(values, self.function.results, strict=True):
+            self._use(value, kind)
+
+
+def _leaves(region: Region) -> bool:
+    """Whether a region always ends by Return."""
+    last = region[-1] if region else None
+    match last:
+        case Return():
+            return True
+        case If(_, then, otherwise):
+            return _leaves(then) and _leaves(otherwise)
+        case While(_, Constant(_, True), body):
+            return not _breaks(body)
+        case _:
+            return False
+
+
+def _breaks(region: Region) -> bool:
+    """Whether a region can leave the loop around it."""
+    for statement in region:
+        if isinstance(statement, Break):
+            return True
+        if isinstance(statement, If) and (_breaks(statement.then) or _breaks(statement.otherwise)):
+            return True
+    return False
+
+
+def _named(item: "Operand | Variable | Array") -> str:
+    if isinstance(item, Constant):
+        return f"the constant {item.value!r}"
+    what = type(item).__name__.lower()
+    return f"{what} {item.name}" if item.name else f"a nameless {what}"

@@ -1,0 +1,130 @@
+"""Each operation of the form in LLVM's language: one instruction, or a small function that is always inlined."""
+
+import struct
+from typing import NamedTuple
+
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, Kind
+
+TYPES = {FLOAT: "double", INTEGER: "i64", TRUTH: "i1"}
+ZEROS = {FLOAT: "0.0", INTEGER: "0", TRUTH: "false"}
+_FLOAT_BINARY = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}
+_FLOAT_COMPARED = {"less": "olt", "less_equal": "ole", "equal": "oeq", "not_equal": "une"}
+_INTEGER_BINARY = {
+    "add_integers": "add", "subtract_integers": "sub", "multiply_integers": "mul", "and": "and", "or": "or",
+    "xor": "xor",
+}  # fmt: skip
+_INTEGER_COMPARED = {
+    "less_integers": "slt", "less_equal_integers": "sle", "equal_integers": "eq", "not_equal_integers": "ne",
+}  # fmt: skip
+_TRUTH_BINARY = {"both": "and", "either": "or", "differ": "xor"}
+_INTRINSIC = {
+    "absolute": "fabs", "square_root": "sqrt", "floor": "floor", "ceiling": "ceil", "truncate": "trunc",
+    "round_half_even": "roundeven",
+}  # fmt: skip
+
+
+class Template(NamedTuple):
+    """Text of an operation, with places for the result and the operands, and what must stand beside it."""
+
+    text: str
+    needs: tuple[str, ...] = ()  # declarations and definitions
+
+
+def templates(lanes: int = 0) -> dict[str, Template]:
+    """Every operation on scalars, or on vectors of so many lanes."""
+    f, i, t = (_type(kind, lanes) for kind in (FLOAT, INTEGER, TRUTH))
+    suffix = f"v{lanes}" if lanes else ""
+    made = {name: Template(f"%s = {op} {f} %s, %s") for name, op in _FLOAT_BINARY.items()}
+    made |= {name: Template(f"%s = {op} {i} %s, %s") for name, op in _INTEGER_BINARY.items()}
+    made |= {name: Template(f"%s = {op} {t} %s, %s") for name, op in _TRUTH_BINARY.items()}
+    made |= {name: Template(f"%s = fcmp {how} {f} %s, %s") for name, how in _FLOAT_COMPARED.items()}
+    made |= {name: Template(f"%s = icmp {how} {i} %s, %s") for name, how in _INTEGER_COMPARED.items()}
+    for name, intrinsic in _INTRINSIC.items():
+        symbol = f"@llvm.{intrinsic}.{suffix}f64"
+        made[name] = Template(f"%s = call {f} {symbol}({f} %s)", (f"declare {f} {symbol}({f})",))
+    symbol = f"@llvm.copysign.{suffix}f64"
+    made["copy_sign"] = Template(f"%s = call {f} {symbol}({f} %s, {f} %s)", (f"declare {f} {symbol}({f}, {f})",))
+    made["negate"] = Template(f"%s = fneg {f} %s")
+    made["not"] = Template(f"%s = xor {t} %s, {splat(TRUTH, 'true', lanes)}")
+    made["float_of_integer"] = Template(f"%s = sitofp {i} %s to {f}")
+    made["integer_of_truth"] = Template(f"%s = zext {t} %s to {i}")
+    made["float_of_truth"] = Template(f"%s = uitofp {t} %s to {f}")
+    made["bits_of_float"] = Template(f"%s = bitcast {f} %s to {i}")
+    made["float_of_bits"] = Template(f"%s = bitcast {i} %s to {f}")
+    return made | _helped(f, i, t, suffix, lanes)
+
+
+def _helped(f: str, i: str, t: str, suffix: str, lanes: int) -> dict[str, Template]:
+    """Operations of several instructions; none is undefined for any operands."""
+    made = {}
+    for name, intrinsic in {"add": "sadd", "subtract": "ssub", "multiply": "smul"}.items():
+        symbol, pair = f"@llvm.{intrinsic}.with.overflow.{suffix}i64", f"{{ {i}, {t} }}"
+        lines = (f"%both = call {pair} {symbol}({i} %a, {i} %b)", f"%out = extractvalue {pair} %both, 1")
+        own = _function(f"{name}_overflows", t, (i, i), lines, lanes)
+        made[f"{name}_overflows"] = own._replace(needs=(f"declare {pair} {symbol}({i}, {i})", *own.needs))
+    for name, instruction in {"shift_left": "shl", "shift_right": "ashr"}.items():
+        lines = (f"%count = and {i} %b, {splat(INTEGER, '63', lanes)}", f"%out = {instruction} {i} %a, %count")
+        made[name] = _function(name, i, (i, i), lines, lanes)
+    made["integer_of_float"] = _function(
+        "integer_of_float", i, (f,), (f"%cut = fptosi {f} %a to {i}", f"%out = freeze {i} %cut"), lanes
+    )
+    one, zero, minus = (splat(INTEGER, number, lanes) for number in ("1", "0", "-1"))
+    guarded = (
+        f"%next = add {i} %b, {one}",
+        f"%special = icmp ult {i} %next, {splat(INTEGER, '2', lanes)}",  # 0 or -1
+        f"%by = select {t} %special, {i} {one}, {i} %b",
+        f"%left = srem {i} %a, %by",
+        f"%signs = xor {i} %left, %by",
+        f"%apart = icmp slt {i} %signs, {zero}",
+        f"%some = icmp ne {i} %left, {zero}",
+        f"%low = and {t} %apart, %some",
+    )
+    made["modulo"] = _function(
+        "modulo",
+        i,
+        (i, i),
+        (*guarded, f"%more = select {t} %low, {i} %by, {i} {zero}", f"%out = add {i} %left, %more"),
+        lanes,
+    )
+    quotient = (
+        f"%towards = sdiv {i} %a, %by",
+        f"%less = sext {t} %low to {i}",
+        f"%down = add {i} %towards, %less",
+        f"%other = sub {i} {zero}, %a",
+        f"%opposite = icmp eq {i} %b, {minus}",
+        f"%out = select {t} %opposite, {i} %other, {i} %down",
+    )
+    made["floor_divide"] = _function("floor_divide", i, (i, i), (*guarded, *quotient), lanes)
+    return made
+
+
+def _function(name: str, result: str, kinds: tuple[str, ...], lines: tuple[str, ...], lanes: int) -> Template:
+    symbol = f"@op.{name}.{lanes}" if lanes else f"@op.{name}"
+    parameters = ", ".join(f"{kind} %{letter}" for kind, letter in zip(kinds, "ab", strict=False))
+    body = "\n  ".join(lines)
+    text = f"define internal {result} {symbol}({parameters}) #1 {{\n  {body}\n  ret {result} %out\n}}"
+    return Template(f"%s = call {result} {symbol}({', '.join(f'{kind} %s' for kind in kinds)})", (text,))
+
+
+def select(kind: Kind, lanes: int = 0, condition_lanes: int = 0) -> str:
+    """Text of a selection among two of a kind; the condition may be of one for all lanes."""
+    of = _type(kind, lanes)
+    return f"%s = select {_type(TRUTH, condition_lanes)} %s, {of} %s, {of} %s"
+
+
+def _type(kind: Kind, lanes: int) -> str:
+    return f"<{lanes} x {TYPES[kind]}>" if lanes else TYPES[kind]
+
+
+def splat(kind: Kind, number: str, lanes: int) -> str:
+    """A constant for every lane."""
+    return f"splat ({TYPES[kind]} {number})" if lanes else number
+
+
+def constant(operand: Constant) -> str:
+    """A number as LLVM writes it, to the bit."""
+    if operand.kind is FLOAT:
+        return f"0x{struct.unpack('<Q', struct.pack('<d', operand.value))[0]:016X}"
+    if operand.kind is TRUTH:
+        return "true" if operand.value else "false"
+    return str(operand.value)

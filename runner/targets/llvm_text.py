@@ -1,0 +1,371 @@
+"""A program in LLVM's language, as text: what makes machine code, WebAssembly and code of GPUs read it.
+
+A variable is a place on the stack, which LLVM's first passes make a value of; all else is written as values straight
+away. Nothing is contracted or reordered: no instruction has a flag for that.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from proofmass.runner.program.form import (
+    FLOAT,
+    INTEGER,
+    TRUTH,
+    Array,
+    Break,
+    Call,
+    Compute,
+    Constant,
+    Continue,
+    External,
+    For,
+    Function,
+    Get,
+    If,
+    Kind,
+    Load,
+    Operand,
+    Program,
+    Region,
+    Return,
+    Set,
+    Statement,
+    Store,
+    Value,
+    Variable,
+    View,
+    While,
+)
+from proofmass.runner.targets.llvm_operations import TYPES, ZEROS, constant, select, templates
+
+ENTRY = "proofmass_program"
+_STORED = {FLOAT: "double", INTEGER: "i64", TRUTH: "i8"}  # in arrays
+_BYTES = {FLOAT: 8, INTEGER: 8, TRUTH: 1}
+_OPERATIONS = templates()
+_SELECTS = {kind: select(kind) for kind in (FLOAT, INTEGER, TRUTH)}
+_ATTRIBUTES = (
+    "attributes #0 = { nounwind }",
+    "attributes #1 = { alwaysinline nounwind }",
+    "attributes #2 = { nounwind willreturn memory(none) }",
+    "attributes #3 = { nounwind }",
+)
+
+
+def symbol_of(external: External) -> str:
+    """The name that LLVM calls a function by; one of a library has a name of which LLVM knows nothing."""
+    return external.symbol if external.address is not None else f"proofmass_{external.symbol}"
+
+
+def externals(program: Program) -> dict[str, External]:
+    """Functions of other libraries by the name that LLVM calls them by."""
+    found: dict[str, External] = {}
+    stack = [function.body for function in program.functions.values()]
+    while stack:
+        for statement in stack.pop():
+            if isinstance(statement, Call) and isinstance(statement.function, External):
+                found[symbol_of(statement.function)] = statement.function
+            elif isinstance(statement, If):
+                stack += (statement.then, statement.otherwise)
+            elif isinstance(statement, For):
+                stack.append(statement.body)
+            elif isinstance(statement, While):
+                stack += (statement.test, statement.body)
+    return found
+
+
+def llvm_text(program: Program, triple: str = "", layout: str = "") -> str:
+    """The module of a program; its entry is called `ENTRY`."""
+    beside: dict[str, None] = {}  # declarations and helpers
+    entry = program.entry
+    functions = [_FunctionText(f, f is entry, beside).text() for f in program.functions.values()]
+    head = [f'target triple = "{triple}"', f'target datalayout = "{layout}"'] if triple else []
+    return "\n".join([*head, *beside, *functions, *_ATTRIBUTES, ""])
+
+
+class _FunctionText:
+    """One function; `beside` takes in what it needs of others."""
+
+    def __init__(self, function: Function, is_entry: bool, beside: dict[str, None]) -> None:
+        self.function, self.is_entry, self.beside = function, is_entry, beside
+        self.lines: list[str] = []
+        self.names: dict[Value | Variable | Array, str] = {}
+        self.count = 0
+        self.block = "entry"  # the label of the block that is being written; "" behind a jump
+        self.loops: list[tuple[str, str]] = []  # labels of where Continue and Break go
+
+    def text(self) -> str:
+        """Definition of the function."""
+        parameters = ", ".join(self._parameter(p) for p in self.function.parameters)
+        how = "" if self.is_entry else "internal fastcc "
+        attributes = "#1" if self.function.inline and not self.is_entry else "#0"
+        returned = result_type(self.function.results)
+        if self.is_entry and returned == "i1":
+            returned = "zeroext i1"  # as C has it
+        head = f"define {how}{returned} {self._symbol(self.function)}({parameters})"
+        for variable in self.function.variables:
+            place, kind = self._named(variable), variable.kind
+            self.lines.append(f"{place} = alloca {TYPES[kind]}")
+            self.lines.append(f"store {TYPES[kind]} {ZEROS[kind]}, ptr {place}")
+        self.region(self.function.body)
+        if self.block:
+            self.lines.append("unreachable" if self.function.results else "ret void")
+        return "\n".join([f"{head} {attributes} {{", "entry:", *self.lines, "}"])
+
+    def _symbol(self, function: Function) -> str:
+        return f"@{ENTRY}" if self.is_entry and function is self.function else f"@f.{function.name}"
+
+    def _parameter(self, parameter: Value | Array) -> str:
+        name = self._named(parameter)
+        if isinstance(parameter, Value):
+            extended = "zeroext " if self.is_entry and parameter.kind is TRUTH else ""
+            return f"{TYPES[parameter.kind]} {extended}{name}"
+        size = (parameter.length or 0) * _BYTES[parameter.entry]
+        facts = "noalias " if self.is_entry else ""
+        facts += "" if parameter.writable else "readonly "
+        facts += f"dereferenceable({size}) " if size else ""
+        return f"ptr {facts}nonnull align {_BYTES[parameter.entry]} {name}"
+
+    # -- names and numbers -----------------------------------------------------------------------------------------
+
+    def _named(self, item: Value | Variable | Array) -> str:
+        self.count += 1
+        name = self.names[item] = f"%v{self.count}"
+        return name
+
+    def _fresh(self) -> str:
+        self.count += 1
+        return f"%v{self.count}"
+
+    def _operand(self, operand: Operand) -> str:
+        return constant(operand) if isinstance(operand, Constant) else self.names[operand]
+
+    def _typed(self, operand: Operand) -> str:
+        return f"{TYPES[operand.kind]} {self._operand(operand)}"
+
+    def _need(self, texts: Iterable[str]) -> None:
+        for text in texts:
+            self.beside[text] = None
+
+    # -- blocks ----------------------------------------------------------------------------------------------------
+
+    def _label(self) -> str:
+        self.count += 1
+        return f"b{self.count}"
+
+    def _begin(self, label: str) -> None:
+        self.lines.append(f"{label}:")
+        self.block = label
+
+    def _jump(self, label: str) -> None:
+        if self.block:
+            self.lines.append(f"br label %{label}")
+            self.block = ""
+
+    def _branch(self, condition: str, yes: str, no: str) -> None:
+        self.lines.append(f"br i1 {condition}, label %{yes}, label %{no}")
+        self.block = ""
+
+    # -- statements ------------------------------------------------------------------------------------------------
+
+    def region(self, region: Region) -> None:
+        """Statements up to the first behind which nothing is reached."""
+        for statement in region:
+            if not self.block:
+                return
+            _WRITERS[type(statement)](self, statement)
+
+    def compute(self, s: Compute) -> None:
+        """Compute."""
+        read = [self._operand(operand) for operand in s.operands]
+        if s.operation == "select":
+            text = _SELECTS[s.result.kind]
+        elif s.operation in ("floor_divide", "modulo") and (shift := _power_of_two(s.operands[1])) is not None:
+            text = "%s = ashr i64 %s, %s" if s.operation == "floor_divide" else "%s = and i64 %s, %s"
+            read[1] = str(shift) if s.operation == "floor_divide" else str((1 << shift) - 1)
+        else:
+            text, needs = _OPERATIONS[s.operation]
+            if needs:
+                self._need(needs)
+        self.lines.append(text % (self._named(s.result), *read))
+
+    def get(self, s: Get) -> None:
+        """Get."""
+        self.lines.append(f"{self._named(s.result)} = load {TYPES[s.result.kind]}, ptr {self.names[s.variable]}")
+
+    def set(self, s: Set) -> None:
+        """Set."""
+        self.lines.append(f"store {self._typed(s.value)}, ptr {self.names[s.variable]}")
+
+    def _place(self, array: Array, index: Operand) -> str:
+        base = self.names[array]
+        if isinstance(index, Constant) and not index.value:
+            return base
+        place = self._fresh()
+        self.lines.append(f"{place} = getelementptr inbounds {_STORED[array.entry]}, ptr {base}, {self._typed(index)}")
+        return place
+
+    def load(self, s: Load) -> None:
+        """Load."""
+        place, kind = self._place(s.array, s.index), s.array.entry
+        if kind is TRUTH:
+            byte = self._fresh()
+            self.lines.append(f"{byte} = load i8, ptr {place}")
+            self.lines.append(f"{self._named(s.result)} = icmp ne i8 {byte}, 0")
+        else:
+            self.lines.append(f"{self._named(s.result)} = load {TYPES[kind]}, ptr {place}, align 8")
+
+    def store(self, s: Store) -> None:
+        """Store."""
+        place, kind = self._place(s.array, s.index), s.array.entry
+        if kind is TRUTH:
+            byte = self._fresh()
+            self.lines.append(f"{byte} = zext i1 {self._operand(s.value)} to i8")
+            self.lines.append(f"store i8 {byte}, ptr {place}")
+        else:
+            self.lines.append(f"store {self._typed(s.value)}, ptr {place}, align 8")
+
+    def view(self, s: View) -> None:
+        """View."""
+        self.names[s.part] = self._place(s.whole, s.first)
+
+    def call(self, s: Call) -> None:
+        """Call."""
+        if isinstance(s.function, External):
+            how, symbol = "", f"@{symbol_of(s.function)}"
+            returned = "void" if s.function.result is None else TYPES[s.function.result]
+            self._need((_declared(s.function),))
+        else:
+            how, symbol, returned = "fastcc ", self._symbol(s.function), result_type(s.function.results)
+        read = ", ".join(f"ptr {self.names[a]}" if isinstance(a, Array) else self._typed(a) for a in s.arguments)
+        call = f"call {how}{returned} {symbol}({read})"
+        if not s.results:
+            self.lines.append(call)
+        elif len(s.results) == 1:
+            self.lines.append(f"{self._named(s.results[0])} = {call}")
+        else:
+            several = self._fresh()
+            self.lines.append(f"{several} = {call}")
+            for place, result in enumerate(s.results):
+                self.lines.append(f"{self._named(result)} = extractvalue {returned} {several}, {place}")
+
+    def if_(self, s: If) -> None:
+        """If."""
+        yes, no, end = self._label(), self._label(), self._label()
+        self._branch(self._operand(s.condition), yes, no if s.otherwise else end)
+        reached = not s.otherwise
+        for label, region in ((yes, s.then), (no, s.otherwise)):
+            if region or label == yes:
+                self._begin(label)
+                self.region(region)
+                reached |= bool(self.block)
+                self._jump(end)
+        if reached:
+            self._begin(end)
+
+    def for_(self, s: For) -> None:
+        """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
+        first, last = self._operand(s.first), self._operand(s.last)
+        body, turn, end, begun = self._label(), self._label(), self._label(), self.block
+        below = "slt" if s.step > 0 else "sgt"
+        any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
+        self.lines.append(f"{any_turn} = icmp {below} i64 {first}, {last}")
+        self._branch(any_turn, body, end)
+        self._begin(body)
+        counter = self._named(s.counter)
+        self.lines.append(f"{counter} = phi i64 [ {first}, %{begun} ], [ {next_counter}, %{turn} ]")
+        self.loops.append((turn, end))
+        self.region(s.body)
+        self.loops.pop()
+        self._jump(turn)
+        self._begin(turn)
+        if _cannot_overflow(s):
+            self.lines.append(f"{next_counter} = add nsw i64 {counter}, {s.step}")
+            self.lines.append(f"{more} = icmp {below} i64 {next_counter}, {last}")
+        else:
+            left, (high, low) = self._fresh(), (last, counter) if s.step > 0 else (counter, last)
+            self.lines.append(f"{next_counter} = add i64 {counter}, {s.step}")
+            self.lines.append(f"{left} = sub i64 {high}, {low}")
+            self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
+        self._branch(more, body, end)
+        self._begin(end)
+
+    def while_(self, s: While) -> None:
+        """While."""
+        test, body, end = self._label(), self._label(), self._label()
+        self._jump(test)
+        self._begin(test)
+        self.region(s.test)  # which never jumps
+        self._branch(self._operand(s.condition), body, end)
+        self._begin(body)
+        self.loops.append((test, end))
+        self.region(s.body)
+        self.loops.pop()
+        self._jump(test)
+        self._begin(end)
+
+    def break_(self, _: Break) -> None:
+        """Break."""
+        self._jump(self.loops[-1][1])
+
+    def continue_(self, _: Continue) -> None:
+        """Continue."""
+        self._jump(self.loops[-1][0])
+
+    def return_(self, s: Return) -> None:
+        """Return."""
+        if not s.values:
+            self.lines.append("ret void")
+        elif len(s.values) == 1:
+            self.lines.append(f"ret {self._typed(s.values[0])}")
+        else:
+            kind, whole = result_type(self.function.results), "poison"
+            for place, value in enumerate(s.values):
+                part, whole_before = self._typed(value), whole
+                whole = self._fresh()
+                self.lines.append(f"{whole} = insertvalue {kind} {whole_before}, {part}, {place}")
+            self.lines.append(f"ret {kind} {whole}")
+        self.block = ""
+
+
+_WRITERS: dict[type[Statement], Callable[[_FunctionText, Any], None]] = {
+    Compute: _FunctionText.compute,
+    Get: _FunctionText.get,
+    Set: _FunctionText.set,
+    Load: _FunctionText.load,
+    Store: _FunctionText.store,
+    View: _FunctionText.view,
+    Call: _FunctionText.call,
+    If: _FunctionText.if_,
+    For: _FunctionText.for_,
+    While: _FunctionText.while_,
+    Break: _FunctionText.break_,
+    Continue: _FunctionText.continue_,
+    Return: _FunctionText.return_,
+}
+
+
+def result_type(results: tuple[Kind, ...]) -> str:
+    """The type of what a function returns."""
+    if not results:
+        return "void"
+    kinds = [TYPES[kind] for kind in results]
+    return kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}"
+
+
+def _declared(external: External) -> str:
+    returned = "void" if external.result is None else TYPES[external.result]
+    kinds = ", ".join(TYPES[kind] for kind in external.parameters)
+    return f"declare {returned} @{symbol_of(external)}({kinds}) {'#2' if external.pure else '#3'}"
+
+
+def _power_of_two(operand: Operand) -> int | None:
+    """The exponent of a constant that is a power of two."""
+    value = operand.value if isinstance(operand, Constant) else 0
+    return int(value).bit_length() - 1 if value > 0 and not int(value) & (int(value) - 1) else None
+
+
+def _cannot_overflow(loop: For) -> bool:
+    """Whether 64 bits surely hold the first counter that is not below the last."""
+    if loop.step in (1, -1):
+        return True
+    return isinstance(loop.last, Constant) and abs(loop.last.value + loop.step) < 2**63

@@ -1,0 +1,126 @@
+"""Machine code of a program: made by LLVM, kept in the user's own folder, loaded from there the next time.
+
+The object file is named by the hash of everything that went in: the text of the module, the version of LLVM and the
+processor. A damaged file is made anew; a folder that others could write to is not read. No fast-math, no contraction
+to fused multiply-add, no vector library: the code computes the same bits as plain Python.
+"""
+
+import ctypes
+import ctypes.util
+import hashlib
+import threading
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+import llvmlite.binding as llvm
+
+from proofmass.runner.host.cache import keep, kept
+from proofmass.runner.host.versions import version
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program
+from proofmass.runner.program.listing import listing
+from proofmass.runner.targets.llvm_text import ENTRY, externals, llvm_text
+
+_C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
+_loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
+_loading = threading.Lock()
+
+
+class Settings(NamedTuple):
+    """What LLVM's passes are told."""
+
+    level: int = 3
+    rows: bool = False  # gather numbers into short vectors
+    loops: bool = True  # make vectors of loops
+    wide: bool = False  # as wide as the processor has them
+
+
+ALONE = Settings()
+
+
+def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
+    """The program as a function of numbers and addresses of arrays; made and kept when it is not there yet."""
+    text = llvm_text(program)
+    key = key_of(text, settings)
+    with _loading:
+        if key not in _loaded:
+            _name_externals(externals(program))
+            code = kept(f"{key}.o")
+            function = _linked(code, program.entry) if code else None
+            if function is None:
+                code = object_code(text, settings)
+                keep(f"{key}.o", code, {f"{key}.txt": listing(program)})
+                function = _linked(code, program.entry)
+            _loaded[key] = function
+    function_of_c: Callable[..., Any] = _loaded[key][1]
+    return function_of_c
+
+
+def is_cached(key: str) -> bool:
+    """Whether a program can run without compiling."""
+    return key in _loaded or kept(f"{key}.o") is not None
+
+
+def key_of(text: str, settings: Settings = ALONE) -> str:
+    """Hash of everything that the machine code depends on."""
+    made_by = [version("llvmlite"), repr(llvm.llvm_version_info), repr(settings), llvm.get_default_triple()]
+    digest = hashlib.sha256()
+    for part in (text, *made_by, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()):
+        digest.update(part.encode() + b"\0")
+    return digest.hexdigest()[:32]
+
+
+def object_code(text: str, settings: Settings = ALONE) -> bytes:
+    """Object file of a module, for the processor at hand."""
+    machine = _machine(settings.wide)
+    module = llvm.parse_assembly(text)
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    optimise(module, machine, settings)
+    return bytes(machine.emit_object(module))
+
+
+def optimise(module: Any, machine: Any, settings: Settings = ALONE) -> None:
+    """Run LLVM's passes over a module."""
+    tuning = llvm.create_pipeline_tuning_options(speed_level=settings.level)
+    tuning.slp_vectorization = settings.rows
+    tuning.loop_vectorization = settings.loops
+    passes = llvm.create_pass_builder(machine, tuning)
+    passes.getModulePassManager().run(module, passes)
+
+
+def _machine(wide: bool = False) -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    features = llvm.get_host_cpu_features()
+    return llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=features.flatten() + (",-prefer-256-bit" if wide and features.get("avx512f") else ""),
+        opt=3,
+        reloc="pic",
+        codemodel="jitdefault",
+        jit=True,
+    )
+
+
+def _name_externals(called: Mapping[str, External]) -> None:
+    """Tell LLVM where the functions of other libraries are; those of the C library are the ones that Python calls."""
+    for symbol, external in called.items():
+        llvm.add_symbol(symbol, external.address or _address_in_c(external.symbol))
+
+
+@cache
+def _address_in_c(name: str) -> int:
+    try:
+        function = getattr(ctypes.CDLL(None), name)
+    except (AttributeError, TypeError, OSError):
+        function = getattr(ctypes.CDLL(ctypes.util.find_library("m") or "msvcrt"), name)
+    return ctypes.cast(function, ctypes.c_void_p).value or 0
+
+
+def _linked(code: bytes, entry: Function) -> tuple[Any, Callable[..., Any]]:
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())  # which takes the machine over
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    kinds = [ctypes.c_void_p if isinstance(p, Array) else _C_TYPES[p.kind] for p in entry.parameters]
+    returned = _C_TYPES[entry.results[0]] if entry.results else None
+    return engine, ctypes.CFUNCTYPE(returned, *kinds)(engine.get_function_address(ENTRY))
