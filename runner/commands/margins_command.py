@@ -58,7 +58,7 @@ def show_margins(
         click.echo(f"settled after {seconds_text(float(point))}", err=as_json)
     wanted = all_margins if loop or sensitivity is None else _loops_if_any
     found = wanted(planned, loop, point)
-    moved = sensitivities(loaded, planned, found, *sensitivity, point) if sensitivity else []
+    moved = sensitivities(planned, found, *sensitivity, point) if sensitivity else []
     if as_json:
         data = {"graph": loaded.name, "loops": [margins.as_data() for margins in found.values()]}
         click.echo(json.dumps(data | ({"sensitivities": [s.as_data() for s in moved]} if moved else {}), indent=2))
@@ -122,7 +122,7 @@ def _noted(planned: Plan, margins: Margins, note: str) -> Problem:
 
 
 def sensitivities(
-    graph: Graph, planned: Plan, found: dict[str, Margins], source: str, target: str, at: str | Fraction
+    planned: Plan, found: dict[str, Margins], source: str, target: str, at: str | Fraction
 ) -> "list[Sensitivity]":
     """Scale factor and bias from one output to another, and the margins of loops, with what moves them."""
     from proofmass.runner.analysis.margins.sensitivity import margin_sensitivities, transfer_sensitivities

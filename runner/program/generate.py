@@ -11,7 +11,7 @@ from operator import itemgetter
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import ConstantsOf, Node, outputs_of
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.keys import (
@@ -23,6 +23,7 @@ from proofmass.runner.plan.keys import (
     ParameterOf,
     PeriodOf,
     StateField,
+    VectorOf,
     WireOf,
     made_up,
     variable,
@@ -46,7 +47,7 @@ class Generated:
     constants: Slots[Given]
     constant_values: Mapping[Given, Any]
     memory: Slots[Moving]
-    vectors: tuple[Node, ...]  # buffers and wires with a shape, in the order of the arguments
+    vectors: tuple[VectorOf, ...]  # buffers and wires with a shape, in the order of the arguments
     vector_kinds: tuple[type, ...]
     scratch: int  # floats that the loop works on, not kept from call to call
     functions: tuple[str, ...]  # that the source defines before the loop
@@ -74,7 +75,7 @@ class LoopGenerator(Pieces):
         self.digital = DigitalCode(self)
         self.loops = [LoopCode(self, loop, f"loop_{number}") for number, loop in enumerate(plan.schedule.loops)]
         self.parts: list[LoopCode | GroupCode] = [*self.loops, *self.groups]
-        self.vectors: dict[Node, tuple[type, tuple[int, ...]]] = {}
+        self.vectors: dict[VectorOf, tuple[type, tuple[int, ...]]] = {}
         for solver in plan.solvers:
             if solver.largest in plan.buffers:
                 self.vectors[solver.largest] = (float, (len(solver.group.states),))
@@ -195,7 +196,7 @@ class LoopGenerator(Pieces):
     def _constants_of(self, name: str) -> Iterator[str]:
         """Constants of a block as they are given, or the parameters from which each tick makes them."""
         block, values = self.plan.blocks[name], self.plan.constants[name]
-        if values is None:
+        if self.plan.is_driven(name):
             yield from self._parameters_of(name)
             return
         made = type(values)
@@ -223,7 +224,7 @@ class LoopGenerator(Pieces):
             update = block.functions.get("update")
             if update is not None and "normal" in update.arguments and name not in drawn:
                 yield self.deviate(name)
-        due = (node for node in plan.schedule.order if node in looked_at and plan.stride(node) == 1)
+        due = (node for node in outputs_of(plan.schedule.order) if node in looked_at and plan.stride(node) == 1)
         in_every_tick = [entry for node in due for entry in self._entries(node)]
         if in_every_tick:
             yield "# NaN from here on when one of these is not finite:"
@@ -235,17 +236,17 @@ class LoopGenerator(Pieces):
         """Lines of the outputs in their order, each with the ticks from one time to the next; notes what has drawn."""
         plan = self.plan
         tears = {tear for loop in plan.schedule.loops for tear in loop.tears}
-        for name, port in plan.schedule.order:
-            block = plan.blocks[name]
-            stride = plan.stride((name, port)) if port else plan.schedule.divisors[name]
-            behaviours = [block.output_functions[port]] if port else []
-            if any("normal" in b.arguments for b in behaviours) and name not in drawn:
+        for step in plan.schedule.order:
+            if isinstance(step, ConstantsOf):
+                divisor = plan.schedule.divisors[step.block]
+                yield from ((divisor, line) for line in self.within_bounds(step.block))
+                yield from ((divisor, line) for line in self.driven(step.block))
+                continue
+            name, port = step
+            block, stride = plan.blocks[name], plan.stride(step)
+            if "normal" in block.output_functions[port].arguments and name not in drawn:
                 drawn.add(name)
                 yield stride, self.deviate(name)
-            if not port:
-                yield from ((stride, line) for line in self.within_bounds(name))
-                yield from ((stride, line) for line in self.driven(name))
-                continue
             output = block.outputs[port]
             target = "" if output.shape else variable((name, port))
             solved = [line for loop in self.loops for line in loop.at((name, port))]

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Behaviour
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import ConstantsOf, Step
 from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows, sum_rows
 from proofmass.runner.continuous.integrate import integrate
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
@@ -339,17 +339,17 @@ class GroupCode:
         for node, slope in zip(self.group.ramps, slopes, strict=True):
             yield f"    {variable(node)} = {variable(node)} + {slope} * (time - start)"
         yield from (f"    {line}" for line in self._states(x))
-        for node in self.group.nodes:
-            yield from (f"    {line}" for line in self._node(node))
+        for step in self.group.nodes:
+            yield from (f"    {line}" for line in self._node(step))
 
-    def _node(self, node: Node) -> Iterator[str]:
-        name, port = node
-        if not port:
-            yield from self.pieces.driven(name, _FAILED)
+    def _node(self, node: Step) -> Iterator[str]:
+        if isinstance(node, ConstantsOf):
+            yield from self.pieces.driven(node.block, _FAILED)
         elif node in self.group.guesses:
             for loop in self.loops:
                 yield from loop.at(node)
         else:
+            name, port = node
             yield from self.pieces.kept(name, port, variable(node), self.pieces.call(name, port, port), _FAILED)
 
     # -- pieces ----------------------------------------------------------------------------------------------------
@@ -367,7 +367,7 @@ class GroupCode:
         """What holds the constants of the members, or what they are made of within the group; scratch of the loops."""
         held = list[str]()
         for member in self.group.members:
-            if (member, "") in self.group.nodes:
+            if ConstantsOf(member) in self.group.nodes:
                 drivers = self.pieces.plan.schedule.drivers
                 made = fields(self.blocks[member].parameters_class())
                 held += [self.pieces.parameter(member, p) for p, _ in made if (member, p) not in drivers]
@@ -378,7 +378,7 @@ class GroupCode:
 
     def _driven(self) -> list[str]:
         """Members whose constants change from tick to tick."""
-        return [member for member in self.group.members if self.pieces.plan.constants[member] is None]
+        return [member for member in self.group.members if self.pieces.plan.is_driven(member)]
 
     def _is_fixed(self) -> bool:
         return not self.solver.tolerance and not self.group.watched

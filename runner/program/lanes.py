@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language.forms import constants_form
 from proofmass.graphs.checks.schedule import Node
-from proofmass.runner.plan.keys import LaneOf, made_up, variable, word
+from proofmass.runner.plan.keys import LaneOf, LargestOf, made_up, variable, word
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.generate import Generated, LoopGenerator
 from proofmass.runner.program.lane_deviates import normal_deviates
@@ -121,7 +121,7 @@ class LaneGenerator(LoopGenerator):
     def _constants_of(self, name: str) -> Iterator[str]:
         """Constants of a varied block follow from its parameters, in its lane."""
         block = self.plan.blocks[name]
-        if name not in self.computed or self.plan.constants[name] is None or "constants" not in block.functions:
+        if name not in self.computed or self.plan.is_driven(name) or "constants" not in block.functions:
             yield from super()._constants_of(name)
             return
         yield from self._parameters_of(name)
@@ -142,7 +142,9 @@ class LaneGenerator(LoopGenerator):
         """The variables that may differ from run to run."""
         varying = {_RUN, *(made_up(word(name), key) for name in self.varied for key in ("c", "x"))}
         varying |= {self.parameter(name, p) for name in self.varied for p in self.plan.blocks[name].parameters}
-        varying |= {variable(node) for node in self.vectors if node[0] in self.varied} - self.shared
+        varying |= {
+            variable(node) for node in self.vectors if not isinstance(node, LargestOf) and node[0] in self.varied
+        } - self.shared
         while more := {n for s in every if not varying.isdisjoint(s.reads) for n in s.writes} - varying - self.shared:
             varying |= more
         return frozenset(varying)

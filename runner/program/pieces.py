@@ -101,7 +101,7 @@ class Pieces:
         """The call of a function of a block."""
         block = self.plan.blocks[name]
         behaviour = block.output_functions.get(function) or block.functions[function]
-        known = self.plan.constants[name] is not None or behaviour.reads_constants
+        known = not self.plan.is_driven(name) or behaviour.reads_constants
         constants = made_up(word(name), "c") if known else "0"  # that come later in the tick
         arguments = [constants, *(self.argument(name, port, a) for a in behaviour.arguments)]
         return self.called(name, function, behaviour, arguments)

@@ -7,7 +7,7 @@ behind all updates it is clocked.
 
 from collections.abc import Callable, Collection, Iterable, Iterator
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import Node, outputs_of
 from proofmass.graphs.model.graph import split
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.keys import HardwareModel, made_up, variable, word
@@ -29,7 +29,7 @@ class HardwareLoopGenerator(LoopGenerator):
         self._outputs_of = {_place(port.text): number for number, port in enumerate(machine.outputs)}
         self._registers = {place: number for number, place in enumerate(self._places())}
         ports = ({_node(port.text) for port in each} for each in (machine.inputs, machine.outputs))
-        self._settled = settled_before(plan.schedule.order, plan.stride, *ports)
+        self._settled = settled_before(outputs_of(plan.schedule.order), plan.stride, *ports)
 
     def _unpacked(self) -> Iterator[str]:
         yield from super()._unpacked()

@@ -15,7 +15,7 @@ from proofmass.blocks import Constant, Gain, MassSpringDamper, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.checks.schedule import ConstantsOf, Node, Schedule, outputs_of
 from proofmass.graphs.checks.schedule import schedule as schedule_flat
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
@@ -135,7 +135,7 @@ def test_random_graphs_have_a_loop_when_brute_force_finds_one(first: int) -> Non
             assert not has_loop(pairs), f"seed {seed}: a loop that was missed"
             at = {node: index for index, node in enumerate(order)}
             assert all(at[before] < at[after] for before, after in pairs)
-            assert {node for node in order if node[1]} == {(n, o) for n, b in graph.blocks.items() for o in b.outputs}
+            assert set(outputs_of(order)) == {(n, o) for n, b in graph.blocks.items() for o in b.outputs}
     assert 10 < loops < 45
 
 
@@ -162,9 +162,9 @@ def test_the_order_is_the_alphabetically_first_one(seed: int) -> None:
         source, (name, port) = split(wire.source), split(wire.target)
         block = graph.blocks[name]
         if port in block.parameters:
-            needs.setdefault((name, ""), set()).add(source)
+            needs.setdefault(ConstantsOf(name), set()).add(source)
             for output in block.outputs:
-                needs[name, output].add((name, ""))
+                needs[name, output].add(ConstantsOf(name))
         for output in block.outputs:
             if port in block.feedthrough(output):
                 needs[name, output].add(source)
@@ -256,7 +256,7 @@ def test_a_driven_parameter_is_there_before_the_outputs_of_its_block() -> None:
     blocks: dict[str, Block] = {"a": UnitDelay(), "z": Constant()}
     graph = Graph(name="", rate=1, blocks={**blocks, "g": Gain()}, wires=["z.output -> g.gain", "a.output -> g.input"])
     scheduled = schedule(graph)
-    assert scheduled.order == (("a", "output"), ("z", "output"), ("g", ""), ("g", "output"))
+    assert scheduled.order == (("a", "output"), ("z", "output"), ConstantsOf("g"), ("g", "output"))
     assert scheduled.drivers == {("g", "gain"): ("z", "output"), ("g", "input"): ("a", "output")}
 
 
