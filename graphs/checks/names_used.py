@@ -101,4 +101,4 @@ def _above(signals: Iterable[str]) -> Iterator[str]:
 
 def _is_output(flat: FlatGraph, signal: str) -> bool:
     name, port = split(signal)
-    return name in flat.blocks and port in flat.blocks[name].outputs
+    return name in flat.blocks and port in type(flat.blocks[name]).outputs

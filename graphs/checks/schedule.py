@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import split
@@ -78,7 +79,7 @@ def schedule(graph: FlatGraph) -> Schedule:
     Alphabetical among what may come in any order, so that the order of declaration changes nothing.
     """
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
-    rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not block.continuous()}
+    rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not type(block).continuous()}
     base = base_rate(rates.values()) if rates or graph.rate is None else graph.rate
     divisors = {name: int(base / rates[name]) if name in rates else 1 for name in graph.blocks}
     needs = _needs(graph, drivers)
@@ -105,13 +106,13 @@ def _needs(graph: FlatGraph, drivers: dict[Node, Node]) -> dict[Step, list[Step]
     needs: dict[Step, list[Step]] = {}
     for name, block in graph.blocks.items():
         constants: list[Step] = []
-        driven: list[Step] = [drivers[name, p] for p in block.parameters if (name, p) in drivers]
+        driven: list[Step] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
         if driven:
             constants = [ConstantsOf(name)]
             needs[ConstantsOf(name)] = driven
-        for port in block.outputs:
-            needs[name, port] = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers]
-            needs[name, port] += constants if block.output_functions[port].reads_constants else []
+        for port in type(block).outputs:
+            needs[name, port] = [drivers[name, i] for i in type(block).feedthrough(port) if (name, i) in drivers]
+            needs[name, port] += constants if type(block).output_functions[port].reads_constants else []
     return needs
 
 
@@ -171,12 +172,12 @@ def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], cycle: Torn) -> str
             return f"the parameters of {step.block} depend on its own outputs"
         name, port = step
         block = graph.blocks[name]
-        output = block.outputs[port]
+        output = type(block).outputs[port]
         if output.dtype is not float or output.shape:
             return f"{name}.{port} is not a single number of type float"
-        if Meaning.DEVIATE in block.output_functions[port].meanings:
+        if Meaning.DEVIATE in type(block).output_functions[port].meanings:
             return f"{name}.{port} draws noise"
-        strides.add(divisors[name] * block.size(output.every))
+        strides.add(divisors[name] * size_of(block, output.every))
     return "its outputs have different rates" if len(strides) > 1 else ""
 
 
@@ -206,7 +207,7 @@ def _loop(graph: FlatGraph, cycle: list[Step], drivers: dict[Node, Node], obstac
         if isinstance(source, ConstantsOf):
             continue
         name, block = target[0], graph.blocks[target[0]]
-        entries = block.parameters if isinstance(target, ConstantsOf) else block.feedthrough(target[1])
+        entries = type(block).parameters if isinstance(target, ConstantsOf) else type(block).feedthrough(target[1])
         entry = next(entry for entry in entries if drivers.get((name, entry)) == source)
         wires.append(f"{'.'.join(source)} -> {name}.{entry}")
     first = wires.index(min(wires))

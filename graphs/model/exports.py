@@ -44,10 +44,10 @@ def open_inputs(flat: FlatGraph) -> list[Problem]:
 
 def runs_alone(flat: FlatGraph) -> bool:
     """Whether a graph without problems has a rate and drives its exported inputs itself."""
-    rated = flat.rate is not None or all(name in flat.rates or b.continuous() for name, b in flat.blocks.items())
+    rated = flat.rate is not None or all(name in flat.rates or type(b).continuous() for name, b in flat.blocks.items())
     return rated and not open_inputs(flat)
 
 
 def is_input(flat: FlatGraph, signal: str) -> bool:
     name, port = split(signal)
-    return name in flat.blocks and port in flat.blocks[name].inputs
+    return name in flat.blocks and port in type(flat.blocks[name]).inputs

@@ -29,9 +29,9 @@ def differentiated(plan: Plan) -> Plan:
         try:
             if not plan.is_driven(name):
                 constants[name] = dual_constants(block, given[name], plan.block_period(name))
-            if "start" in block.functions:
-                filled = {b: list(buffers[name, b]) for b in block.buffers}
-                start = block.functions["start"]
+            if "start" in type(block).functions:
+                filled = {b: list(buffers[name, b]) for b in type(block).buffers}
+                start = type(block).functions["start"]
                 made = for_duals(start.function)(given[name], *(filled[b] for b in start.arguments))
                 starts[name] = _typed(made)
                 buffers |= {(name, b): tuple(values) for b, values in filled.items()}
@@ -43,7 +43,7 @@ def differentiated(plan: Plan) -> Plan:
 def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
     """The parameters of a block by name, each real one with a direction of its own where that is wanted."""
     block, read = plan.blocks[name], types.SimpleNamespace()
-    for parameter, declared in block.parameters.items():
+    for parameter, declared in type(block).parameters.items():
         value, key = getattr(block, parameter), f"{name}.{parameter}"
         if not by_parameters or (name, parameter) in plan.schedule.drivers:
             pass
@@ -57,16 +57,16 @@ def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
 
 def dual_constants(block: Block, parameters: Any, period: float) -> Any:
     """As `constants_of`, for parameters that may be dual numbers; integers among the constants are plain counts."""
-    if "constants" in block.functions:
-        made = _typed(for_duals(block.functions["constants"].function)(parameters, period))
+    if "constants" in type(block).functions:
+        made = _typed(for_duals(type(block).functions["constants"].function)(parameters, period))
     else:
-        kind = block.parameters_class()
+        kind = type(block).parameters_class()
         made = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
     counts = [
         name for name, kind in made.__annotations__.items() if kind is int and isinstance(getattr(made, name), Dual)
     ]
     if counts:
-        read = {name: getattr(parameters, name) for name in block.parameters}
+        read = {name: getattr(parameters, name) for name in type(block).parameters}
         known = {n: tuple(map(plain, v)) if isinstance(v, tuple) else plain(v) for n, v in read.items()}
         counted = constants_of(block, types.SimpleNamespace(**known), period)
         made = made._replace(**{name: getattr(counted, name) for name in counts})

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import networkx
 
 from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import (
     AlgebraicLoop,
     ConstantsOf,
@@ -63,11 +64,11 @@ def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
     """All groups of a flat graph, in alphabetical order."""
     wiring = _Wiring(graph, schedule)
     joined: networkx.Graph[str] = networkx.Graph()
-    continuous = [name for name, block in graph.blocks.items() if block.continuous()]
+    continuous = [name for name, block in graph.blocks.items() if type(block).continuous()]
     joined.add_nodes_from(continuous)
     for name in continuous:
         reached = {node[0] for node in wiring.needed([name]) if node in wiring.moving}
-        joined.add_edges_from((name, other) for other in reached if graph.blocks[other].continuous())
+        joined.add_edges_from((name, other) for other in reached if type(graph.blocks[other]).continuous())
     members = sorted(tuple(sorted(part, key=last_name)) for part in networkx.connected_components(joined))
     return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
 
@@ -100,14 +101,14 @@ class _Wiring:
     def __init__(self, graph: FlatGraph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Node]()
-        able = {name for name, block in graph.blocks.items() if block.continuous() or _analogue(graph, name)}
+        able = {name for name, block in graph.blocks.items() if type(block).continuous() or _analogue(graph, name)}
         follow: dict[Step, list[Step]] = {}  # what moves with a node
         for node in schedule.order:
             if node[0] in able:
                 for before in _needs(graph, schedule, node):
                     follow.setdefault(before, []).append(node)
         self.moving = set[Step]()
-        moved = (node for node in outputs_of(schedule.order) if graph.blocks[node[0]].continuous())
+        moved = (node for node in outputs_of(schedule.order) if type(graph.blocks[node[0]]).continuous())
         left: list[Step] = [*free, *moved]
         while left:
             node = left.pop()
@@ -129,8 +130,9 @@ class _Wiring:
 
     def _of_block(self, name: str) -> Iterator[Step]:
         block = self.graph.blocks[name]
-        behaviours = [block.functions["derivative"]] if "derivative" in block.functions else []
-        behaviours += [behaviour for pair in block.events.values() for behaviour in pair]
+        kind = type(block)
+        behaviours = [kind.functions["derivative"]] if "derivative" in kind.functions else []
+        behaviours += [behaviour for pair in kind.events.values() for behaviour in pair]
         for behaviour in behaviours:
             yield from _wires(self.schedule, block, name, behaviour)
         if ConstantsOf(name) in self.moving:
@@ -146,7 +148,7 @@ def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[
     needs = {node: _needs(graph, schedule, node) for node in inside}
     nodes, cycles = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
     moving = dict.fromkeys(name for name, _ in outputs_of(nodes))
-    corners = [(name, corner) for name in moving for corner in graph.blocks[name].corners]
+    corners = [(name, corner) for name in moving for corner in type(graph.blocks[name]).corners]
     ahead = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
     return Group(
         blocks=blocks,
@@ -156,14 +158,14 @@ def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[
         loops=tuple(map(loop_of, cycles)),
         inputs=tuple(inputs),
         ramps=tuple(node for node in inputs if node in ahead),
-        events=tuple((name, event) for name in blocks for event in graph.blocks[name].events),
+        events=tuple((name, event) for name in blocks for event in type(graph.blocks[name]).events),
         corners=tuple(corner for corner in corners if _is_known(graph.blocks[corner[0]], schedule, *corner, needed)),
     )
 
 
 def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Step]) -> bool:
     """Whether all that a corner reads is among what its group knows."""
-    return known.issuperset(_wires(schedule, block, name, block.corners[corner]))
+    return known.issuperset(_wires(schedule, block, name, type(block).corners[corner]))
 
 
 def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Node]:
@@ -174,18 +176,18 @@ def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) ->
 
 def state_fields(block: Block) -> list[tuple[str, type]]:
     """Fields of a block's state with their types."""
-    made = block.state_class()
+    made = type(block).state_class()
     return [] if made is None else list(made.__annotations__.items())
 
 
 def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
     """What an output, or the constants of a block, depends on within an instant."""
     name, block, drivers = step[0], graph.blocks[step[0]], schedule.drivers
-    driven: list[Step] = [drivers[name, p] for p in block.parameters if (name, p) in drivers]
+    driven: list[Step] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
     if isinstance(step, ConstantsOf):
         return driven
-    fed: list[Step] = [drivers[name, i] for i in block.feedthrough(step[1]) if (name, i) in drivers]
-    return [*fed, ConstantsOf(name)] if driven and block.output_functions[step[1]].reads_constants else fed
+    fed: list[Step] = [drivers[name, i] for i in type(block).feedthrough(step[1]) if (name, i) in drivers]
+    return [*fed, ConstantsOf(name)] if driven and type(block).output_functions[step[1]].reads_constants else fed
 
 
 def _analogue(graph: FlatGraph, name: str) -> bool:
@@ -193,13 +195,13 @@ def _analogue(graph: FlatGraph, name: str) -> bool:
 
     Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.
     """
-    block = graph.blocks[name]
-    ports = [*block.inputs.values(), *block.outputs.values()]
-    meanings = {meaning for behaviour in block.output_functions.values() for meaning in behaviour.meanings}
+    kind = type(graph.blocks[name])
+    ports = [*kind.inputs.values(), *kind.outputs.values()]
+    meanings = {meaning for behaviour in kind.output_functions.values() for meaning in behaviour.meanings}
     return (
-        not block.continuous()
-        and block.state_class() is None
-        and not block.buffers
+        not kind.continuous()
+        and kind.state_class() is None
+        and not kind.buffers
         and all(port.dtype is float and not port.shape and port.every == 1 for port in ports)
         and meanings.isdisjoint({Meaning.TICK, Meaning.DEVIATE})
         and not has_own_rate(graph, name)

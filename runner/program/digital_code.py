@@ -6,6 +6,7 @@ ticks; `refused` is not 0 from the tick on in which a value did not fit its form
 
 from collections.abc import Iterator
 
+from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.plan.keys import OverflowsOf, made_up, word
 from proofmass.runner.program.pieces import Pieces, entries
@@ -40,7 +41,7 @@ class DigitalCode:
     def call(self, name: str, function: str, target: str) -> Iterator[str]:
         """Lines that call a function of a digital block and keep what it returns in `target`, where there is one."""
         block, step = self.plan.blocks[name], self.plan.digital[name].steps[function]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         called = self.pieces.named(block, function, step.code.function)
         self.steps[called] = step.code.source.replace(f"def {function}(", f"def {called}(", 1)
         self.pieces.refuses |= step.refuses
@@ -53,9 +54,9 @@ class DigitalCode:
     def hold(self, node: Node) -> Iterator[str]:
         """Mantissas that a converter made must fit their format; integer code relies on it to the end of the chunk."""
         block = self.plan.blocks[node[0]]
-        format = block.format_of(node[1])
+        format = format_of(block, node[1])
         self.pieces.refuses = True
-        for entry in entries(node, block.shape_of(block.outputs[node[1]])):
+        for entry in entries(node, shape_of(block, type(block).outputs[node[1]])):
             yield f"_held = min(max({entry}, {format.lowest}), {format.highest})"
             yield f"refused |= _held ^ {entry}"
             yield f"{entry} = _held"

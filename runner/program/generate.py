@@ -11,6 +11,7 @@ from operator import itemgetter
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.instance import shape_of
 from proofmass.graphs.checks.schedule import ConstantsOf, Node, outputs_of
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.step_formats import held_as
@@ -80,11 +81,11 @@ class LoopGenerator(Pieces):
             if solver.largest in plan.buffers:
                 self.vectors[solver.largest] = (float, (len(solver.group.states),))
         for name, block in plan.blocks.items():
-            for buffer, declared in block.buffers.items():
+            for buffer, declared in type(block).buffers.items():
                 self.vectors[name, buffer] = (held_as(declared.dtype), (len(plan.buffers[name, buffer]),))
-            for port, output in block.outputs.items():
+            for port, output in type(block).outputs.items():
                 if output.shape:
-                    self.vectors[name, port] = (held_as(output.dtype), block.shape_of(output))
+                    self.vectors[name, port] = (held_as(output.dtype), shape_of(block, output))
 
     def generated(self) -> Generated:
         """The whole of it."""
@@ -184,11 +185,11 @@ class LoopGenerator(Pieces):
         for group in self.groups:
             yield from group.before()
         for name, block in plan.blocks.items():
-            state = block.state_class()
+            state = type(block).state_class()
             if state is not None:
                 held = [self.memory.add(StateField(name, f), held_as(k)) for f, k in fields(state)]
                 yield f"{made_up(word(name), 'x')} = {self.named(block, 'State', state)}({', '.join(held)})"
-            for port, output in block.outputs.items():
+            for port, output in type(block).outputs.items():
                 if not output.shape:
                     yield f"{variable((name, port))} = {self.memory.add(WireOf(name, port), held_as(output.dtype))}"
         yield from self.digital.before()
@@ -207,7 +208,7 @@ class LoopGenerator(Pieces):
 
     def _parameters_of(self, name: str) -> Iterator[str]:
         plan, block = self.plan, self.plan.blocks[name]
-        for p, kind in fields(block.parameters_class()):
+        for p, kind in fields(type(block).parameters_class()):
             if (name, p) not in plan.schedule.drivers:
                 value = self.constant(ParameterOf(name, p), kind, getattr(block, p))
                 yield f"{self.parameter(name, p)} = {value}"
@@ -221,7 +222,7 @@ class LoopGenerator(Pieces):
         looked_at = watched(plan)
         yield from when_due(self._in_order(drawn, looked_at))
         for name, block in plan.blocks.items():
-            update = block.functions.get("update")
+            update = type(block).functions.get("update")
             if update is not None and "normal" in update.arguments and name not in drawn:
                 yield self.deviate(name)
         due = (node for node in outputs_of(plan.schedule.order) if node in looked_at and plan.stride(node) == 1)
@@ -244,22 +245,22 @@ class LoopGenerator(Pieces):
                 continue
             name, port = step
             block, stride = plan.blocks[name], plan.stride(step)
-            if "normal" in block.output_functions[port].arguments and name not in drawn:
+            if "normal" in type(block).output_functions[port].arguments and name not in drawn:
                 drawn.add(name)
                 yield stride, self.deviate(name)
-            output = block.outputs[port]
+            output = type(block).outputs[port]
             target = "" if output.shape else variable((name, port))
             solved = [line for loop in self.loops for line in loop.at((name, port))]
             lines = solved if (name, port) in tears else self._kept(name, port, target)
             yield from ((stride, line) for line in lines)
-            if output.dtype is FixedValue and not block.digital():
+            if output.dtype is FixedValue and not type(block).digital():
                 yield from ((stride, line) for line in self.digital.hold((name, port)))
             if (name, port) in looked_at and stride > 1:
                 yield from ((stride, f"not_finite += {entry} - {entry}") for entry in self._entries((name, port)))
 
     def _entries(self, node: Node) -> list[str]:
         block = self.plan.blocks[node[0]]
-        return entries(node, block.shape_of(block.outputs[node[1]]))
+        return entries(node, shape_of(block, type(block).outputs[node[1]]))
 
     def _probes(self) -> Iterator[str]:
         for i, probe in enumerate(self.plan.probes):
@@ -284,8 +285,8 @@ class LoopGenerator(Pieces):
     def _updated(self) -> Iterator[tuple[int, str]]:
         """Lines of the updates, each with the ticks from one time to the next."""
         for name, block in self.plan.blocks.items():
-            if "update" in block.functions:
-                target = "" if block.state_class() is None else made_up(word(name), "x")
+            if "update" in type(block).functions:
+                target = "" if type(block).state_class() is None else made_up(word(name), "x")
                 divisor = self.plan.schedule.divisors[name]
                 yield from ((divisor, line) for line in self._kept(name, "update", target))
 
@@ -300,7 +301,7 @@ class LoopGenerator(Pieces):
         if self.plan.ahead:
             yield "time_next = (tick + 1) * period"
         for name, port in self.plan.ahead:
-            behaviour = self.plan.blocks[name].output_functions[port]
+            behaviour = type(self.plan.blocks[name]).output_functions[port]
             arguments = (self._next(name, port, argument) for argument in behaviour.arguments)
             call = self.called(name, port, behaviour, [made_up(word(name), "c"), *arguments])
             yield f"{made_up(variable((name, port)), 'next')} = {self.number(call)}"

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from proofmass.blocks.declaration.declare import Behaviour
+from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.graphs.checks.schedule import ConstantsOf, Step
 from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows, sum_rows
 from proofmass.runner.continuous.integrate import integrate
@@ -33,7 +33,7 @@ class GroupCode:
         self.scratch: dict[str, int] = {}  # names of arrays with their lengths
         if solver.exact:
             self.scratch = dict.fromkeys(_ASSEMBLED, self.columns * self.columns)
-            self.scratch["used"] = sum(len(fields(self.blocks[m].constants_class())) for m in self._driven())
+            self.scratch["used"] = sum(len(fields(type(self.blocks[m]).constants_class())) for m in self._driven())
             self.scratch["used"] += len(solver.factors)
         elif not solver.exact:
             self.scratch = dict.fromkeys(_STEPPED, len(self.group.states))
@@ -121,7 +121,9 @@ class GroupCode:
     def _renewed(self) -> Iterator[str]:
         """The matrices, when a constant or factor that they follow from is another than in the tick before."""
         used = [
-            f"{made_up(word(m), 'c')}.{f}" for m in self._driven() for f, _ in fields(self.blocks[m].constants_class())
+            f"{made_up(word(m), 'c')}.{f}"
+            for m in self._driven()
+            for f, _ in fields(type(self.blocks[m]).constants_class())
         ]
         used += [variable(node) for node in self.solver.factors]
         yield f"if {' or '.join(f'{value} != {self.name}_used[{i}]' for i, value in enumerate(used))}:"
@@ -262,7 +264,7 @@ class GroupCode:
         lines = list(self._known("context", [f"x{i}" for i in range(len(self.group.states))]))
         made = list[str]()
         for name in self.group.blocks:
-            moving = "derivative" in self.blocks[name].functions
+            moving = "derivative" in type(self.blocks[name]).functions
             if moving:
                 call = self.pieces.call(name, "derivative", "derivative")
                 lines += self._kept(name, "derivative", made_up(word(name), "rates"), call)
@@ -279,7 +281,7 @@ class GroupCode:
         for number, (name, event) in enumerate(self.group.events):
             lines += self._kept(name, event, f"clearance_{number}", self._event(name, event, 0))
         for number, (name, corner) in enumerate(self.group.corners, start=len(self.group.events)):
-            call = self._watched(name, corner, self.blocks[name].corners[corner])
+            call = self._watched(name, corner, type(self.blocks[name]).corners[corner])
             lines += self._kept(name, corner, f"clearance_{number}", call)
         yield from self._begun(lines)
         for number in range(self.group.watched):
@@ -305,7 +307,7 @@ class GroupCode:
         yield ""
 
     def _event(self, name: str, event: str, part: int) -> Call:
-        return self._watched(name, event, self.blocks[name].events[event][part])
+        return self._watched(name, event, type(self.blocks[name]).events[event][part])
 
     def _watched(self, name: str, watched: str, behaviour: Behaviour) -> Call:
         arguments = [made_up(word(name), "c"), *(self.pieces.argument(name, watched, a) for a in behaviour.arguments)]
@@ -359,7 +361,7 @@ class GroupCode:
         read = {float: "{}", bool: "({} != 0.0)", int: "int({})"}
         typed = iter([read[kind].format(value) for kind, value in zip(self.group.kinds, values, strict=True)])
         for name in self.group.blocks:
-            made: Any = self.blocks[name].state_class()
+            made: Any = type(self.blocks[name]).state_class()
             own = ", ".join(next(typed) for _ in made._fields)
             yield f"{made_up(word(name), 'x')} = {self.pieces.named(self.blocks[name], 'State', made)}({own})"
 
@@ -369,9 +371,9 @@ class GroupCode:
         for member in self.group.members:
             if ConstantsOf(member) in self.group.nodes:
                 drivers = self.pieces.plan.schedule.drivers
-                made = fields(self.blocks[member].parameters_class())
+                made = fields(type(self.blocks[member]).parameters_class())
                 held += [self.pieces.parameter(member, p) for p, _ in made if (member, p) not in drivers]
-                held += [made_up(word(member), "period")] if "constants" in self.blocks[member].functions else []
+                held += [made_up(word(member), "period")] if "constants" in type(self.blocks[member]).functions else []
             else:
                 held.append(made_up(word(member), "c"))
         return [*held, *(f"{loop.name}_{key}" for loop in self.loops for key in loop.scratch)]

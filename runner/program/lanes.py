@@ -33,9 +33,9 @@ def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
     """Blocks whose varied parameters are settled before a run starts: their start or their checks use them too."""
 
     def settled(block: Block, parameter: str) -> bool:
-        kinds = [kind for _, kind in fields(block.constants_class())]
+        kinds = [kind for _, kind in fields(type(block).constants_class())]
         form = constants_form(type(block), compiled=True)
-        once = not block.taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
+        once = not type(block).taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
         return once or any(kind not in (float, int, bool) for kind in kinds)
 
     return frozenset(name for name, parameter in varied if settled(plan.blocks[name], parameter))
@@ -110,7 +110,7 @@ class LaneGenerator(LoopGenerator):
     def _measured(self) -> Iterator[str]:
         """Values of the measures that blocks reduce, behind the last tick: each where its wire stands."""
         for name, port in dict.fromkeys(measure.node for measure in self.plan.measures if measure.reduced):
-            behaviour = self.plan.blocks[name].output_functions[port]
+            behaviour = type(self.plan.blocks[name]).output_functions[port]
             function = self.named(self.plan.blocks[name], port, behaviour.function)
             ticks = f"-(-last // {self.plan.schedule.divisors[name]})"
             given = (
@@ -121,14 +121,14 @@ class LaneGenerator(LoopGenerator):
     def _constants_of(self, name: str) -> Iterator[str]:
         """Constants of a varied block follow from its parameters, in its lane."""
         block = self.plan.blocks[name]
-        if name not in self.computed or self.plan.is_driven(name) or "constants" not in block.functions:
+        if name not in self.computed or self.plan.is_driven(name) or "constants" not in type(block).functions:
             yield from super()._constants_of(name)
             return
         yield from self._parameters_of(name)
         constants, *faults = self.driven(name)
         yield constants
         self.checks += faults
-        made = (f"{made_up(word(name), 'c')}.{f}" for f, kind in fields(block.constants_class()) if kind is float)
+        made = (f"{made_up(word(name), 'c')}.{f}" for f, kind in fields(type(block).constants_class()) if kind is float)
         self.checks += [f"not_finite += {value} - {value}" for value in made]
 
     def deviate(self, name: str) -> str:
@@ -141,7 +141,7 @@ class LaneGenerator(LoopGenerator):
     def _closure(self, every: list[Statement]) -> frozenset[str]:
         """The variables that may differ from run to run."""
         varying = {_RUN, *(made_up(word(name), key) for name in self.varied for key in ("c", "x"))}
-        varying |= {self.parameter(name, p) for name in self.varied for p in self.plan.blocks[name].parameters}
+        varying |= {self.parameter(name, p) for name in self.varied for p in type(self.plan.blocks[name]).parameters}
         varying |= {
             variable(node) for node in self.vectors if not isinstance(node, LargestOf) and node[0] in self.varied
         } - self.shared
@@ -232,14 +232,14 @@ class LaneGenerator(LoopGenerator):
         read = ", ".join(line.split(" = ")[0] for line in back)
         owner = self._owner(name)
         if owner is not None:
-            read = f"{self.named(owner, 'Constants', owner.constants_class())}({read})"
+            read = f"{self.named(owner, 'Constants', type(owner).constants_class())}({read})"
         return [f"{name} = {read}"], back
 
     def _made_place(self, name: str) -> Iterator[str]:
         """Lines that write a variable to a place of its own, which no run reads or is given."""
         owner = self._owner(name)
         kind: type = int if name in self.flags else float
-        parts = [("", kind)] if owner is None else fields(owner.constants_class())
+        parts = [("", kind)] if owner is None else fields(type(owner).constants_class())
         for part, of in parts:
             key = LaneOf(name, part)
             self.constant(key, of, 0)

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.declaration.arguments import meaning_of
-from proofmass.blocks.declaration.declare import Behaviour
+from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
@@ -100,7 +100,7 @@ class Pieces:
     def call(self, name: str, function: str, port: str) -> "Call":
         """The call of a function of a block."""
         block = self.plan.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         known = not self.plan.is_driven(name) or behaviour.reads_constants
         constants = made_up(word(name), "c") if known else "0"  # that come later in the tick
         arguments = [constants, *(self.argument(name, port, a) for a in behaviour.arguments)]
@@ -134,7 +134,7 @@ class Pieces:
     def argument(self, name: str, port: str, argument: str) -> str:
         """The expression that a function of a block is given for an argument."""
         block = self.plan.blocks[name]
-        binding = bound(self.plan.schedule, block, name, port, argument, meaning_of(argument, block.buffers))
+        binding = bound(self.plan.schedule, block, name, port, argument, meaning_of(argument, type(block).buffers))
         match binding:
             case State():
                 return made_up(word(name), "x")
@@ -156,15 +156,15 @@ class Pieces:
     def driven(self, name: str, flag: str = "refused") -> Iterator[str]:
         """Lines that make the constants of a block from its parameters; a fault in it is added to `flag`."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
-        made = block.parameters_class()
+        made = type(block).parameters_class()
         values = [
             variable(drivers[name, p]) if (name, p) in drivers else self.parameter(name, p) for p, _ in fields(made)
         ]
         parameters = f"{self.named(block, 'Parameters', made)}({', '.join(values)})"
         call = Call(parameters, False)
-        if "constants" in block.functions:
+        if "constants" in type(block).functions:
             form = constants_form(type(block), compiled=True)
-            behaviour = block.functions["constants"]
+            behaviour = type(block).functions["constants"]
             function = self.named(block, "constants", form.function if form else behaviour.function)
             given = [parameters, made_up(word(name), "period")][: 1 + len(behaviour.arguments)]
             call = Call(f"{function}({', '.join(given)})", form is not None and form.fails)
@@ -177,7 +177,7 @@ class Pieces:
     def within_bounds(self, name: str) -> Iterator[str]:
         """Lines that end the run where a driven parameter leaves the bounds that its block declares."""
         drivers = self.plan.schedule.drivers
-        for p, declared in self.plan.blocks[name].parameters.items():
+        for p, declared in type(self.plan.blocks[name]).parameters.items():
             limits = ((">", declared.above), (">=", declared.at_least), ("<", declared.below), ("<=", declared.at_most))
             if (name, p) in drivers:
                 value = variable(drivers[name, p])

@@ -7,7 +7,9 @@ from typing import Any, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf, Node, Step, outputs_of
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.plan.bindings import (
@@ -110,7 +112,7 @@ class Outputs:
         return self._driven(step.block) if isinstance(step, ConstantsOf) else self._output(*step)
 
     def _output(self, name: str, port: str) -> Callable[[int], Any]:
-        shape = self.filled.blocks[name].shape_of(self.filled.blocks[name].outputs[port])
+        shape = shape_of(self.filled.blocks[name], type(self.filled.blocks[name]).outputs[port])
         compute = self._bound(name, port)
 
         def fill(tick: int) -> Any:
@@ -122,9 +124,9 @@ class Outputs:
     def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
         """An output, checked where a converter makes mantissas: no trace answers for their range."""
         block = self.filled.blocks[name]
-        if block.outputs[port].dtype is not FixedValue or block.digital():
+        if type(block).outputs[port].dtype is not FixedValue or type(block).digital():
             return compute
-        format = block.format_of(port)
+        format = format_of(block, port)
 
         def checked(tick: int) -> Any:
             value = compute(tick)
@@ -137,11 +139,11 @@ class Outputs:
     def _driven(self, name: str) -> Callable[[int], Any]:
         """Constants made anew from the wires that drive parameters."""
         block, drivers = self.filled.blocks[name], self.filled.schedule.drivers
-        made = block.parameters_class()
+        made = type(block).parameters_class()
         period = self.filled.block_period(name)
         bounded = [
             (p, declared, drivers[name, p])
-            for p, declared in block.parameters.items()
+            for p, declared in type(block).parameters.items()
             if (name, p) in drivers and declared.bounds()
         ]
 
@@ -160,7 +162,7 @@ class Outputs:
     def _bound(self, name: str, function: str) -> Callable[[int], Any]:
         """A function of a block with every argument looked up in the tick."""
         block = self.filled.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         getters = [self._getter(binding) for binding in self.filled.bindings(name, function)]
         call = self._counted(name, function) if name in self.filled.digital else self._callable(block, behaviour)
 
@@ -234,7 +236,7 @@ class Interpreter(Outputs):
         self._updates = [
             (name, plan.schedule.divisors[name], self._bound(name, "update"))
             for name, block in plan.blocks.items()
-            if "update" in block.functions
+            if "update" in type(block).functions
         ]
         self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
@@ -305,7 +307,7 @@ class Interpreter(Outputs):
 
     def _source(self, name: str, port: str) -> Callable[..., Any]:
         block = self.plan.blocks[name]
-        return in_python(block, block.output_functions[port])
+        return in_python(block, type(block).output_functions[port])
 
     def _following(self, binding: Binding, tick: int, following: Mapping[Node, float]) -> float:
         """What an argument of a source is in the next tick."""

@@ -150,7 +150,7 @@ def _lines(text: str) -> list[str]:
 def _memory(data: dict[str, Any], planned: Plan) -> Memory:
     states: dict[str, Any] = {}
     for name, block in planned.blocks.items():
-        made: Any = block.state_class()
+        made: Any = type(block).state_class()
         states[name] = None if made is None else made(*map(_number, data["states"][name]))
     buffers: dict[VectorOf, Any] = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
     buffers |= {solver.largest: _number(data["largest"][solver.name]) for solver in _with_largest(planned)}

@@ -99,7 +99,7 @@ class CompiledLoop:
         values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
         states: dict[str, Any] = {}
         for name, block in plan.blocks.items():
-            made: Any = block.state_class()
+            made: Any = type(block).state_class()
             states[name] = None if made is None else made(*(values[StateField(name, f)] for f in made._fields))
         wires: dict[Node, Any] = {
             (key.block, key.port): value for key, value in values.items() if isinstance(key, WireOf)
@@ -125,7 +125,7 @@ def block_values(plan: Plan, name: str) -> dict[Given, Any]:
     made, block = plan.constants[name], plan.blocks[name]
     if not plan.is_driven(name):
         return numbers_of(made, lambda field: ConstantOf(name, field))
-    kind, drivers = block.parameters_class(), plan.schedule.drivers
+    kind, drivers = type(block).parameters_class(), plan.schedule.drivers
     given = numbers_of(kind(*(getattr(block, p) for p, _ in fields(kind))), lambda p: ParameterOf(name, p))
     driven = {ParameterOf(name, p) for p, _ in fields(kind) if (name, p) in drivers}
     return {key: value for key, value in given.items() if key not in driven}

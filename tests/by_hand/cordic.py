@@ -74,7 +74,7 @@ def swept(block: Block, output: str, *columns: Any, compiled: bool = False) -> A
     """
     made = digital_block("block", block, 1.0)
     step = made.steps[output]
-    before = (made.constants, *(None for name in block.output_functions[output].arguments if name == "p"))
+    before = (made.constants, *(None for name in type(block).output_functions[output].arguments if name == "p"))
     flagged = step.overflows or step.refuses
 
     def over(function: Any, first: Any, last: Any, found: Any) -> None:

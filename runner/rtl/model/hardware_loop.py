@@ -58,7 +58,7 @@ class HardwareLoopGenerator(LoopGenerator):
     def _packed(self) -> Iterator[str]:
         for instance in self._machine.instances:
             block, x = instance.module.block, made_up(word(instance.path), "x")
-            state = block.state_class()
+            state = type(block).state_class()
             if state is not None:
                 held = (self._held(f"{x}.{field}", held_as(kind)) for field, kind in fields(state))
                 yield f"{x} = {self.named(block, 'State', state)}({', '.join(held)})"
@@ -97,7 +97,7 @@ class HardwareLoopGenerator(LoopGenerator):
         return [_place(port.text) for port in self._machine.inputs]
 
     def _kind(self, node: Node) -> type:
-        return held_as(self.plan.blocks[node[0]].outputs[node[1]].dtype)
+        return held_as(type(self.plan.blocks[node[0]]).outputs[node[1]].dtype)
 
 
 def settled_before(

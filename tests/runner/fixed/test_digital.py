@@ -9,6 +9,7 @@ import pytest
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed, where, wrap
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+from proofmass.blocks.declaration.instance import format_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
@@ -215,11 +216,14 @@ def rotated(c: Table, x: FixedValue, y: FixedValue) -> tuple[FixedValue, FixedVa
 def around(block: Block) -> Graph:
     blocks: dict[str, Block] = {"block": block}
     wires = []
-    for name in block.inputs:
+    for name in type(block).inputs:
         blocks |= {f"{name}_noise": KINDS["WhiteNoise"](density=0.03)}
-        blocks |= {f"{name}_quantiser": KINDS["FixedQuantiser"](output_format=block.format_of(name))}
+        blocks |= {f"{name}_quantiser": KINDS["FixedQuantiser"](output_format=format_of(block, name))}
         wires += [f"{name}_noise.output -> {name}_quantiser.input", f"{name}_quantiser.output -> block.{name}"]
-    probes = [*(f"block.{port}" for port in block.outputs), *(f"{name}_quantiser.output" for name in block.inputs)]
+    probes = [
+        *(f"block.{port}" for port in type(block).outputs),
+        *(f"{name}_quantiser.output" for name in type(block).inputs),
+    ]
     return Graph(name="around", rate=1000, blocks=blocks, wires=wires, probes=probes)
 
 
@@ -302,7 +306,7 @@ def test_a_missing_format_and_a_time_in_seconds_are_refused() -> None:
     with pytest.raises(ModelError, match="time is a floating-point number, and the block works in fixed point"):
         plan(around(Late()))
     with pytest.raises(ModelError, match=r"Late\.formats: the format of output is not said"):
-        Late().format_of("output")
+        format_of(Late(), "output")
 
 
 def test_a_gain_beyond_its_format_is_refused() -> None:

@@ -27,6 +27,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import Plan, plan
 from proofmass.runner.program.generate import generate
@@ -35,7 +36,6 @@ from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, choose, simulate
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
 ENGINES: list[EngineName] = ["python", "compiled"]
 
 
@@ -103,7 +103,7 @@ class TestNothingElseChangesABit:
             "data = generate(plan(graph)).source.encode() + rows;"
             "print(hashlib.sha256(data).hexdigest(), result.provenance['graph_hash'])"
         )
-        command = [sys.executable, "-c", script, str(LIBRARY / "recorded_motion.toml")]
+        command = [sys.executable, "-c", script, str(library_file("recorded_motion.toml"))]
         answers = {
             subprocess.run(
                 command, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True

@@ -16,6 +16,7 @@ from proofmass.blocks import Constant, Gain, Negation
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.host import cache as machine_code
@@ -25,7 +26,6 @@ from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets import compile as compiler
 from proofmass.runner.targets.native import argument_kinds
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
 OWN = """
 from typing import Any
 
@@ -272,7 +272,7 @@ def test_two_processes_at_once_and_a_warm_one_without_numba(tmp_path: Path, cach
         "values = simulate(read_graph(sys.argv[1]), samples=3000, engine='compiled')['dac.code'].values;"
         "import hashlib; print(hashlib.sha256(values.tobytes()).hexdigest(), 'numba' in sys.modules)"
     )
-    command = [sys.executable, "-c", script, str(LIBRARY / "closed_loop_accelerometer.toml")]
+    command = [sys.executable, "-c", script, str(library_file("closed_loop_accelerometer.toml"))]
     environment = os.environ | {"PROOFMASS_CACHE": str(cache)}
 
     def started() -> "subprocess.Popen[str]":
@@ -303,7 +303,7 @@ def test_nothing_heavy_is_imported_before_it_is_needed(statement: str) -> None:
 def test_no_fused_multiply_add_and_no_vector_library(name: str, tmp_path: Path) -> None:
     if not {"fma", "neon"} & {n for n, has in llvm.get_host_cpu_features().items() if has}:
         pytest.skip("this processor could not fuse")
-    planned = plan(read_graph(LIBRARY / f"{name}.toml"))
+    planned = plan(read_graph(library_file(f"{name}.toml")))
     generated = generate(planned)
     compiler.load(generated, argument_kinds(generated, planned))
     data = (
