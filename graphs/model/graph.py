@@ -11,9 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.blocks.declaration.units import UnitError
-from proofmass.graphs.model.hints import like
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, NAME, WIRES
@@ -147,9 +145,8 @@ class Graph:
         def read(reader: Callable[[object], Value], value: object, *path: str) -> Value | None:
             try:
                 return reader(value)
-            except UnitError as error:
-                key = ".".join(path)
-                problems.append(Problem(message=str(error), key=key, got=shown(value), hint=error.hint, path=path))
+            except Refusal as error:
+                problems.append(error.problem(".".join(path), value, path=path))
                 return None
 
         def read_each(reader: Callable[[object], Value], values: Iterable[object], key: str) -> list[Value]:
@@ -257,7 +254,7 @@ def read_wire(text: object) -> Wire:
         return text
     ends = [end.strip() for end in text.split("->")] if isinstance(text, str) else []
     if len(ends) != 2 or not all(_is_signal(end) for end in ends):
-        raise UnitError("not a wire", 'write "block.output -> block.input"')
+        raise Refusal("not a wire", 'write "block.output -> block.input"')
     return Wire(*ends)
 
 
@@ -268,10 +265,10 @@ def read_probe(value: object) -> Probe:
     if isinstance(value, Probe):
         value = value._asdict()
     if not isinstance(value, Mapping) or not set(value) <= {"signal", "every"} or not _is_signal(value.get("signal")):
-        raise UnitError("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
+        raise Refusal("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
     every = value.get("every", 1)
     if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= LARGEST_RUN:
-        raise UnitError("every must be an integer of at least 1")
+        raise Refusal("every must be an integer of at least 1")
     return Probe(value["signal"], every)
 
 
@@ -318,7 +315,7 @@ def _bad_blocks(blocks: "Mapping[str, Block | Graph]", rates: Mapping[str, objec
                 yield Problem(message=message, key=f"blocks.{name}", hint=hint, path=path)
     for name in rates:
         if name not in blocks:
-            hint = like(name, blocks, "the blocks")
+            hint = did_you_mean(name, blocks, "the blocks")
             where = ("blocks", name, "rate")
             yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
 

@@ -22,7 +22,7 @@ def show_blocks(kind: str | None, own: Own | None, as_json: bool) -> int:
         return 0
     shown = find(kind, own)
     if shown is None:
-        hint = did_you_mean(kind, all_blocks(own), "kind")
+        hint = did_you_mean(kind, all_blocks(own), "the kinds")
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
     click.echo(json.dumps(facts(shown), indent=2) if as_json else block_text(shown))
     return 0

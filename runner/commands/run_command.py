@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.flatten import flatten
@@ -125,7 +124,7 @@ def changed(graph: Graph, changes: tuple[str, ...], probes: tuple[str, ...]) -> 
     for signal in dict.fromkeys(probes):
         try:
             added += [read_probe(signal)] if signal not in known else []
-        except UnitError:
+        except Refusal:
             raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
     return dataclasses.replace(graph, probes=(*graph.probes, *added))
 

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Graph, read_duration, split
-from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.loops import SETTLED, Loop
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
@@ -140,7 +138,7 @@ def one_loop(planned: Plan, graph: Graph, wanted: str) -> tuple[str, Node]:
         return wanted, node_of(planned, graph, loops[wanted].open_at)
     if "." in wanted:
         return wanted, node_of(planned, graph, wanted)
-    hint = like(wanted, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
+    hint = did_you_mean(wanted, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
     raise ModelError([Problem(message="there is no such loop", key="loops", got=wanted, hint=hint)])
 
 
@@ -162,7 +160,7 @@ def tick_at(planned: Plan, at: str | float | Fraction) -> int:
         return settled_tick(planned)
     try:
         return int(read_duration(at) * planned.schedule.base_rate)
-    except UnitError as error:
+    except Refusal as error:
         raise ModelError(
             [Problem(message=str(error), key="at", got=str(at), hint=f'write a time, as "20 ms", or "{SETTLED}"')]
         ) from None
