@@ -16,8 +16,8 @@ from proofmass.blocks.arithmetic import fixed_point, pipeline
 from proofmass.blocks.arithmetic.fixed_point import counting_overflows
 from proofmass.runner.fixed import integer_interval, integer_ir, step_formats
 from proofmass.runner.fixed.assumptions import Assumptions
-from proofmass.runner.fixed.integer_interval import Operation
 from proofmass.runner.fixed.integer_ir import Node, Place, Program, TraceError
+from proofmass.runner.fixed.operations import OperationName
 from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves, loader, mantissas, storer
 
 MOST_PATHS = 256
@@ -154,7 +154,7 @@ class _Tracer:
         hint = "write fixed(value, format, rounding), or make it from a value that is"
         self.refuse(f"a {type(value).__name__} among integers", hint=hint, got=repr(value))
 
-    def apply(self, operation: Operation, *operands: Node) -> Node:
+    def apply(self, operation: OperationName, *operands: Node) -> Node:
         """An operation on what is known of its operands on this path."""
         return self.program.make(operation, *(self._known(node) for node in operands))
 
@@ -227,7 +227,7 @@ class Signal:
         self._tracer = tracer
         self.node = node
 
-    def _made(self, operation: Operation, *operands: Any) -> Any:
+    def _made(self, operation: OperationName, *operands: Any) -> Any:
         """A signal of an operation; what has operators of its own for signals, a FixedValue, comes to its turn."""
         if any(isinstance(operand, fixed_point.FixedValue) for operand in operands):
             return NotImplemented
@@ -309,7 +309,7 @@ class Signal:
     def __bool__(self) -> bool:
         return self._tracer.decide(self.node)
 
-    def _shifted(self, operation: Operation, value: Any, places: Any) -> Any:
+    def _shifted(self, operation: OperationName, value: Any, places: Any) -> Any:
         if isinstance(value, fixed_point.FixedValue):
             return NotImplemented
         low, high = self._tracer.bounds(self._tracer.node(places))

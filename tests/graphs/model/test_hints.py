@@ -4,6 +4,7 @@ import pytest
 
 from proofmass.graphs.model.hints import counted, syntax_hint
 
+
 @pytest.mark.parametrize(
     ("shape", "words"), [((), "a single value"), ((16,), "a vector of 16 entries"), ((2, 3), "a vector of 6 entries")]
 )

@@ -9,8 +9,8 @@ import pytest
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, fixed, where, wrap
 from proofmass.runner.fixed.integer_code import compile_step
-from proofmass.runner.fixed.integer_interval import interval_of
 from proofmass.runner.fixed.integer_ir import Program, TraceError
+from proofmass.runner.fixed.operations import interval_of
 from proofmass.runner.fixed.trace import Traced, trace
 
 INTERVALS = [(-5, 6), (0, 7), (-8, -3), (2, 2), (-1, 0), (3, 9)]
