@@ -49,7 +49,7 @@ class ModelError(ValueError):
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
 
-class Refusal(ValueError):
+class Refusal(ValueError):  # noqa: N818  # a word of its own, as in "raise Refusal(...)"
     """Why a value is refused: words that follow its name, what was got and expected, how to cure it.
 
     `key` is the entry of a table that the value stands under.

@@ -40,7 +40,7 @@ OperationName = Literal[
 class Operation:
     """One operation on integers; its texts name the operands {0}, {1}, {2}."""
 
-    evaluate: Callable[..., int]
+    evaluate: Callable[..., Any]
     interval: Callable[..., Interval]  # of the result, from those of the operands
     word: str  # first part of the names of wires that hold a result
     python: str
@@ -61,12 +61,12 @@ class Operation:
         return (self.amaranth or self.python).format(*operands)
 
 
-def _arithmetic(evaluate: Callable[..., int], word: str, python: str, **more: Any) -> Operation:
+def _arithmetic(evaluate: Callable[..., Any], word: str, python: str, **more: Any) -> Operation:
     """An operation that takes its extremes where every operand does."""
     return Operation(evaluate=evaluate, interval=partial(corners, evaluate), word=word, python=python, **more)
 
 
-def _bitwise(interval: Callable[..., Interval], evaluate: Callable[..., int], word: str, **more: Any) -> Operation:
+def _bitwise(interval: Callable[..., Interval], evaluate: Callable[..., Any], word: str, **more: Any) -> Operation:
     return Operation(evaluate=evaluate, interval=partial(interval, evaluate), word=word, commutative=True, **more)
 
 
