@@ -5,10 +5,10 @@ Time to make it ready when it has been compiled before, time of its own run, and
 
 import time
 
-from compare_with_c import LIBRARY
-
 from proofmass import read_graph, simulate
+from proofmass.graphs.files.library import FOLDER
 from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.flatten import flatten
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.targets.native import CompiledLoop
@@ -20,11 +20,11 @@ RUNS = 15  # of which the fastest counts, since others may share the machine
 def main() -> None:
     """Run them all and print the table."""
     print(f"{'graph':34} {'blocks':>6} {'ticks':>11} {'ready':>9} {'run':>9} {'a tick':>10}")
-    for path in sorted(LIBRARY.glob("*.toml")):
+    for path in sorted(FOLDER.rglob("*.toml")):
         if "[blocks" not in path.read_text(encoding="utf-8"):
             continue  # a study that names its graph
         graph = read_graph(path)
-        if not runs_alone(graph):
+        if not runs_alone(flatten(graph)):
             continue
         simulate(graph, samples=1, engine="compiled")
         began = time.perf_counter()

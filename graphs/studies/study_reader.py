@@ -11,7 +11,7 @@ from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 
 STUDY = "study"
 

@@ -2,17 +2,17 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from proofmass.blocks import DriftRamp, Ramp
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.run.simulate import EngineName, simulate
 
-GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml"
+GRAPH = library_file("closed_loop_accelerometer.toml")
 SAMPLES = 1_000_000
 
 

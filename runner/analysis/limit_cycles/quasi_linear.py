@@ -1,4 +1,4 @@
-"""Graphs in which nonlinear blocks count as gains: stated ones, or those for a sine of a stated amplitude."""
+"""Graphs whose nonlinear blocks are replaced by gains: stated ones, or those for a sine of a stated amplitude."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,36 +10,34 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.blocks.declaration.units import convert
 from proofmass.blocks.signals.gain import Gain
 from proofmass.graphs.checks.schedule import block_rate
-from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.runner.analysis.limit_cycles.describing import Describing, describing_function
 
 
 def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mapping[str, float | str]) -> Graph:
-    """The graph with blocks replaced by gains: stated ones, or describing functions for amplitudes of their input.
+    """Return the graph with blocks replaced by stated gains, or by describing functions at amplitudes of their input.
 
-    Raises `ModelError` where a block has no number to multiply, or its describing function turns the phase.
+    Raises `ModelError` if a block has no number to multiply, or its describing function shifts the phase.
     """
     flat = flatten(graph)
-    found: dict[str, float] = {}
+    factors: dict[str, float] = {}
     for name, stated in gains.items():
-        found[name] = _number(flat, name, stated, _unit(flat, name, "{out}") + "/" + _unit(flat, name, "{in}"))
+        factors[name] = _number(flat, name, stated, _unit(flat, name, "{out}") + "/" + _unit(flat, name, "{in}"))
     for name, stated in amplitudes.items():
         amplitude = _number(flat, name, stated, _unit(flat, name, "{in}"))
         if not amplitude > 0.0:
-            raise _refused(flat, name, "an amplitude is above zero", str(stated))
+            raise _refused(flat, name, "the amplitude must be above zero", str(stated))
         gain = complex(describing_of(flat, name)(amplitude))
         if abs(gain.imag) > 1e-6 * abs(gain):
-            hint = "--limit-cycle finds the amplitude and the frequency with that turn"
-            raise _refused(flat, name, "turns the phase for this amplitude: it is no gain", f"{gain:.6g}", hint)
-        found[name] = gain.real
-    return replaced(flat, found)
+            hint = "--limit-cycle finds the amplitude and the frequency with this phase shift"
+            raise _refused(flat, name, "shifts the phase at this amplitude, so it is not a gain", f"{gain:.6g}", hint)
+        factors[name] = gain.real
+    return replaced(flat, factors)
 
 
-def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:
-    """A flat graph with blocks replaced by gains of the same units."""
-    if not gains:
-        return flat
+def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
+    """Return the graph without subgraphs, with blocks replaced by gains of the same units."""
     blocks, wires = dict(flat.blocks), []
     for name, gain in gains.items():
         block, (entry, port) = flat.blocks[name], ends(flat, name)
@@ -60,11 +58,13 @@ def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:
     kept = tuple(probe for probe in flat.probes if split(probe.signal)[0] not in gains)
     loops = {name: replace(loop, open_at=_renamed(flat, loop.open_at, gains)) for name, loop in flat.loops.items()}
     rates = {name: rate for name, rate in flat.rates.items() if name in blocks}
-    return replace(flat, blocks=blocks, wires=tuple(wires), probes=kept, measures={}, loops=loops, rates=rates)
+    return flat.as_graph().changed(
+        blocks=blocks, wires=tuple(wires), probes=kept, measures={}, loops=loops, rates=rates
+    )
 
 
-def describing_of(flat: Graph, name: str) -> Describing:
-    """N(A) of a block of a flat graph; raises `ModelError` where it has none."""
+def describing_of(flat: FlatGraph, name: str) -> Describing:
+    """Return N(A) of a block of a flat graph; raises `ModelError` if it has none."""
     entry, port = ends(flat, name)
     block = flat.blocks[name]
     period = 1.0 if type(block).continuous() else float(1 / block_rate(flat, name))
@@ -74,8 +74,8 @@ def describing_of(flat: Graph, name: str) -> Describing:
         raise _refused(flat, name, str(error), type(block).__name__) from None
 
 
-def ends(flat: Graph, name: str) -> tuple[str, str]:
-    """The wired input and the output, both one number, between which a block counts as a gain."""
+def ends(flat: FlatGraph, name: str) -> tuple[str, str]:
+    """Return the wired input and the output, both single numbers, between which a block counts as a gain."""
     kind = type(_block(flat, name))
     read = {split(wire.source)[1] for wire in flat.wires if split(wire.source)[0] == name}
     driven = [split(wire.target)[1] for wire in flat.wires if split(wire.target)[0] == name]
@@ -83,7 +83,7 @@ def ends(flat: Graph, name: str) -> tuple[str, str]:
     outputs = [port for port, made in kind.outputs.items() if _is_number(made) and port in read]
     if len(entries) != 1 or len(outputs) != 1:
         got = f"inputs {', '.join(entries) or 'none'}; outputs {', '.join(outputs) or 'none'}"
-        raise _refused(flat, name, "is no gain between one wired input and one output that is read", got)
+        raise _refused(flat, name, "is not a gain: that needs one wired input and one output that is read", got)
     return entries[0], outputs[0]
 
 
@@ -91,13 +91,13 @@ def _is_number(port: Any) -> bool:
     return port.dtype is float and not port.shape
 
 
-def _unit(flat: Graph, name: str, side: str) -> str:
+def _unit(flat: FlatGraph, name: str, side: str) -> str:
     block, (entry, port) = _block(flat, name), ends(flat, name)
     unit = unit_of(block, type(block).inputs[entry] if side == "{in}" else type(block).outputs[port])
     return f"({unit})"
 
 
-def _number(flat: Graph, name: str, stated: float | str, unit: str) -> float:
+def _number(flat: FlatGraph, name: str, stated: float | str, unit: str) -> float:
     try:
         return float(stated)
     except ValueError:
@@ -108,18 +108,18 @@ def _number(flat: Graph, name: str, stated: float | str, unit: str) -> float:
         raise _refused(flat, name, str(error), str(stated), error.hint) from None
 
 
-def _renamed(flat: Graph, signal: str, gains: Mapping[str, float]) -> str:
+def _renamed(flat: FlatGraph, signal: str, gains: Mapping[str, float]) -> str:
     name, port = split(signal)
     return f"{name}.output" if name in gains and port == ends(flat, name)[1] else signal
 
 
-def _block(flat: Graph, name: str) -> Block:
+def _block(flat: FlatGraph, name: str) -> Block:
     if name not in flat.blocks:
         hint = did_you_mean(name, flat.blocks, "the blocks")
         raise ModelError([Problem(message="there is no such block", key=name, hint=hint)])
     return flat.blocks[name]
 
 
-def _refused(flat: Graph, name: str, message: str, got: str, hint: str = "") -> ModelError:
+def _refused(flat: FlatGraph, name: str, message: str, got: str, hint: str = "") -> ModelError:
     problem = Problem(message=message, key=f"blocks.{name}", got=got, hint=hint, path=("blocks", name))
     return ModelError([flat.placed(problem)])

@@ -5,17 +5,16 @@ import re
 from collections.abc import Iterator
 from html import escape
 from itertools import combinations, pairwise
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from proofmass.blocks import AnalogToDigital, Constant, DigitalToAnalog, FlexurePendulum, Gain, Negation, Ramp, Sum
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs import library
 from proofmass.graphs.drawing.diagram import dot, mermaid, svg
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 
 Box = tuple[float, float, float, float]  # left, top, right, bottom
 Segment = tuple[tuple[float, float], tuple[float, float]]
@@ -50,7 +49,7 @@ def chain(length: int) -> Graph:
 
 
 def accelerometer() -> Graph:
-    return read_graph(Path(library.__path__[0]) / "closed_loop_accelerometer.toml")
+    return read_graph(library_file("closed_loop_accelerometer.toml"))
 
 
 def example_graphs() -> Iterator[Graph]:

@@ -15,10 +15,11 @@ import pytest
 
 from proofmass.blocks import RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.files.library import library_file
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Place
 from proofmass.runner.plan.recording import read_recordings
-
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
 
 
 def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float], list[float]]:
@@ -26,7 +27,7 @@ def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float]
     block = RecordedSignal(file=path.name, column=column, unit=unit)
     place = Place("sensor.toml", {("blocks", "motion", "file"): 4, ("blocks", "motion", "column"): 5}, str(path.parent))
     graph = Graph(name="recorded", rate="1 kHz", blocks={"motion": block}, probes=["motion.output"], place=place)
-    buffers = read_recordings(graph, "motion")
+    buffers = read_recordings(flatten(graph), "motion")
     assert set(buffers) == {"times", "values"}
     return list(buffers["times"]), list(buffers["values"])
 
@@ -65,7 +66,7 @@ def netcdf_file(folder: Path, variables: Mapping[str, tuple[str, Any, dict[str, 
 
 
 def test_the_recording_of_the_library_reads_through_its_comments() -> None:
-    times, values = read(LIBRARY / "recorded_motion.csv")
+    times, values = read(library_file("recorded_motion.csv"))
     assert len(times) == len(values) == 4000
     assert (times[0], times[1]) == (0.0, 0.005)
     assert 1.0 < max(values) < 20.0
@@ -182,7 +183,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
 def test_no_file_at_all_is_refused(tmp_path: Path) -> None:
     graph = Graph(name="recorded", rate="1 kHz", blocks={"motion": RecordedSignal(unit="V")}, probes=["motion.output"])
     with pytest.raises(ModelError, match=r"says no file\n +hint: +write file = \"recording\.csv\""):
-        read_recordings(graph, "motion")
+        read_recordings(flatten(graph), "motion")
 
 
 def test_a_missing_column_is_named_with_the_nearest(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.engines import EngineName
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
@@ -105,7 +105,7 @@ def test_a_changed_graph_or_study_is_refused_with_what_changed(study: Study, tmp
             run_study(read_study(path), runs=1, engine="python", folder=tmp_path)
         assert said in caught.value.problems[0].got
     (tmp_path / FILE).write_bytes(b"no database at all, but long enough to look at" * 100)
-    with pytest.raises(ModelError, match="is no ledger"):
+    with pytest.raises(ModelError, match="is not the ledger"):
         run_study(study, runs=1, engine="python", folder=tmp_path)
 
 
