@@ -16,7 +16,10 @@ def main() -> None:
     for name, case in CASES.items():
         begin = time.process_time()
         error, at = measured(case, count, seed=1)
-        print(f"{name:24} {error:.4f} ulp at {', '.join(map(repr, at)):45} {time.process_time() - begin:5.1f} s", flush=True)
+        print(
+            f"{name:24} {error:.4f} ulp at {', '.join(map(repr, at)):45} {time.process_time() - begin:5.1f} s",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":
