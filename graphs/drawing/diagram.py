@@ -1,7 +1,7 @@
 """Block diagrams of a graph: SVG to look at, Mermaid and DOT text for documents and other tools.
 
 The pictures depend on the graph alone, never on the order in which blocks and wires were declared. Wires whose ends do
-not exist are left out: `check` speaks about them.
+not exist are left out: `check` reports them.
 """
 
 import re
@@ -48,7 +48,7 @@ _STYLE = """
 
 
 def svg(graph: Graph) -> str:
-    """The block diagram as SVG: signals from left to right, return paths below; details are shown as tooltips."""
+    """Return the block diagram as SVG: signals from left to right, return paths below, details as tooltips."""
     return _svg(picture(graph, flatten(graph)))
 
 
@@ -88,7 +88,7 @@ def _svg(graph: Picture) -> str:
 
 
 def mermaid(graph: Graph) -> str:
-    """The wiring as a Mermaid flowchart, which many document tools draw."""
+    """Return the wiring as a Mermaid flowchart, which many document tools draw."""
     return _mermaid(picture(graph, flatten(graph)))
 
 
@@ -113,7 +113,7 @@ def _mermaid(graph: Picture) -> str:
 
 
 def dot(graph: Graph) -> str:
-    """The wiring as DOT text for Graphviz."""
+    """Return the wiring as DOT text for Graphviz."""
     return _dot(picture(graph, flatten(graph)))
 
 
@@ -139,7 +139,7 @@ def _dot(graph: Picture) -> str:
 
 
 def _links(graph: Picture) -> list[Link]:
-    """The wires whose ends exist, each once."""
+    """Return the wires whose ends exist, each once."""
     links = set()
     for (source, output), (target, port) in graph.wires:
         if source in graph.blocks and target in graph.blocks and output in graph.blocks[source].outputs:
@@ -150,7 +150,7 @@ def _links(graph: Picture) -> list[Link]:
 
 
 class _Wired:
-    """By block: the ports and parameters that wires arrive at, with their sources, the wired and the probed outputs."""
+    """Return by block the wired ports and parameters with their sources, the wired outputs and the probed ones."""
 
     def __init__(self, graph: Picture, links: list[Link]) -> None:
         self.into: dict[str, dict[str, str]] = {name: {} for name in graph.blocks}
@@ -169,13 +169,13 @@ def _probed(graph: Picture) -> list[tuple[str, str]]:
 
 
 def _rate(graph: Picture, name: str) -> str:
-    """The rate of a block that has another one than the graph."""
+    """Return the rate of a block if it differs from the graph's."""
     rate = graph.rates.get(name)
     return "" if rate is None or rate == graph.rate else write_rate(rate)
 
 
 def _unit(what: Port | Parameter) -> str:
-    """The unit as one writes it by hand; nothing for a plain number."""
+    """Return the unit as written by hand; empty for a plain number."""
     unit = what.unit.replace("*", "·")
     unit = re.sub(r"\^(-?\d+)(?![\d.])", lambda power: power[1].translate(_SUPERSCRIPTS), unit)
     return "" if unit == "1" else unit
@@ -215,7 +215,7 @@ def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
 
 
 def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -> Iterator[str]:
-    """A block with its ports; outputs that nobody uses stay in the background."""
+    """Yield a block with its ports; unused outputs are drawn in a soft colour."""
     block = graph.blocks[name]
     continuous = block.continuous
     x, y, right = spot.x, spot.y, spot.x + shape.width
@@ -267,38 +267,38 @@ def _block_tooltip(graph: Picture, name: str, drivers: Mapping[str, str]) -> str
     for parameter, declared in block.parameters.items():
         value = block.values[parameter]
         unit = _unit(declared)
-        shown = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
+        text = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
         if parameter in drivers:
             lines.append(f"{parameter}: driven by {drivers[parameter]}")
         else:
-            lines.append(f"{parameter} = {shown} {unit}".rstrip())
+            lines.append(f"{parameter} = {text} {unit}".rstrip())
     return "\n".join(line for line in lines if line)
 
 
 def _shared(first: tuple[Point, ...], second: tuple[Point, ...]) -> int:
-    """The last point that two wires from the same output have in common, counted from their start."""
+    """Return the last point that two wires from one output share, counted from their start."""
     return next((i for i, (a, b) in enumerate(zip(first[1:], second[1:], strict=False)) if a != b), 0)
 
 
 def _wire(graph: Picture, link: Link, own: tuple[Point, ...], layout: Layout) -> Iterator[str]:
-    """One wire, with its `own` part of what it shares with others from the same output."""
+    """Yield one wire; `own` is the part that it does not share with other wires from the same output."""
     path = layout.paths[link]
     block = graph.blocks[link.source]
     port = block.outputs[link.output]
     unit = _unit(port)
-    said = f"{link.source}.{link.output} → {link.target}.{link.port}"
-    tooltip = "\n".join((said + (f" [{unit}]" if unit else ""), port.doc))
+    ends = f"{link.source}.{link.output} → {link.target}.{link.port}"
+    tooltip = "\n".join((ends + (f" [{unit}]" if unit else ""), port.doc))
     (x, y), (before_x, before_y) = path[-1], path[-2]
     back = (before_x > x) - (before_x < x), (before_y > y) - (before_y < y)
     tip = [(x + 9 * back[0] + s * 4 * back[1], y + 9 * back[1] + s * 4 * back[0]) for s in (1, -1)]
-    yield f'<g class="wire{" driven" * link.driven}" data-wire="{_text(said)}"><title>{_text(tooltip)}</title>'
+    yield f'<g class="wire{" driven" * link.driven}" data-wire="{_text(ends)}"><title>{_text(tooltip)}</title>'
     yield f'<path class="reach" d="{_rounded(path, layout.dots)}"/>'
     yield f'<path class="line" d="{_rounded(own, layout.dots)}"/>'
     yield f'<path class="tip" d="M{x} {y}L{tip[0][0]} {tip[0][1]}L{tip[1][0]} {tip[1][1]}Z"/></g>'
 
 
 def _rounded(path: tuple[Point, ...], dots: frozenset[Point]) -> str:
-    """The path with small arcs at its corners, except where wires branch."""
+    """Return the path with small arcs at its corners, except where wires branch."""
     out = [f"M{path[0][0]} {path[0][1]}"]
     for before, (x, y), after in zip(path, path[1:], path[2:], strict=False):
         near = min(abs(x - before[0]) + abs(y - before[1]), abs(after[0] - x) + abs(after[1] - y))
@@ -314,7 +314,7 @@ def _rounded(path: tuple[Point, ...], dots: frozenset[Point]) -> str:
 
 
 def _legend(graph: Picture, links: list[Link]) -> Iterator[tuple[int, str, int]]:
-    """What the marks mean: place, drawing and right end of each that occurs."""
+    """Return the legend: place, drawing and right end of each mark that occurs."""
     marks: Mapping[str, tuple[bool, str]] = {
         "continuous": (
             any(block.continuous for block in graph.blocks.values()),
@@ -335,7 +335,7 @@ def _legend(graph: Picture, links: list[Link]) -> Iterator[tuple[int, str, int]]
 
 
 def _width(text: str, size: int, bold: bool = False) -> int:
-    """About how wide a text is, rather too wide than too narrow."""
+    """Return the width of a text, estimated generously."""
     narrow = sum(c in "iljtfrI.,:;|!'()[]/ ·" for c in text)
     wide = sum(c in "mwMW@%" for c in text)
     units = 0.6 * (len(text) - narrow - wide) + 0.36 * narrow + 0.9 * wide

@@ -1,4 +1,4 @@
-"""A graph as a diagram shows it: a subgraph is one box with the ports that it exports and those that wires reach."""
+"""A graph for a diagram: a subgraph is one box with the ports that it exports and those that wires reach."""
 
 import inspect
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ class Box:
 
 
 class Picture(NamedTuple):
-    """What is drawn: blocks and boxes, and wires and probes by block and port."""
+    """Contents of a diagram: blocks and boxes, wires and probes by block and port."""
 
     name: str
     rate: Fraction | None
@@ -84,15 +84,15 @@ def _subgraph(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
         known = find_any(flat, signal, graph)
         if isinstance(known, Missing):
             continue
-        block, what = known
-        unit = unit_of(block, what)
-        if isinstance(what, Parameter):
-            parameters[port] = replace(what, name=port, unit=unit)
-            values[port] = getattr(block, what.name)
+        block, inner = known
+        unit = unit_of(block, inner)
+        if isinstance(inner, Parameter):
+            parameters[port] = replace(inner, name=port, unit=unit)
+            values[port] = getattr(block, inner.name)
         elif split(signal)[1] in type(block).outputs:
-            outputs[port] = replace(what, name=port, unit=unit)
+            outputs[port] = replace(inner, name=port, unit=unit)
         else:
-            inputs[port] = replace(what, name=port, unit=unit)
+            inputs[port] = replace(inner, name=port, unit=unit)
     part = graph.subgraphs[name]
     about = [part.name, part.description.strip(), f"{part.size.blocks} blocks inside"]
     return Box("Graph", "\n".join(filter(None, about)), inputs, outputs, parameters, values, subgraph=True)

@@ -1,4 +1,4 @@
-"""A run as one HTML file: what the sensor is, what came out, and everything to repeat it."""
+"""A run as one HTML file: the sensor, its results, and everything needed to repeat the run."""
 
 import math
 import shlex
@@ -18,13 +18,13 @@ from proofmass.runner.output.page import broken, facts, inline, paragraphs, pict
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
 from proofmass.runner.run.result import Result
 
-_ONE_PAGE = 9  # panels that still read well on one printed page
+_ONE_PAGE = 9  # panels that fit on one printed page
 
 
 def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str]] = ()) -> Path:
     """Write the report: diagram, summary, plots, blocks with their parameters, and how to repeat the run.
 
-    `extra` is a sequence of (heading, HTML fragment), put after the summary as it is.
+    `extra` is a sequence of (heading, HTML fragment), put after the summary unchanged.
     """
     graph = result.graph
     sections = [
@@ -83,7 +83,7 @@ def _summary(result: Result) -> str:
 
 
 def _measures(result: Result) -> str:
-    """Numbers that the run reduced signals to, as many digits as tell them apart."""
+    """Return a table of the measures of the run."""
     rows = (
         f'<th>{broken(name)}</th><td class="number">{_or_none(measure.value)}</td>'
         f"<td>{escape(pretty(measure.unit) if measure.unit != '1' else '')}</td>"
@@ -137,15 +137,15 @@ def _value(value: Any) -> str:
 
 
 def _facts(result: Result) -> str:
-    known = dict(result.provenance)
+    provenance = dict(result.provenance)
     about = {
-        "engine": known.pop("engine", ""),
+        "engine": provenance.pop("engine", ""),
         "time of the loop": f"{result.seconds:.4g} s, {result.seconds / max(result.ticks, 1) * 1e9:,.1f} ns a tick",
         "time before it": f"{result.preparation:.4g} s",
         "seed": str(result.seed),
         "ticks": f"{result.ticks:,} at {write_rate(result.base_rate)}",
-        "SHA-256 of the graph": known.pop("graph_hash", ""),
-        **known,
+        "SHA-256 of the graph": provenance.pop("graph_hash", ""),
+        **provenance,
     }
     return facts(about.items())
 

@@ -85,7 +85,7 @@ def _source(
     """The signal of a new source."""
     name = f"source_{len(blocks)}"
     if dtype is bool:
-        blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 + number)
+        blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 << number % 9)  # four of them are true at once, too
         return f"{name}.bit"
     unit = "V" if dtype is int else unit
     seed = 123456789 * (1 + len(blocks)) % 2**31

@@ -25,15 +25,15 @@ def power_of_two(exponent: float) -> float:
     """
     power, left = 2.778448436856347e-163, exponent + 540.0  # 2^-540
     large = left >= 512.0
-    power, left = power * 1.3407807929942597e+154 if large else power, left - 512.0 if large else left
+    power, left = power * 1.3407807929942597e154 if large else power, left - 512.0 if large else left
     large = left >= 512.0
-    power, left = power * 1.3407807929942597e+154 if large else power, left - 512.0 if large else left
+    power, left = power * 1.3407807929942597e154 if large else power, left - 512.0 if large else left
     large = left >= 256.0
-    power, left = power * 1.157920892373162e+77 if large else power, left - 256.0 if large else left
+    power, left = power * 1.157920892373162e77 if large else power, left - 256.0 if large else left
     large = left >= 128.0
-    power, left = power * 3.402823669209385e+38 if large else power, left - 128.0 if large else left
+    power, left = power * 3.402823669209385e38 if large else power, left - 128.0 if large else left
     large = left >= 64.0
-    power, left = power * 1.8446744073709552e+19 if large else power, left - 64.0 if large else left
+    power, left = power * 1.8446744073709552e19 if large else power, left - 64.0 if large else left
     large = left >= 32.0
     power, left = power * 4294967296.0 if large else power, left - 32.0 if large else left
     large = left >= 16.0
@@ -54,16 +54,16 @@ def mantissa_and_exponent(value: float) -> tuple[float, float]:
     ((0.75, 4.0), (1.0, -1074.0))
     """
     small = value < 7.458340731200207e-155  # 2^-512
-    m, exponent = value * 1.5095849699286165e+169 if small else value, -562.0 if small else 0.0
-    large = m >= 1.3407807929942597e+154
+    m, exponent = value * 1.5095849699286165e169 if small else value, -562.0 if small else 0.0
+    large = m >= 1.3407807929942597e154
     m, exponent = m * 7.458340731200207e-155 if large else m, exponent + 512.0 if large else exponent
     small = m < 1.0
-    m, exponent = m * 1.3407807929942597e+154 if small else m, exponent - 512.0 if small else exponent
-    large = m >= 1.157920892373162e+77
+    m, exponent = m * 1.3407807929942597e154 if small else m, exponent - 512.0 if small else exponent
+    large = m >= 1.157920892373162e77
     m, exponent = m * 8.636168555094445e-78 if large else m, exponent + 256.0 if large else exponent
-    large = m >= 3.402823669209385e+38
+    large = m >= 3.402823669209385e38
     m, exponent = m * 2.938735877055719e-39 if large else m, exponent + 128.0 if large else exponent
-    large = m >= 1.8446744073709552e+19
+    large = m >= 1.8446744073709552e19
     m, exponent = m * 5.421010862427522e-20 if large else m, exponent + 64.0 if large else exponent
     large = m >= 4294967296.0
     m, exponent = m * 2.3283064365386963e-10 if large else m, exponent + 32.0 if large else exponent

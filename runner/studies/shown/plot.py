@@ -63,7 +63,7 @@ def plot_measure(result: StudyResult, name: str) -> "Figure":
 
 
 def save_study_plot(result: StudyResult, path: str | Path) -> Path:
-    """Write the picture; its form follows from the ending."""
+    """Write the picture in the format of the file's ending."""
     return save_figure(plot_study(result), path)
 
 
@@ -73,7 +73,7 @@ def _whole(result: StudyResult, name: str) -> Array:
 
 
 def _legend(figure: "Figure") -> None:
-    """What is drawn how, once for all panels, below them: it hides nothing there."""
+    """Draw one legend for all panels, below them so that it hides nothing."""
     found = [panel.get_legend_handles_labels() for panel in figure.axes]
     entries = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
     if len(entries) > 1 or LIMIT in entries:
@@ -137,7 +137,7 @@ def label_of(measure: PlannedMeasure) -> str:
 
 
 def _limits(draw: Any, result: StudyResult, name: str) -> None:
-    """The limits that lie near the values; those further away would only squeeze the picture."""
+    """Draw the limits that lie near the values; others would only squeeze the picture."""
     limit, values = result.study.limits.get(name), result[name][np.isfinite(result[name])]
     for edge in (limit.at_least, limit.at_most) if limit and len(values) else ():
         if np.isfinite(edge) and values.min() - np.ptp(values) <= edge <= values.max() + np.ptp(values):

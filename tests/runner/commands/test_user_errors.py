@@ -194,7 +194,7 @@ def test_the_traceback_is_shown_wherever_it_is_asked_for(tmp_path: Path) -> None
 
 
 def test_an_error_of_our_own_is_a_message_too(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(**options: Any) -> int:
+    def broken(request: Any) -> int:
         raise KeyError("something")
 
     monkeypatch.setattr("proofmass.runner.commands.run_command.run_graph", broken)

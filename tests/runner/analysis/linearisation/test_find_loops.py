@@ -5,11 +5,11 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.analysis.linearisation.find_loops import Found, find_loops
+from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.planning.plan import plan
 
 
-def found(blocks: dict[str, Block], wires: list[str], **more: object) -> list[Found]:
+def found(blocks: dict[str, Block], wires: list[str], **more: object) -> list[LoopGroup]:
     return find_loops(plan(Graph(name="loops", rate=1000, blocks=blocks, wires=wires, **more)))  # type: ignore[arg-type]
 
 

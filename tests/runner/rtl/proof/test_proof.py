@@ -216,7 +216,7 @@ def test_the_command_ends_with_1_on_a_counter_example(
     def wrong(*given: object, **options: object) -> str:
         return machine_text(*given, **options).replace("1'sd0 : sum", "1'sd1 : sum")  # type: ignore[arg-type]
 
-    monkeypatch.setattr("proofmass.runner.rtl.text.machine_verilog.machine_text", wrong)
+    monkeypatch.setattr("proofmass.runner.commands.rtl_command.machine_text", wrong)
     words = ["rtl", str(CALIBRATION), "--block", "counter", "-o", str(tmp_path), "--ticks", "3", "--prove"]
     assert main(words) == 1
     assert "chip_counter.chip_ is 0 in Python and" in capsys.readouterr().out

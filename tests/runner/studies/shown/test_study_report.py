@@ -145,7 +145,7 @@ def test_a_study_file_stands_for_the_folder_it_ran_in_last(
     path.write_text(STUDY)
     (tmp_path / "other.toml").write_text(STUDY.replace("200 ppm", "300 ppm"))
     assert main(["report", str(path)]) == 1
-    assert "no folder of this study is near" in capsys.readouterr().err
+    assert "no folder of this study is beside the file or here" in capsys.readouterr().err
     run_study(read_study(path), runs=2, engine="python", folder=path.parent / "beside")
     (path.parent / "beside").rename(path.parent / "moved")
     run_study(read_study(tmp_path / "other.toml"), runs=2, engine="python", folder=here / "other")
