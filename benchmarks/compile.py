@@ -68,7 +68,7 @@ def graph_of(name: str) -> Graph:
     blocks: dict[str, Any] = {"source": Constant(value=1.0)}
     wires, before = [], "source.output"
     for number in range(count - 1):
-        kinds = Gain(gain=1.0 - 1e-6 * number), UnitDelay(), Saturation(lower=-1e3, upper=1e3)
+        kinds = Gain(gain=1.0 - 1e-6 * number), UnitDelay(), Saturation(lowest=-1e3, highest=1e3)
         blocks[f"block_{number}"] = kinds[number % len(kinds)]
         wires.append(f"{before} -> block_{number}.input")
         before = f"block_{number}.output"

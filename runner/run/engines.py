@@ -10,8 +10,9 @@ from proofmass.runner.reference.interpret import Interpreter
 EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
 
 LANES = (32, 16, 8)  # to choose from; more than vectors of the processor hold in its registers are slower
-INTERPRETED_PART = 0.2  # of what compiling takes: what plain Python may take for a run before compiling is worth it
+INTERPRETED_PART = 0.5  # of what compiling takes: what plain Python may take for a run before compiling is worth it
 COMPILING_SECONDS = 0.1  # about what compiling takes, and so what plain Python may take for like runs together
+_KNOWING_SECONDS = 0.03  # about what it takes to know whether a plan has been compiled before
 _COMPILING_FUNCTION = 2.5e-3  # seconds more for each function of a block: 7 s for the 31 graphs of the library
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
@@ -39,7 +40,7 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
     compiling = COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
     if seconds > INTERPRETED_PART * compiling or spent > compiling:
         return "compiled"
-    if spent > 0.1:
+    if spent > _KNOWING_SECONDS:
         from proofmass.runner.targets.native import already_compiled
 
         if already_compiled(planned):
