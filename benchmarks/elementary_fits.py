@@ -1,7 +1,8 @@
 """Fit the polynomials of the elementary functions: `python benchmarks/elementary_fits.py` prints their coefficients.
 
 Remez' exchange on the error times a weight (Muller, Elementary Functions, 3rd ed., chapter 3), in 60 digits. The error
-that is printed is that of the coefficients as they stand there, rounded to numbers.
+that is printed is that of the coefficients as they stand there, rounded to numbers one after the other; those behind
+one are fitted again.
 """
 
 from collections.abc import Callable
@@ -45,11 +46,12 @@ def _exponential(r: Any) -> Any:
 
 def _logarithm(z: Any) -> Any:
     s = mpmath.sqrt(z)
-    return (mpmath.log((1 + s) / (1 - s)) - 2 * s - 2 * s**3 / 3) / s**5
+    return (mpmath.log((1 + s) / (1 - s)) - 2 * s - 2 * s**3 / 3 - 2 * s**5 / 5) / s**7
 
 
 def fits() -> dict[str, Fit]:
     """Every polynomial by the function that it is of; the intervals are a little wider than what is asked of it."""
+    mp.dps = 60
     quarter = (mp.pi / 4 * mpf("1.0001")) ** 2
     half_two = mp.log(2) / 2 * mpf("1.0001")
     s = (mp.sqrt(2) - 1) / (mp.sqrt(2) + 1) * mpf("1.0001")
@@ -61,8 +63,8 @@ def fits() -> dict[str, Fit]:
         "exponential: (exp r - 1 - r - r^2 / 2) / r^3 in r": Fit(
             _exponential, lambda r: max(abs(r), mpf("0.02")) ** 2, -half_two, half_two, 10
         ),
-        "logarithm: (ln((1 + s) / (1 - s)) - 2 s - 2 s^3 / 3) / s^5 in s^2": Fit(
-            _logarithm, lambda z: z * z, tiny, s * s, 8
+        "logarithm: (ln((1 + s) / (1 - s)) - 2 s - 2 s^3 / 3 - 2 s^5 / 5) / s^7 in s^2": Fit(
+            _logarithm, lambda z: z**3, tiny, s * s, 7
         ),
     }
 
@@ -71,9 +73,13 @@ def rounded(fit: Fit) -> tuple[list[float], float]:
     """Coefficients as numbers, lowest power first, and the largest weighted error that is left."""
     places = [_place(fit, (k + mpf(1) / 2) / POINTS) for k in range(POINTS)]
     values, weights = [fit.function(x) for x in places], [fit.weight(x) for x in places]
-    found = [float(c) for c in _exchanged(places, values, weights, fit.coefficients)]
+    found = [mpf(float(c)) for c in _exchanged(places, values, weights, fit.coefficients)]
+    for k in range(1, fit.coefficients if fit.low > 0 else 0):
+        rest = [(v - mpmath.polyval(found[:k][::-1], x)) / x**k for x, v in zip(places, values, strict=True)]
+        weights_of_rest = [w * x**k for x, w in zip(places, weights, strict=True)]
+        found[k:] = [mpf(float(c)) for c in _exchanged(places, rest, weights_of_rest, fit.coefficients - k)]
     every = zip(places, values, weights, strict=True)
-    return found, float(max(abs(w * (mpmath.polyval(found[::-1], x) - v)) for x, v, w in every))
+    return list(map(float, found)), float(max(abs(w * (mpmath.polyval(found[::-1], x) - v)) for x, v, w in every))
 
 
 def _place(fit: Fit, share: Any) -> Any:
@@ -121,7 +127,6 @@ def parts(value: Any, *bits: int) -> list[float]:
 
 
 def main() -> None:
-    mp.dps = 60
     for name, fit in fits().items():
         coefficients, error = rounded(fit)
         print(f"{name}; error 2^{float(mpmath.log(error, 2)):.1f}")
@@ -129,10 +134,18 @@ def main() -> None:
     print("pi / 2 in three parts of 33 bits and one:", parts(mp.pi / 2, 33, 33, 33))
     print("pi / 2 in two:", parts(mp.pi / 2, 53))
     print("ln 2 in two parts of 42 bits and one:", parts(mp.log(2), 42, 42))
-    for name, value in (("atan 1/2", mp.atan(mpf(1) / 2)), ("2 / 3", mpf(2) / 3), ("1 / ln 2", 1 / mp.log(2)),
-                        ("1 / ln 10", 1 / mp.log(10))):  # fmt: skip
+    pairs = {
+        "atan 1/2": mp.atan(mpf(1) / 2),
+        "2 / 3": mpf(2) / 3,
+        "2 / 5": mpf(2) / 5,
+        "1 / ln 2": 1 / mp.log(2),
+        "1 / ln 10": 1 / mp.log(10),
+    }
+    for name, value in pairs.items():
         high = float(value)
         print(f"{name} in two:", [high, float(value - mpf(high))])
+    with mp.workprec(1400):
+        print("2 / pi in pieces of 53 bits, times 2^200:", parts(mpf(2) ** 201 / mp.pi, *[53] * 22)[:-1])
 
 
 if __name__ == "__main__":

@@ -8,8 +8,11 @@ from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.problem import ModelError, Problem, nearest, shown
 from proofmass.graphs.files.part_files import PartError, PartFiles
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import change_part
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.exports import exported
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
@@ -256,9 +259,7 @@ def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, obj
 
 def _misplaced(name: str, part: Graph, key: str) -> str:
     """What to do about a key of a subgraph that is no parameter it exports; empty where it is one."""
-    from proofmass.graphs.model.exports import exported
-
-    known = exported(part)
+    known = exported(flatten(part))
     if key in known:
         if not isinstance(known[key][1], Port):
             return ""

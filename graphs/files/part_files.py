@@ -6,7 +6,7 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.problem import ModelError, shown
 from proofmass.graphs.files.library import LIBRARY, library_files
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.limits import ALL_FILES_BYTES, DEPTH, TEXT_LENGTH
 

@@ -2,17 +2,14 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.blocks.declaration.units import UnitError, convert
 from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.keys import LOOP_KEYS
-
-if TYPE_CHECKING:
-    from proofmass.graphs.model.graph import Graph
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
 VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
@@ -108,22 +105,3 @@ def read_requirement(value: object, unit: str) -> float:
     if not math.isfinite(number) or number < 0.0:
         raise UnitError("must be finite and not negative", example)
     return number
-
-
-def bad_loops(root: "Graph", flat: "Graph") -> Iterator[Problem]:
-    """Loops that are opened at what is no output, or at one that is not a single number."""
-    from proofmass.graphs.model.flatten import inside, parts
-    from proofmass.graphs.model.names import Missing, find_output
-
-    for path, part in parts(root):
-        for name, loop in part.loops.items():
-            found = find_output(flat, path + inside(part, loop.open_at), root)
-            message = hint = ""
-            if isinstance(found, Missing):
-                message, hint = found.message, found.hint
-            elif found[1].shape or found[1].dtype is bool:
-                kind = "a vector" if found[1].shape else "true or false"
-                message, hint = f"{loop.open_at} is {kind}", "open the loop at an output that is one number"
-            if message:
-                key, where = f"{path}loops.{name}.open_at", ("loops", name, "open_at")
-                yield part.placed(Problem(message=message, key=key, got=loop.open_at, hint=hint, path=where))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import nearest
+from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.hints import like
 
@@ -19,12 +20,12 @@ class Missing(NamedTuple):
     absent: bool = False  # a whole block is not there
 
 
-def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | Missing:
-    """Block and port of an output of a flat graph; `root` is the graph with its subgraphs."""
+def find_output(flat: FlatGraph, signal: str) -> tuple[Block, Port] | Missing:
+    """Block and port of an output of a flat graph."""
     name, port = split(signal)
-    block = graph.blocks.get(name)
+    block = flat.blocks.get(name)
     if block is None:
-        return _no_block(root, signal, "outputs")
+        return _no_block(flat.root, signal, "outputs")
     kind = type(block)
     if port in kind.outputs:
         return block, kind.outputs[port]
@@ -35,12 +36,12 @@ def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | 
     return Missing(f"{signal} is no output", like(port, kind.outputs, f"outputs of {name}"))
 
 
-def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Parameter] | Missing:
+def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
     """Block and input, or parameter that a wire may drive, of a flat graph."""
     name, port = split(signal)
-    block = graph.blocks.get(name)
+    block = flat.blocks.get(name)
     if block is None:
-        return _no_block(root, signal, "inputs")
+        return _no_block(flat.root, signal, "inputs")
     kind = type(block)
     if port in kind.inputs:
         return block, kind.inputs[port]
@@ -58,12 +59,12 @@ def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | P
     return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
 
 
-def find_any(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Parameter] | Missing:
+def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
     """Block and port or parameter of a flat graph."""
     name, port = split(signal)
-    block = graph.blocks.get(name)
+    block = flat.blocks.get(name)
     if block is None:
-        return _no_block(root, signal, "ports")
+        return _no_block(flat.root, signal, "ports")
     kind = type(block)
     for known in (kind.inputs, kind.outputs, kind.parameters):
         if port in known:

@@ -12,7 +12,7 @@ from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 
 STUDY = "study"
 

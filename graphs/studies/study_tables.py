@@ -273,7 +273,7 @@ class StudyTables:
 
     def _parameter(self, table: str, key: str, name: str) -> tuple[Block, Parameter] | None:
         """Block and parameter of a name, where it is a number that no wire drives."""
-        found = find_any(self.flat, name, self.graph)
+        found = find_any(self.flat, name)
         driver = next((wire.source for wire in self.flat.wires if wire.target == name), "")
         if isinstance(found, Missing):
             self._refuse(TableError(found.message, got=shown(key), hint=found.hint), table, key)

@@ -9,7 +9,8 @@ from typing import get_args
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.declaration.units import UnitError
-from proofmass.graphs.model.graph import LARGEST_SEED, Graph, read_duration
+from proofmass.graphs.model.graph import LARGEST_SEED, Graph
+from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.plan.measuring import measured
 from proofmass.runner.plan.memory import Engine, Memory, start

@@ -10,30 +10,37 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import checked
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 
 # Looked at one by one. Of a block with a memory each one acts on what is added to the memory, or scales what comes
 # out; what it was before stays.
 DRIVEN = {
+    "AllPass": {"frequency", "quality"},
     "AnalogSwitch": {"leakage"},
     "AnalogToDigital": {"reference", "offset_error", "gain_error"},
     "ArrheniusAgeing": {"pace", "activation_energy", "reference_temperature", "nominal"},
     "Backlash": {"width"},
+    "Bessel": {"corner_frequency"},
     "BrownianForce": {"damping", "temperature"},
+    "Butterworth": {"corner_frequency"},
     "CapacitanceBridge": {"first_reference", "second_reference", "stray"},
     "ChargeAmplifier": {"feedback_resistance"},
+    "ChebyshevType1": {"corner_frequency", "ripple"},
     "Chirp": {"amplitude", "phase", "offset"},
     "CombDrive": {"bias", "capacitance_gradient"},
     "Comparator": {"threshold", "hysteresis"},
     "CompensationRegister": {"initial", "limit"},
+    "ComplementaryFilter": {"time_constant"},
     "Constant": {"value"},
     "ConvergenceMonitor": {"tolerance"},
     "CoriolisForce": {"mass"},
     "CosineFunction": {"amplitude"},
     "DampingController": {"gain", "lowest"},
+    "Differentiator": {"gain", "corner_frequency"},
     "DigitalToAnalog": {"reference"},
     "DiscreteIntegrator": {"gain"},
     "DiscreteMassSpringDamper": {"mass", "damping", "stiffness", "acceleration_at_end", "velocity_at_end"},
+    "DiscreteStateSpace": {"direct"},
     "DisplacementReadout": {"gain", "offset"},
     "DoubleExponentialModel": {"a1", "b1", "a2", "b2"},
     "DriftOffset": {"offset", "nominal"},
@@ -47,11 +54,14 @@ DRIVEN = {
     "GaussMarkov": {"standard_deviation", "correlation_time", "nominal"},
     "GaussNewtonController": {"largest_step"},
     "InstrumentationAmplifier": {"feedback_resistance", "gain_resistance"},
+    "Integrator": {"gain"},
+    "LeadLag": {"zero_frequency", "pole_frequency", "gain"},
     "LeastSquaresController": {"largest_step"},
     "LogarithmicAgeing": {"nominal"},
     "LowPass": {"corner_frequency", "gain"},
     "MassBetweenStops": {"mass", "damping", "stiffness", "restitution", "sticking_speed"},
     "MassSpringDamper": {"mass", "damping", "stiffness"},
+    "Notch": {"frequency", "quality"},
     "NumericallyControlledOscillator": {"frequency", "gain", "amplitude"},
     "OneBitActuator": {"level"},
     "PID": {"proportional", "integral", "derivative_gain", "derivative_pole"},
@@ -65,6 +75,7 @@ DRIVEN = {
     "RandomWalk": {"coefficient", "nominal"},
     "RateLimiter": {"rising", "falling"},
     "Relay": {"off", "on"},
+    "SecondOrderSection": {"b0", "b1", "b2", "a1", "a2"},
     "SelfTestVerdict": {"residual_limit"},
     "SettlingTime": {"target", "within"},
     "Sine": {"amplitude", "phase", "offset"},
@@ -80,6 +91,7 @@ DRIVEN = {
     "UnipolarDigitalToAnalog": {"reference"},
     "VoltageToCurrent": {"resistance"},
     "WhiteNoise": {"density"},
+    "WrappingIntegrator": {"gain"},
     "ZeroBiasVoltage": {"a1", "b1", "a2", "b2", "offset", "hysteresis", "width"},
 }
 REFUSED = {

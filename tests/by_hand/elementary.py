@@ -60,25 +60,26 @@ def _farthest(case: Case, results: Any, arguments: tuple[Any, ...], count: int) 
 
 
 def _between(low: float, high: float) -> Callable[[Any, int], tuple[Any, ...]]:
-    return lambda dice, count: (dice.uniform(low, high, count),)
+    """Uniform, but with all bits of small numbers, which are multiples of the spacing of large ones otherwise."""
+    return lambda dice, count: (np.clip(dice.uniform(low, high, count) * (1.0 + 1e-6 * dice.random(count)), low, high),)
 
 
 def _octaves(low: float, high: float, signs: tuple[float, ...] = (-1.0, 1.0)) -> Callable[[Any, int], tuple[Any, ...]]:
     """Numbers of any size: uniform in their logarithm to the base of 2."""
 
     def sampler(dice: Any, count: int) -> tuple[Any, ...]:
-        return (dice.choice(signs, count) * _powers_of_two(dice.uniform(low, high, count)),)
+        return (dice.choice(signs, count) * _sizes(dice, low, high, count),)
 
     return sampler
 
 
-def _powers_of_two(exponents: Any) -> Any:
-    whole = np.floor(exponents)
-    return np.ldexp(1.0 + (exponents - whole), whole.astype(int))
+def _sizes(dice: Any, low: float, high: float, count: int) -> Any:
+    """Numbers with uniform mantissas between powers of two."""
+    return np.ldexp(1.0 + dice.random(count), dice.integers(int(low), int(high), count))
 
 
 def _near(value: float) -> Callable[[Any, int], tuple[Any, ...]]:
-    return lambda dice, count: (value - math.copysign(1.0, value) * _powers_of_two(dice.uniform(-53, -1, count)),)
+    return lambda dice, count: (value - math.copysign(1.0, value) * _sizes(dice, -53, -1, count),)
 
 
 def _pairs(*samplers: Callable[[Any, int], tuple[Any, ...]]) -> Callable[[Any, int], tuple[Any, ...]]:
@@ -87,9 +88,7 @@ def _pairs(*samplers: Callable[[Any, int], tuple[Any, ...]]) -> Callable[[Any, i
 
 def _of_powers(dice: Any, count: int) -> tuple[Any, ...]:
     """Bases and exponents whose power is any number there is, and a little more."""
-    bases = _powers_of_two(
-        np.where(dice.random(count) < 0.5, dice.uniform(-1.0, 1.0, count), dice.uniform(-1074, 1024, count))
-    )
+    bases = np.where(dice.random(count) < 0.5, _sizes(dice, -1, 1, count), _sizes(dice, -1074, 1024, count))
     return bases, dice.uniform(-745.2, 709.8, count) / np.log(np.where(bases == 1.0, 2.0, bases))
 
 
@@ -140,6 +139,7 @@ CASES = {
             mpmath.expm1,
             (_between(-1.0, 1.0), _between(-60.0, 709.8), _octaves(-1000.0, 9.0)),
         ),
+        Case(elementary.bounded_exponential, np.exp, mpmath.exp, (_between(-354.0, 354.0), _octaves(-60, 8))),
         Case(elementary.logarithm, np.log, mpmath.log, _POSITIVE),
         Case(elementary.logarithm_of_fraction, np.log, mpmath.log, (_between(0.0, 1.0), _octaves(-64.0, 0.0, (1.0,)))),
         Case(

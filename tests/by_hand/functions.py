@@ -1,7 +1,5 @@
 """Drive one block by hand, without graph or runner: its registered functions, called in the order of a tick."""
 
-import functools
-import types
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
@@ -46,15 +44,3 @@ def drive(
             update = type(block).functions["update"]
             known["x"] = update.function(constants, *(known[a] for a in update.arguments))
     return rows
-
-
-@functools.cache
-def compiled(function: Any) -> Any:
-    """A function of a block, and all it calls from the blocks, compiled by Numba one by one."""
-    import numba
-
-    called = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
-    for name, value in called.items():
-        if isinstance(value, types.FunctionType) and value.__module__.startswith("proofmass.blocks"):
-            called[name] = compiled(value)
-    return numba.njit(types.FunctionType(function.__code__, called, function.__name__), error_model="numpy")

@@ -89,7 +89,7 @@ def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
 
 def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Readings:
     """Return readings from a run of a graph, such as a temperature cycle; options are those of `simulate`."""
-    probed = dataclasses.replace(graph, probes=tuple(Probe(s) for s in dict.fromkeys((temperature, output))))
+    probed = graph.changed(probes=tuple(Probe(s) for s in dict.fromkeys((temperature, output))))
     result = simulate(probed, **options)
     traces = (result[temperature], result[output])
     wrong: Mapping[str, bool] = {

@@ -6,7 +6,7 @@ from typing import get_type_hints
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import Node, outputs_of
 from proofmass.graphs.model.rates import base_rate
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.alignment import block_stages
@@ -79,7 +79,7 @@ class _Composer:
         schedule = planned.schedule
         self.clock = base_rate(schedule.base_rate / schedule.divisors[path] for path in modules)
         self.ticks = int(schedule.base_rate / self.clock)  # of the base rate, in a clock
-        self.order = tuple(node for node in schedule.order if node[0] in modules and node[1])
+        self.order = tuple(node for node in outputs_of(schedule.order) if node[0] in modules)
         self.drivers = {target: source for target, source in schedule.drivers.items() if target[0] in modules}
         outside = {source for target, source in schedule.drivers.items() if target[0] not in modules}
         outside |= {probe.node for probe in planned.probes} | {measure.node for measure in planned.measures}

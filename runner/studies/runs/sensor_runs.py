@@ -41,7 +41,7 @@ class SensorRuns:
 
     def __init__(self, study: Study, engine: EngineName = "auto", lanes: int | None = None) -> None:
         self.study = study
-        self.plan = plan(dataclasses.replace(study.graph, probes=()))
+        self.plan = plan(study.graph.changed(probes=()))
         self.measures = (*self.plan.measures, *margin_measures(self.plan, study.margins))
         self.ticks = self.plan.ticks()
         refuse_late(self.plan, self.ticks)
@@ -64,11 +64,11 @@ class SensorRuns:
         return {name: getattr(self.plan.blocks[block], parameter) for name, (block, parameter) in nodes.items()}
 
     def code(self) -> str:
-        """Return a hash of the functions that compute a run."""
-        from proofmass.runner.program.generate import generate
-        from proofmass.runner.targets.compile import content_of
+        """Return a hash of the functions that compute a run, of whichever version of the blocks."""
+        from proofmass.runner.program.tick import write_tick
+        from proofmass.runner.targets.content import content_of
 
-        return content_of(generate(self.plan))
+        return content_of(write_tick(self.plan).program)
 
     def parts(self, numbers: Array, threads: int) -> Iterator[Array]:
         """Yield runs in parts for `runs`: large enough to hide the cost of a part, equally many for each thread."""

@@ -28,5 +28,5 @@ def test_the_fundamental_of_its_response_to_a_sine(amplitude: float) -> None:
 
 
 def test_ends_in_the_wrong_order_are_refused() -> None:
-    with pytest.raises(ModelError, match="at most highest = 0.5"):
+    with pytest.raises(ModelError, match=r"at most highest = 0\.5"):
         DeadZone(lowest=0.6)

@@ -13,10 +13,13 @@ from proofmass.blocks.declaration.instance import format_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
+from proofmass.runner.plan.keys import OverflowsOf
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.generate import generate
+from proofmass.runner.program.listing import listing
+from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.targets.content import content_of
 
 BOTH: list[EngineName] = ["python", "compiled"]
 KINDS = all_blocks()
@@ -112,21 +115,21 @@ def test_what_cannot_overflow_is_not_counted() -> None:
     made = plan(Graph(name="two", rate=1, blocks={**graph.blocks, **unitless, "total": total}, wires=wires, samples=9))
     assert not made.digital["difference"].overflows
     assert made.digital["total"].overflows
-    source = generate(made).source
-    assert "total__overflows_" in source
-    assert "difference__overflows_" not in source
+    counted = [key.block for key in write_tick(made).memory.kinds if isinstance(key, OverflowsOf)]
+    assert counted == ["total"]
 
 
 def test_the_listing_names_the_line_of_every_operation() -> None:
     graph = accumulator()
-    listing = generate(plan(graph)).listing
-    assert "def FixedIntegrator__update(c, p, x, input):" in listing
-    assert "# fixed_integrator.py:" in listing
+    text = listing(write_tick(plan(graph)).program)
+    assert "update_" in text
+    assert "fixed_integrator.py:" in text
 
 
 def test_gains_are_numbers_of_the_run_and_formats_are_not() -> None:
     def source(**changed: Any) -> str:
-        return generate(plan(accumulator().with_parameters({f"total.{k}": v for k, v in changed.items()}))).listing
+        planned = plan(accumulator().with_parameters({f"total.{k}": v for k, v in changed.items()}))
+        return content_of(write_tick(planned).program)
 
     assert source(gain=1.5) == source()
     assert source(sum_format="(13, 8)") != source()

@@ -8,7 +8,7 @@ import pytest
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.runs.facts import facts_of
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
