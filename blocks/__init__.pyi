@@ -183,6 +183,7 @@ from proofmass.blocks.sources.temperature_cycle import TemperatureCycle as Tempe
 from proofmass.blocks.sources.temperature_profile import TemperatureProfile as TemperatureProfile
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation as AllanDeviation
 from proofmass.blocks.statistics.linear_trend import LinearTrend as LinearTrend
+from proofmass.blocks.statistics.mean_absolute import MeanAbsolute as MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile as RunningPercentile
 from proofmass.blocks.statistics.running_range import RunningRange as RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics as RunningStatistics

@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import checked
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 
 # Looked at one by one. Of a block with a memory each one acts on what is added to the memory, or scales what comes
 # out; what it was before stays.
