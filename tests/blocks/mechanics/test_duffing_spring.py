@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate, special
 
 from proofmass.blocks import DuffingSpring, MassSpringDamper, Step, Sum
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.responses import noise, response
 

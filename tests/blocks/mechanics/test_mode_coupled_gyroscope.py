@@ -7,7 +7,7 @@ import pytest
 from scipy import linalg
 
 from proofmass.blocks import Constant, ModeCoupledGyroscope, Step
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 
 MASS = 5e-8

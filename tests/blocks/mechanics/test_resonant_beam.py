@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import Constant, ResonantBeam, Step
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 
 MASS, FREQUENCY, QUALITY, CRITICAL = 2e-9, 1000.0, 50.0, 0.5

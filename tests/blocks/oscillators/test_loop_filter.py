@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from proofmass.blocks import LoopFilter, NumericallyControlledOscillator, PhaseMixer
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.responses import distance, noise, response
 
