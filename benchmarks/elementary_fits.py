@@ -134,10 +134,18 @@ def main() -> None:
     print("pi / 2 in three parts of 33 bits and one:", parts(mp.pi / 2, 33, 33, 33))
     print("pi / 2 in two:", parts(mp.pi / 2, 53))
     print("ln 2 in two parts of 42 bits and one:", parts(mp.log(2), 42, 42))
-    for name, value in (("atan 1/2", mp.atan(mpf(1) / 2)), ("2 / 3", mpf(2) / 3), ("2 / 5", mpf(2) / 5), ("1 / ln 2", 1 / mp.log(2)),
-                        ("1 / ln 10", 1 / mp.log(10))):  # fmt: skip
+    pairs = {
+        "atan 1/2": mp.atan(mpf(1) / 2),
+        "2 / 3": mpf(2) / 3,
+        "2 / 5": mpf(2) / 5,
+        "1 / ln 2": 1 / mp.log(2),
+        "1 / ln 10": 1 / mp.log(10),
+    }
+    for name, value in pairs.items():
         high = float(value)
         print(f"{name} in two:", [high, float(value - mpf(high))])
+    with mp.workprec(1400):
+        print("2 / pi in pieces of 53 bits, times 2^200:", parts(mpf(2) ** 201 / mp.pi, *[53] * 22)[:-1])
 
 
 if __name__ == "__main__":

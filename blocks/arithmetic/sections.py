@@ -8,6 +8,8 @@ prototype at radius w with quality q becomes one by the bilinear transform, warp
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import tangent
+
 LARGEST_ORDER = 8
 HIGHEST = 0.4999999  # corner over rate at most: beyond half the rate there is no signal
 
@@ -66,7 +68,7 @@ class Poles(NamedTuple):
 def warped(frequency: float, period: float) -> float:
     """tan(pi frequency period): the corner of the analog filter, in half rates."""
     turns = frequency * period
-    return math.tan(math.pi * (turns if turns < HIGHEST else HIGHEST))
+    return tangent(math.pi * (turns if turns < HIGHEST else HIGHEST))
 
 
 def designed(poles: Poles, order: int, high: bool, corner: float, gain: float) -> Sections:

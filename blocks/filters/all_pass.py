@@ -7,6 +7,7 @@ passes -90 degrees an order at f (Zoelzer, DAFX, section 2.3).
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import tangent
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -36,7 +37,7 @@ class Constants(NamedTuple):
 
 @AllPass.constants
 def constants(p: AllPass, period: float) -> Constants:
-    t = math.tan(math.pi * p.frequency * period)
+    t = tangent(math.pi * p.frequency * period)
     if p.order == 1:
         c = (t - 1.0) / (t + 1.0)
         return Constants(c, 1.0, 0.0, c, 0.0)

@@ -4,8 +4,7 @@ The poles of the prototype are at radius 1 and quality 1 / (2 sin((2k + 1) pi / 
 filter amplifiers, 1930). At the corner fc the response is down by 3 dB; at most it is half the rate.
 """
 
-import math
-
+from proofmass.blocks.arithmetic.elementary import sine_of_turns
 from proofmass.blocks.arithmetic.sections import (
     LARGEST_ORDER,
     Delays,
@@ -40,7 +39,7 @@ def constants(p: Butterworth, period: float) -> Sections:
 
 def quality(pair: int, order: int) -> float:
     """Quality of a pole pair, counted from the imaginary axis; 1 of those beyond the order."""
-    return 0.5 / math.sin(math.pi * (2 * pair + 1) / (2 * order)) if 2 * pair < order else 1.0
+    return 0.5 / sine_of_turns((2 * pair + 1) / (4 * order)) if 2 * pair < order else 1.0
 
 
 @Butterworth.output("{unit}")

@@ -6,6 +6,14 @@ a = (2k + 1) pi / (2n) (Oppenheim and Schafer, Discrete-Time Signal Processing, 
 
 import math
 
+from proofmass.blocks.arithmetic.elementary import (
+    cosine_of_turns,
+    exponential_less_one,
+    hyperbolic_cosine,
+    hyperbolic_sine,
+    logarithm_of_one_plus,
+    sine_of_turns,
+)
 from proofmass.blocks.arithmetic.sections import (
     LARGEST_ORDER,
     Delays,
@@ -33,8 +41,9 @@ class ChebyshevType1(Block):
 
 @ChebyshevType1.constants
 def constants(p: ChebyshevType1, period: float) -> Sections:
-    square = math.expm1(0.23025850929940458 * p.ripple)  # 10^(ripple / 10) - 1
-    bend = math.asinh(1.0 / math.sqrt(square)) / p.order
+    square = exponential_less_one(0.23025850929940458 * p.ripple)  # 10^(ripple / 10) - 1
+    steep = 1.0 / math.sqrt(square)
+    bend = logarithm_of_one_plus(steep + steep * steep / (1.0 + math.sqrt(1.0 + steep * steep))) / p.order  # asinh
     w1, q1 = pole(0, p.order, bend)
     w2, q2 = pole(1, p.order, bend)
     w3, q3 = pole(2, p.order, bend)
@@ -46,9 +55,9 @@ def constants(p: ChebyshevType1, period: float) -> Sections:
 
 def pole(pair: int, order: int, bend: float) -> tuple[float, float]:
     """Radius and quality of a pole pair, counted from the imaginary axis; of any number beyond the order."""
-    angle = math.pi * (2 * pair + 1) / (2 * order) if 2 * pair < order else 0.5 * math.pi
-    real = math.sinh(bend) * math.sin(angle)
-    imaginary = math.cosh(bend) * math.cos(angle) if 2 * pair + 1 < order else 0.0
+    turns = (2 * pair + 1) / (4 * order) if 2 * pair < order else 0.25
+    real = hyperbolic_sine(bend) * sine_of_turns(turns)
+    imaginary = hyperbolic_cosine(bend) * cosine_of_turns(turns) if 2 * pair + 1 < order else 0.0
     radius = math.sqrt(real * real + imaginary * imaginary)
     return radius, 0.5 * radius / real
 

@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import exponential
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -29,7 +30,7 @@ class Constants(NamedTuple):
 
 @Differentiator.constants
 def constants(p: Differentiator, period: float) -> Constants:
-    decay = math.exp(-2.0 * math.pi * p.corner_frequency * period)
+    decay = exponential(-2.0 * math.pi * p.corner_frequency * period)
     return Constants(p.gain * (1.0 - decay) / period, decay)
 
 

@@ -1,7 +1,4 @@
-"""Steady Kalman filter: x = m + K (z - C m), m[n+1] = A x[n] + B u[n], K = P C' / (C P C' + R), P by a Riccati equation.
-
-(Anderson and Moore, Optimal Filtering, 1979, section 4.4.)
-"""
+"""Steady Kalman filter: x = m + K (z - C m), m[n+1] = A x[n] + B u[n] (Anderson and Moore, Optimal Filtering, 1979)."""
 
 import math
 from collections.abc import Iterator
@@ -75,7 +72,7 @@ def estimate(
 ) -> float:
     """What would be measured without noise, C x."""
     new = innovation(p, row, prediction, measurement)
-    total = measurement - new
+    total = measurement - new  # C m
     for i in range(len(gain)):
         total += row[i] * gain[i] * new
     return total

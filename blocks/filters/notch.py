@@ -7,6 +7,7 @@ to Signal Processing, section 11.3). `band` is what the notch takes out: 1 - H, 
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import cosine, tangent
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -34,8 +35,8 @@ class Constants(NamedTuple):
 @Notch.constants
 def constants(p: Notch, period: float) -> Constants:
     w = 2.0 * math.pi * p.frequency * period
-    gain = 1.0 / (1.0 + math.tan(0.5 * w / p.quality))
-    return Constants(gain, -2.0 * gain * math.cos(w), 2.0 * gain - 1.0)
+    gain = 1.0 / (1.0 + tangent(0.5 * w / p.quality))
+    return Constants(gain, -2.0 * gain * cosine(w), 2.0 * gain - 1.0)
 
 
 @Notch.output("{unit}")

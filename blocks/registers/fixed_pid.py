@@ -8,6 +8,7 @@ by clamping): the limits are the range of the output's format.
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import exponential
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Overflow, Rounding, fixed
 from proofmass.blocks.declaration.declare import Block, Input, param
 
@@ -56,7 +57,7 @@ def formats(p: FixedPID) -> dict[str, Fixed]:
 
 @FixedPID.constants
 def constants(p: FixedPID, period: float) -> Constants:
-    decay = math.exp(-2.0 * math.pi * p.derivative_pole * period)
+    decay = exponential(-2.0 * math.pi * p.derivative_pole * period)
     gains = (p.proportional, p.integral * period, p.derivative_gain / period * (1.0 - decay), decay)
     return Constants(*(fixed(gain, p.gain_format, "half_even") for gain in gains))
 
@@ -71,7 +72,8 @@ def output(c: Constants, p: FixedPID, x: State, error: FixedValue) -> FixedValue
 def update(c: Constants, p: FixedPID, x: State, error: FixedValue) -> State:
     wanted, integral, derivative = _wanted(c, p, x, error)
     if p.overflow == "saturate":
-        lowest, highest = (p.output_format.load(end) for end in (p.output_format.lowest, p.output_format.highest))
+        ends = p.output_format.lowest, p.output_format.highest
+        lowest, highest = (FixedValue(end, p.output_format.fraction) for end in ends)
         if (wanted > highest and integral > x.integral) or (wanted < lowest and integral < x.integral):
             integral = x.integral
     return State(integral, derivative, error)

@@ -1,7 +1,6 @@
 """Arc tangent of two signals: angle = atan2(quadrature, in_phase), from -pi to pi."""
 
-import math
-
+from proofmass.blocks.arithmetic.elementary import arctangent2
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -17,4 +16,4 @@ class ArcTangent2(Block):
 @ArcTangent2.output("rad")
 def angle(p: ArcTangent2, quadrature: float, in_phase: float) -> float:
     """The angle."""
-    return math.atan2(quadrature, in_phase)
+    return arctangent2(quadrature, in_phase)

@@ -1,7 +1,6 @@
 """Power: output = scale (|input| / reference)^exponent, with the sign of the input where it is `odd`."""
 
-import math
-
+from proofmass.blocks.arithmetic.elementary import power
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -23,7 +22,7 @@ def output(p: Power, input: float) -> float:
     """The power."""
     if input == 0.0:
         return 0.0
-    size = p.scale * math.exp(p.exponent * math.log(abs(input) / p.reference))
+    size = p.scale * power(abs(input) / p.reference, p.exponent)
     return -size if p.odd and input < 0.0 else size
 
 

@@ -3,6 +3,7 @@
 import click
 
 from proofmass.runner.commands.exit_codes import FAILED, WRONG_MODEL
+from proofmass.runner.output.counts import count
 
 
 def explain(error: Exception) -> int:
@@ -28,8 +29,3 @@ def _message(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "out of memory\n  hint:     run fewer samples, or thin a probe: every = 1000"
     return f"an error inside proofmass: {type(error).__name__}: {error}\n  hint:     --traceback shows where"
-
-
-def count(number: int, noun: str) -> str:
-    """Return a number with its noun: `"1 problem"`, `"2 problems"`."""
-    return f"{number:,} {noun}{'' if number == 1 else 's'}"

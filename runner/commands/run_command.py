@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from proofmass.graphs.checks.clocking import notes_of_a_run
+from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_files, print_interruption, print_text
 from proofmass.runner.commands.exit_codes import DONE
@@ -13,6 +14,7 @@ from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
+from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engines import EngineName
 from proofmass.runner.run.result import Result
@@ -53,7 +55,7 @@ def run_graph(request: RunRequest) -> int:
     if request.show_source:
         return _show_source(graph)
     result = _simulated(graph, request)
-    print_text(map(str, notes_of_a_run(graph)), err=True)
+    print_text(map(str, notes_of_a_run(flatten(graph))), err=True)
     show_run(result, request.as_json)
     if result.interrupted:
         return _interrupted(result, request.out)
@@ -89,6 +91,6 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
 
 def _interrupted(result: Result, out: Path | None) -> int:
     if out is None:
-        return print_interruption(f"{result.ticks:,} ticks", None, "with --out FOLDER a run can be resumed")
+        return print_interruption(count(result.ticks, "tick"), None, "with --out FOLDER a run can be resumed")
     done = f"{result.ticks:,} of {result.planned_ticks:,} ticks"
     return print_interruption(done, out, "the same command with --resume goes on from there")

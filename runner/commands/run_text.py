@@ -8,6 +8,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.progress import time_text
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.run.result import Result
 
@@ -28,7 +29,7 @@ def run_lines(result: Result) -> Iterator[str]:
     seconds = float(max(result.ticks - 1, 0) / result.base_rate)
     rate, engine = write_rate(result.base_rate), result.provenance["engine"]
     tick = time_text(result.seconds / max(result.ticks, 1))
-    yield f"{result.graph.name}: {result.ticks:,} ticks at {rate} ({time_text(seconds)}), {engine} engine"
+    yield f"{result.graph.name}: {count(result.ticks, 'tick')} at {rate} ({time_text(seconds)}), {engine} engine"
     yield f"prepared in {time_text(result.preparation)}, ran in {time_text(result.seconds)}: {tick} a tick"
     integration = result.provenance.get("integration")
     if integration:

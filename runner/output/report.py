@@ -3,7 +3,6 @@
 import math
 import shlex
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,9 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, read_wire
+from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
 from proofmass.runner.run.result import Result
@@ -45,9 +45,8 @@ def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str
 def _opening(result: Result) -> str:
     texts = paragraphs(result.graph.description)
     seconds = float((result.ticks - 1) / result.base_rate) if result.ticks else 0.0
-    texts.append(
-        f'<span class="soft">{result.ticks:,} ticks at {escape(write_rate(result.base_rate))}, {seconds:.9g} s</span>'
-    )
+    ticks, rate = count(result.ticks, "tick"), escape(write_rate(result.base_rate))
+    texts.append(f'<span class="soft">{ticks} at {rate}, {seconds:.9g} s</span>')
     if result.interrupted:
         missing = f"Interrupted: {result.ticks:,} of {result.planned_ticks:,} ticks were run."
         return "".join(f"<p>{text}</p>\n" for text in texts) + f'<p class="warning">{missing}</p>'
@@ -104,13 +103,13 @@ def _overflows(result: Result) -> str:
 
 
 def _blocks(graph: Graph) -> str:
-    graph = flatten(graph)
-    drivers = {str(wire.target): str(wire.source) for wire in map(read_wire, graph.wires)}
+    flat = flatten(graph)
+    drivers = {wire.target: wire.source for wire in flat.wires}
     rows = []
-    for name, block in graph.blocks.items():
+    for name, block in flat.blocks.items():
         own = list(_parameters(name, block, drivers)) or ["<td></td>" * 4]
         about = (type(block).__doc__ or "").strip().split("\n")[0]
-        rate = f" at {write_rate(Fraction(graph.rates[name]))}" if name in graph.rates else ""
+        rate = f" at {write_rate(flat.rates[name])}" if name in flat.rates else ""
         kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{small(about)}"
         head = f'<th rowspan="{len(own)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
         rows += [(head if i == 0 else "") + cells for i, cells in enumerate(own)]

@@ -12,7 +12,8 @@ from proofmass.blocks.declaration.declare import Block, param
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
 
 RATE = 10_000
 SIZES = {"N": 3e-5, "m": 2e-7, "m/s": 1e-3}  # of signals in a sensor, where they are far from 1
@@ -85,7 +86,7 @@ def _source(
     """The signal of a new source."""
     name = f"source_{len(blocks)}"
     if dtype is bool:
-        blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 << number % 9)  # four of them are true at once, too
+        blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 << 4 * number % 9)  # each independent of the others
         return f"{name}.bit"
     unit = "V" if dtype is int else unit
     seed = 123456789 * (1 + len(blocks)) % 2**31

@@ -61,9 +61,7 @@ def _farthest(case: Case, results: Any, arguments: tuple[Any, ...], count: int) 
 
 def _between(low: float, high: float) -> Callable[[Any, int], tuple[Any, ...]]:
     """Uniform, but with all bits of small numbers, which are multiples of the spacing of large ones otherwise."""
-    return lambda dice, count: (
-        np.clip(dice.uniform(low, high, count) * (1.0 + 1e-6 * dice.random(count)), low, high),
-    )
+    return lambda dice, count: (np.clip(dice.uniform(low, high, count) * (1.0 + 1e-6 * dice.random(count)), low, high),)
 
 
 def _octaves(low: float, high: float, signs: tuple[float, ...] = (-1.0, 1.0)) -> Callable[[Any, int], tuple[Any, ...]]:
@@ -141,6 +139,7 @@ CASES = {
             mpmath.expm1,
             (_between(-1.0, 1.0), _between(-60.0, 709.8), _octaves(-1000.0, 9.0)),
         ),
+        Case(elementary.bounded_exponential, np.exp, mpmath.exp, (_between(-354.0, 354.0), _octaves(-60, 8))),
         Case(elementary.logarithm, np.log, mpmath.log, _POSITIVE),
         Case(elementary.logarithm_of_fraction, np.log, mpmath.log, (_between(0.0, 1.0), _octaves(-64.0, 0.0, (1.0,)))),
         Case(

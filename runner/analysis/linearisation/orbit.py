@@ -165,7 +165,7 @@ class _Search:
         )
 
     def _moves(self) -> bool:
-        """Return whether anything that the map could depend on changes: states, or wires in a period's last tick."""
+        """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self._after, range(3))
         if dict(_states(once, self._names)) != dict(_states(before, self._names)):
             return True
@@ -259,7 +259,7 @@ def _states(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, s
         state = memory.states[name]
         if state is not None:
             yield from (((name, field, -1), value) for field, value in zip(state._fields, state, strict=True))
-    for (name, buffer), held in memory.buffers.items():
+    for (name, buffer), held in memory.of_blocks().items():
         if name in names and isinstance(held, list):
             yield from (((name, buffer, i), value) for i, value in enumerate(held))
 

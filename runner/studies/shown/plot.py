@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
@@ -41,7 +42,7 @@ def plot_study(result: StudyResult) -> "Figure":
                 (_fans if len(study.epochs) > 1 else _histograms)(panel, part, measure)
         yields = result.yields() if study.points == 1 else {}
         good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
-        figure.suptitle(f"{study.graph.name}: {len(result.numbers):,} runs{good}".replace("$", r"\$"))
+        figure.suptitle(f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}".replace("$", r"\$"))
         _legend(figure)
     return figure
 

@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.catalog import own_file
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import pretty
 from proofmass.runner.studies.kept.folder import STUDY_FILE
@@ -54,7 +55,7 @@ def _opening(result: StudyResult) -> str:
     swept, intervals = study.points // len(study.recalibration.every), len(study.recalibration.every)
     points = f", {swept} points of the sweep" if swept > 1 else ""
     points += f", {intervals} intervals between calibrations" if intervals > 1 else ""
-    texts.append(f'<span class="soft">{len(result.numbers):,} runs{ages}{points}, seed {study.seed}</span>')
+    texts.append(f'<span class="soft">{count(len(result.numbers), "run")}{ages}{points}, seed {study.seed}</span>')
     page = "".join(f"<p>{text}</p>\n" for text in texts)
     if result.interrupted:
         page += f'<p class="warning">{len(result.numbers):,} of {result.planned_runs:,} runs are done.</p>'

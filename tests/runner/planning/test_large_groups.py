@@ -6,7 +6,7 @@ import scipy.linalg
 
 from proofmass.blocks import LowPass, Sine, UnitDelay
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.groups import MANY_COLUMNS
 from proofmass.runner.run.engines import choose

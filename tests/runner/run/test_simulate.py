@@ -28,7 +28,7 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import Plan, plan
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run import engines

@@ -116,7 +116,7 @@ def test_signals_of_a_graph_that_do_not_go_together(tmp_path: Path) -> None:
         run_cycle(graph, "thermometer.volts", "noisy.output")
     test_graph = read_graph(library_file("pn_self_test_minimal.toml"))
     vector = next(p.signal for p in test_graph.probes if "impulse_response" in p.signal)
-    with pytest.raises(ModelError, match="one a row"):
+    with pytest.raises(ModelError, match="not a signal of single numbers"):
         run_cycle(test_graph, vector, vector, samples=5000)
 
 

@@ -25,8 +25,7 @@ SOFTWARE = {"Correlator"}  # sums of codes: no format says how large they grow
 CONSTANT = "fixedcoefficientmemory"
 SHORT = {  # so that every output moves in so few clocks
     "ChipCounter": {"chips": 31},
-    "Counter": {"modulus": 2},
-    "DataFlipFlop": {"initially_on": True},  # where its clock rises its data are false: one sequence, shifted
+    "Counter": {"modulus": 3},
     "FixedCorrelationCell": {"order": 4, "lag": 2},
     "MeasurementSlots": {"settling": 1e-4, "averaging": 1e-4},
 }
