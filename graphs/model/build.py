@@ -6,8 +6,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeGuard, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.model.changes import moved, with_parameters
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import (
@@ -23,7 +22,6 @@ from proofmass.graphs.model.graph import (
     split,
 )
 from proofmass.graphs.model.graph import Graph as Value
-from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, NAME, WIRES
@@ -150,7 +148,7 @@ class _Reader:
     def value(self, read: Callable[[object], Entry], value: object, *path: str) -> Entry | None:
         try:
             return read(value)
-        except UnitError as error:
+        except Refusal as error:
             key = ".".join(path)
             self.problems.append(Problem(message=str(error), key=key, got=shown(value), hint=error.hint, path=path))
             return None
@@ -176,7 +174,7 @@ def read_wire(text: object) -> Wire:
         return text
     ends = [end.strip() for end in text.split("->")] if isinstance(text, str) else []
     if len(ends) != 2 or not all(_is_signal(end) for end in ends):
-        raise UnitError("not a wire", 'write "block.output -> block.input"')
+        raise Refusal("not a wire", 'write "block.output -> block.input"')
     return Wire(*ends)
 
 
@@ -187,10 +185,10 @@ def read_probe(value: object) -> Probe:
     if isinstance(value, Probe):
         value = value._asdict()
     if not isinstance(value, Mapping) or not set(value) <= {"signal", "every"} or not _is_signal(value.get("signal")):
-        raise UnitError("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
+        raise Refusal("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
     every = value.get("every", 1)
     if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= LARGEST_RUN:
-        raise UnitError("every must be an integer of at least 1")
+        raise Refusal("every must be an integer of at least 1")
     return Probe(value["signal"], every)
 
 
@@ -232,7 +230,7 @@ def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]
                 yield Problem(message=message, key=f"blocks.{name}", hint=hint, path=path)
     for name in rates:
         if name not in blocks:
-            hint = like(name, blocks, "the blocks")
+            hint = did_you_mean(name, blocks, "the blocks")
             where = ("blocks", name, "rate")
             yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
 

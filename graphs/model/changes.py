@@ -5,9 +5,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.graphs.model.graph import Given, split
-from proofmass.graphs.model.hints import like
 
 
 def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
@@ -21,7 +20,7 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
         if block not in blocks:
             block, _, parameter = signal.partition(".")
         if block not in blocks and block not in parts:
-            hint = like(block, [*blocks, *parts], "the blocks")
+            hint = did_you_mean(block, [*blocks, *parts], "the blocks")
             problems.append(Problem(message="there is no such block", key=key, got=shown(block), hint=hint))
         else:
             by_block.setdefault(block, {})[parameter] = value
@@ -43,7 +42,7 @@ def change_part(part: Given, values: Mapping[str, object]) -> Given:
     unknown = [name for name in values if "." not in name and name not in part.exports]
     if unknown:
         names = [*part.exports, *part.blocks, *part.subgraphs]
-        hints = (like(name, names, "exports and blocks inside") for name in unknown)
+        hints = (did_you_mean(name, names, "exports and blocks inside") for name in unknown)
         message = "the subgraph exports no such parameter"
         raise ModelError([Problem(message=message, key=n, got=n, hint=h) for n, h in zip(unknown, hints, strict=True)])
     return with_parameters(part, values)

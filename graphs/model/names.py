@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.problem import nearest
+from proofmass.blocks.declaration.problem import did_you_mean, nearest
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.hints import like
 
 
 class Missing(NamedTuple):
@@ -33,7 +32,7 @@ def find_output(flat: FlatGraph, signal: str) -> tuple[Block, Port] | Missing:
         return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", kind.outputs))
     if port in kind.parameters:
         return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", kind.outputs))
-    return Missing(f"{signal} is no output", like(port, kind.outputs, f"outputs of {name}"))
+    return Missing(f"{signal} is no output", did_you_mean(port, kind.outputs, f"outputs of {name}"))
 
 
 def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
@@ -55,7 +54,7 @@ def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] 
     if port in kind.outputs:
         return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", kind.inputs))
     names = [*kind.inputs, *(parameter for parameter in kind.parameters if kind.drivable(parameter))]
-    hint = like(port, names, f"inputs of {name}")
+    hint = did_you_mean(port, names, f"inputs of {name}")
     return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
 
 
@@ -70,7 +69,7 @@ def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | M
         if port in known:
             return block, known[port]
     names = [*kind.inputs, *kind.outputs, *kind.parameters]
-    return Missing(f"{signal} is no port or parameter", like(port, names, f"ports and parameters of {name}"))
+    return Missing(f"{signal} is no port or parameter", did_you_mean(port, names, f"ports and parameters of {name}"))
 
 
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
@@ -83,7 +82,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
         path, rest, graph = f"{path}{head}.", tail, graph.subgraphs[head]
     if path and not tail:
         name = path[:-1]
-        hint = like(head, graph.exports, f"what {name} exports")
+        hint = did_you_mean(head, graph.exports, f"what {name} exports")
         if head in graph.blocks or head in graph.subgraphs:
             hint = f"{head} is a block inside: name its port too, {signal}.PORT"
         near = nearest(head, graph.exports)
@@ -93,7 +92,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
     if name not in graph.blocks and head in graph.blocks:
         return Missing(f"{path}{head} is a block without blocks inside", f"name a port of it: {path}{head}.PORT")
     names = [*graph.blocks, *graph.subgraphs]
-    hint = like(name, names, f"the blocks inside {path[:-1]}" if path else "the blocks")
+    hint = did_you_mean(name, names, f"the blocks inside {path[:-1]}" if path else "the blocks")
     declare = f" Otherwise declare it: [blocks.{name}] and below it its kind"
     return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""), absent=True)
 

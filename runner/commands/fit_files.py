@@ -55,7 +55,7 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
     highest order, and zero for its further coefficients. A subgraph has the parameters that it exports.
     """
     if name not in graph.blocks and name not in graph.subgraphs:
-        hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "block")
+        hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "the blocks")
         raise ModelError([Problem(message="there is no such block", file=graph.place.file, key=name, hint=hint)])
     parameters = _parameters(graph, name)
     polynomials = [fit for fit in report.fits if fit.method == "least squares"]

@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.changes import with_parameters
@@ -46,7 +45,7 @@ def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
     for signal in dict.fromkeys(signals):
         try:
             probe = read_probe(signal)
-        except UnitError:
+        except Refusal:
             raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
         if signal not in probed:
             yield probe

@@ -126,7 +126,7 @@ def _near(path: Path, suffixes: list[str]) -> str:
         names = [other.name for other in path.parent.iterdir() if other.suffix.lower() in suffixes]
     except OSError:
         return f"there is no folder {path.parent}"
-    return did_you_mean(path.name, names, "file")
+    return did_you_mean(path.name, names, "the files there")
 
 
 def _read_csv(path: Path, choice: Choice) -> Columns:
@@ -213,7 +213,7 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
     if len(names) < 2:
         raise RecordingError("needs a column of time and one of values")
     if wanted and wanted not in names[1:]:
-        hint = did_you_mean(wanted, names[1:], "column")
+        hint = did_you_mean(wanted, names[1:], "its columns")
         raise RecordingError(f"there is no column {wanted!r}", hint=hint, parameter="column")
     if wanted and names.count(wanted) > 1:
         raise RecordingError(f"has {names.count(wanted)} columns {wanted!r}", hint="rename them", parameter="column")

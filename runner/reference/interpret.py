@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows
+from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows, stored
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of
@@ -131,7 +131,7 @@ class Outputs:
         def checked(tick: int) -> Any:
             value = compute(tick)
             for mantissa in value if isinstance(value, list) else [value]:
-                format.store(FixedValue(mantissa, format.fraction))
+                stored(FixedValue(mantissa, format.fraction), format)
             return value
 
         return checked

@@ -6,13 +6,12 @@ from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.blocks.declaration.units import convert
 from proofmass.blocks.signals.gain import Gain
 from proofmass.graphs.checks.schedule import block_rate
 from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Wire, split
-from proofmass.graphs.model.hints import like
 from proofmass.runner.analysis.limit_cycles.describing import Describing, describing_function
 
 
@@ -105,7 +104,7 @@ def _number(flat: FlatGraph, name: str, stated: float | str, unit: str) -> float
         pass
     try:
         return convert(str(stated), unit)
-    except UnitError as error:
+    except Refusal as error:
         raise _refused(flat, name, str(error), str(stated), error.hint) from None
 
 
@@ -116,7 +115,7 @@ def _renamed(flat: FlatGraph, signal: str, gains: Mapping[str, float]) -> str:
 
 def _block(flat: FlatGraph, name: str) -> Block:
     if name not in flat.blocks:
-        hint = like(name, flat.blocks, "the blocks")
+        hint = did_you_mean(name, flat.blocks, "the blocks")
         raise ModelError([Problem(message="there is no such block", key=name, hint=hint)])
     return flat.blocks[name]
 

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.loops import SETTLED, Loop
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.rates import read_duration
@@ -144,7 +142,7 @@ def one_loop(planned: Plan, name: str) -> tuple[str, Node]:
         return name, node_of(planned, loops[name].open_at)
     if "." in name:
         return name, node_of(planned, name)
-    hint = like(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
+    hint = did_you_mean(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
     raise ModelError([Problem(message="there is no such loop", key="loops", got=name, hint=hint)])
 
 
@@ -166,7 +164,7 @@ def tick_at(planned: Plan, at: str | float | Fraction) -> int:
         return settled_tick(planned)
     try:
         return int(read_duration(at) * planned.schedule.base_rate)
-    except UnitError as error:
+    except Refusal as error:
         raise ModelError(
             [Problem(message=str(error), key="at", got=str(at), hint=f'write a time, as "20 ms", or "{SETTLED}"')]
         ) from None

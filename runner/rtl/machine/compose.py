@@ -54,7 +54,7 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
     problems = []
     for name in sorted(name for name, found in chosen.items() if not found):
         expected = "a block whose ports and state are integers, truth values or fixed-point values"
-        hint = did_you_mean(name, able, "digital block")
+        hint = did_you_mean(name, able, "the digital blocks")
         problem = Problem(message="no such block", key=f"blocks.{name}", got=name, expected=expected, hint=hint)
         if name in planned.blocks:
             message, got = "is no digital block, and cannot become hardware", type(planned.blocks[name]).__name__

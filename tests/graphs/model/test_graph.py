@@ -125,7 +125,7 @@ adc.reference: A is A, not m^2*kg/s^3/A
   expected: a number > 0, in V
   hint:     give it in V
 gain.: Gain has no such parameter
-  hint:     the valid parameters: gain, input_unit, output_unit"""
+  hint:     the parameters of Gain: gain, input_unit, output_unit."""
     )
 
 

@@ -201,7 +201,7 @@ def test_a_missing_column_is_named_with_the_nearest(tmp_path: Path) -> None:
 
 
 def test_the_column_of_time_cannot_be_played_as_a_signal(tmp_path: Path) -> None:
-    assert problem_of(csv_file(tmp_path, "time,a\n0,1\n"), "time").hint == "the only column: a"
+    assert problem_of(csv_file(tmp_path, "time,a\n0,1\n"), "time").hint == "its columns: a."
 
 
 @pytest.mark.parametrize(
