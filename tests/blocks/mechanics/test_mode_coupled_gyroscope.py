@@ -12,8 +12,16 @@ from proofmass.runner.run.simulate import simulate
 
 MASS = 5e-8
 QUADRATURE, DAMPING = 2e-3 / (1.6 * MASS * 1600.0 * math.pi), 1e-6 / (1.6 * MASS)  # of 2 mN/m and 1 mg/s
-PARAMETERS = {"mass": MASS, "drive_frequency": 800.0, "sense_frequency": 830.0, "drive_quality": 40.0,
-              "sense_quality": 25.0, "angular_gain": 0.8, "quadrature_rate": QUADRATURE, "damping_rate": DAMPING}  # fmt: skip
+PARAMETERS = {
+    "mass": MASS,
+    "drive_frequency": 800.0,
+    "sense_frequency": 830.0,
+    "drive_quality": 40.0,
+    "sense_quality": 25.0,
+    "angular_gain": 0.8,
+    "quadrature_rate": QUADRATURE,
+    "damping_rate": DAMPING,
+}
 
 
 def matrix(rotation: float) -> np.ndarray:
