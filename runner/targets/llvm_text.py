@@ -36,6 +36,7 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
+from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.llvm_operations import NATIVE, TYPES, ZEROS, Template, constant, select
 
 ENTRY = "proofmass_program"
@@ -59,19 +60,8 @@ def symbol_of(external: External) -> str:
 
 def externals(program: Program) -> dict[str, External]:
     """Functions of other libraries by the name that LLVM calls them by."""
-    found: dict[str, External] = {}
-    stack = [function.body for function in program.functions.values()]
-    while stack:
-        for statement in stack.pop():
-            if isinstance(statement, Call) and isinstance(statement.function, External):
-                found[symbol_of(statement.function)] = statement.function
-            elif isinstance(statement, If):
-                stack += (statement.then, statement.otherwise)
-            elif isinstance(statement, For):
-                stack.append(statement.body)
-            elif isinstance(statement, While):
-                stack += (statement.test, statement.body)
-    return found
+    calls = (s.function for f in program.functions.values() for s in statements(f.body) if isinstance(s, Call))
+    return {symbol_of(function): function for function in calls if isinstance(function, External)}
 
 
 def llvm_text(program: Program, triple: str = "", layout: str = "", operations: Mapping[str, Template] = NATIVE) -> str:
