@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from proofmass.runner.commands.analysis_declarations import ANALYSES
 from proofmass.runner.commands.failures import DONE, INTERRUPTED, USAGE, explain
 from proofmass.runner.commands.options import blocks_option, graph_argument, json_option, set_option
 from proofmass.runner.commands.rtl_command import rtl
@@ -309,7 +310,8 @@ def schema(output: Path | None, own: Path | None) -> None:
         click.echo(f"wrote {output}")
 
 
-cli.add_command(rtl)
+for command in (rtl, *ANALYSES):
+    cli.add_command(command)
 
 
 def main(arguments: list[str] | None = None) -> int:

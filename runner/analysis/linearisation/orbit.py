@@ -12,7 +12,7 @@ from what it is given: what is not at rest is noted.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -62,12 +62,13 @@ def map_at(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
+    noise: Collection[str] = (),
     tick: int = 0,
 ) -> PeriodMap:
     """As `period_map`, over as many periods as its orbit takes to close; raises `ModelError` where it does not."""
-    wanted = (tuple(inputs), tuple(outputs), cut, everything, tick)
+    wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
     if _Latest.plan is not plan or _Latest.wanted != wanted:
-        point = _Search(plan, inputs, outputs, cut, everything, tick).point()
+        point = _Search(plan, inputs, outputs, cut, everything, noise, tick).point()
         _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, point
     point = _Latest.point
     found = point.map
@@ -79,6 +80,7 @@ def map_at(
             cut=cut,
             everything=everything,
             by_parameters=True,
+            noise=noise,
             tick=tick,
             periods=point.periods,
         )
@@ -97,15 +99,22 @@ class _Search:
     """Looks for the periods over which a map can be taken."""
 
     def __init__(
-        self, plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], cut: bool, everything: bool, tick: int
+        self,
+        plan: Plan,
+        inputs: Sequence[Node],
+        outputs: Sequence[Node],
+        cut: bool,
+        everything: bool,
+        noise: Collection[str],
+        tick: int,
     ) -> None:
         self._plan, self._inputs, self._outputs = plan, inputs, outputs
-        self._cut, self._everything = cut, everything
-        self._ticks = common_period(plan, inputs, outputs, everything)
+        self._cut, self._everything, self._noise = cut, everything, noise
+        self._ticks = common_period(plan, inputs, outputs, everything, noise)
         self._period = self._ticks * plan.period
         self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
         self._first = tick - tick % self._ticks
-        self._names = sorted(blocks_of_map(plan, inputs, outputs, everything)[0])
+        self._names = sorted(blocks_of_map(plan, inputs, outputs, everything, noise)[0])
         self._memories = [memory_at(plan, self._first)]
         self._run = Forward(plan, self._memories[0])
 
@@ -160,6 +169,7 @@ class _Search:
             self._outputs,
             cut=self._cut,
             everything=self._everything,
+            noise=self._noise,
             memory=memory.copy(),
             periods=periods,
         )
