@@ -76,7 +76,7 @@ def allan(**options: Any) -> int:
 @click.option("--output", required=True, metavar="BLOCK.PORT", help="Say what the noise of this output is made of.")
 @click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer it to this output of a source.")
 @click.option("--band", nargs=2, metavar="FROM TO", help='Count from "0.1 Hz" to "100 Hz" (default: all).')
-@click.option("--at", default="0 s", show_default=True, help='Operating point: a time, or "settled".')
+@click.option("--at", help='Linearise at this time, or "settled" (default: after one common period).')
 @_picture
 @set_option
 @blocks_option

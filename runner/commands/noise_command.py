@@ -26,7 +26,7 @@ def show_noise(
     output: str,
     source: str,
     band: tuple[str, str] | None,
-    at: str,
+    at: str | None,
     picture: Path | None,
     changes: tuple[str, ...],
     own: Path | None,

@@ -15,7 +15,7 @@ from proofmass.runner.analysis.allan.field_units import field_unit, in_field_uni
 from proofmass.runner.analysis.allan.levels import Levels, matched
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.orbit import map_at
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
 from proofmass.runner.analysis.noise.band import grid, mean_squares
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.prediction import allan_deviation
@@ -27,6 +27,7 @@ from proofmass.runner.planning.plan import plan
 _DECADES = 5.0  # below half the rate that are shown
 _TAUS = 8  # a decade
 _LOW = 0.1  # of the rate, up to which coefficients are those of a slow signal
+_NEUTRAL = 1e-9  # by which a pole beyond the unit circle may be rounding
 QUANTISATION = "quantisation"
 
 
@@ -136,22 +137,25 @@ def noise(
     *,
     input: str = "",
     band: tuple[float, float] | None = None,
-    at: str | float | Fraction = 0.0,
+    at: str | float | Fraction | None = None,
 ) -> NoiseBudget:
     """The noise budget of an output: density and rms of what each source makes there, exactly for small signals.
 
     Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error counts as white and
     uniform over one step. What sampling, holding and decimation fold into the band is in it. `band` is in Hz, up to
-    half the rate of the output unless said; `at` is the operating point, as in `linearise`. With an `input` the density
-    is referred to it as well.
+    half the rate of the output unless said; `at` is the operating point, as in `linearise`, the second common period
+    unless said: in tick 0 processes start. With an `input` the density is referred to it as well.
 
     Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
     """
     planned = plan(graph)
     target = node_of(planned, graph, output)
     sources = [node_of(planned, graph, input)] if input else []
-    whole = map_at(planned, sources, [target], noise=noise_blocks(planned), tick=tick_at(planned, at))
+    noisy = noise_blocks(planned)
+    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
+    whole = map_at(planned, sources, [target], noise=noisy, tick=tick)
     found = noise_map(whole, target)
+    _refuse_growth(planned, output, found)
     _refuse_silence(planned, output, found)
     limits = _band(found, band)
     squares = mean_squares(found, limits) if band is not None or not found.settles else found.mean_squares()
@@ -222,6 +226,20 @@ def _notes(
     if not found.settles and band is None:
         notes.append("the output wanders without bound: its rms is that of the band named above")
     return notes
+
+
+def _refuse_growth(planned: Plan, output: str, found: NoiseMap) -> None:
+    largest = float(np.max(np.abs(found.poles), initial=0.0))
+    if largest <= 1.0 + _NEUTRAL:
+        return
+    problem = Problem(
+        message=f"the noise of {output} grows without end: a loop is unstable",
+        key=output,
+        got=f"a mode that grows by {largest:.6g} in {found.period:.3g} s",
+        hint="proofmass margins says how stable the loops are; another operating point may do: --at",
+        path=("blocks", output.rpartition(".")[0]),
+    )
+    raise ModelError([planned.graph.placed(problem)])
 
 
 def _refuse_silence(planned: Plan, output: str, found: NoiseMap) -> None:

@@ -42,7 +42,7 @@ def dithers(whole: PeriodMap) -> Iterator[Dither]:
 def _dither(block: str, found: PeriodMap) -> Dither:
     a, b, c, d = found.parts()
     lasting = Lasting(a)
-    if lasting.passes(b, c):
+    if lasting.passes(b, c):  # a random walk
         return Dither(block, math.inf, math.inf)
     a, b, c = lasting.without(a, b, c)
     variances = np.array([VARIANCES.get(part, 0.0) for _, part, _ in found.inputs])
