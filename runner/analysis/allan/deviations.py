@@ -94,6 +94,8 @@ def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
             hint="run longer, or skip less",
         )
         raise ModelError([problem])
+    if not np.ptp(series.values) > 0.0:
+        raise ModelError([Problem(message="the signal does not move", key=series.name or "signal")])
     levels = fitted(series)
     x = _integral(series)
     curves = {statistic: _curve(statistic, x, series.period, levels) for statistic in Statistic}

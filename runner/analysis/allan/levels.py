@@ -27,6 +27,7 @@ _FIRST = 2  # line above zero: the window lets the mean and its neighbours into 
 _PER_DECADE = 40  # groups of lines
 _MANY = 16  # lines of a group, whose mean scatters little
 _ITERATIONS = 50
+_NOTHING = 1e-30  # of the highest line
 _EDGE = 1e-3  # to which the ends of intervals are found
 
 
@@ -81,6 +82,7 @@ def fitted(series: Series) -> Levels:
     starts = _groups(lines)
     terms = np.add.reduceat(density_terms(lines, series.period), starts) / _sizes(starts, len(lines))[:, None]
     density = np.add.reduceat(power, starts) / _sizes(starts, len(lines))
+    density = np.maximum(density, _NOTHING * float(np.max(density)))
     counts = _sizes(starts, len(lines))
     fit = _Fit(terms, density, counts)
     squares, least = fit.best()

@@ -20,6 +20,7 @@ from proofmass.runner.analysis.spectrum.windows import half_lobe
 HARMONICS = 9  # above the tone
 _NEIGHBOURS = 8  # lobes, on each side of a tone
 _OUTSTANDING = 30.0  # a line of white noise is as high above its median once in 1e9
+_ROOM = 3  # lobes, in which a tone, zero and noise find place
 COHERENT = 1e-2  # of a cycle, by which a tone in a whole number of cycles may be off
 
 
@@ -67,8 +68,9 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     floor = float(np.mean(of.density[rest]))
     in_band = float(np.sum(of.within(band))) * step
     noise = floor * in_band
-    signal = max(float(np.sum(of.density[own])) * step - floor * step * int(np.sum(own)), 0.0)
-    distortion = max(float(np.sum(of.density[harmonic])) * step - floor * step * int(np.sum(harmonic)), 0.0)
+    beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # of noise; another tone lifts the mean
+    signal = _above(of, own, beneath)
+    distortion = _above(of, harmonic, beneath)
     beside = np.where(inside & ~own, power, -1.0)
     spur = int(np.argmax(beside))
     if not signal > 0.0:
@@ -88,13 +90,18 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     )
 
 
+def _above(of: Spectrum, lines: Any, floor: float) -> float:
+    """Mean square of some lines without the noise in them."""
+    return max(float(np.sum(of.density[lines] - floor)) * of.step, 0.0)
+
+
 def _middle(of: Spectrum, power: Array, lobe: int, tone: float, band: tuple[float, float] | None) -> int:
     """Index of the highest line: near the tone that is named, or in the band."""
     if tone:
         lines = np.abs(of.frequencies - tone) <= (lobe + 1) * of.step
     else:
         lines = of.within(band) & ~_near(of, [0.0], lobe)
-    if not lines.any():
+    if not lines.any() or len(of.frequencies) < _ROOM * (lobe + 1):
         raise ModelError([_no_room(of)])
     middle = int(np.argmax(np.where(lines, power, -1.0)))
     if not power[middle] > 0.0 or not (tone or _stands_out(power, middle, lobe)):
