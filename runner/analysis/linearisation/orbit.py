@@ -21,7 +21,7 @@ import scipy.linalg
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node
-from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.forward import Forward, Quiet, memory_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
     Array,
@@ -30,12 +30,13 @@ from proofmass.runner.analysis.linearisation.period_map import (
     common_period,
     period_map,
 )
-from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 SAME = 1e-9  # relative change of a map that is rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
+_QUIET = 20_000  # base ticks, up to which a run to the operating point is made without noise
 _LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
 _BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
 _TRIES = 6  # of numbers of periods
@@ -115,8 +116,12 @@ class _Search:
         self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
         self._first = tick - tick % self._ticks
         self._names = sorted(blocks_of_map(plan, inputs, outputs, everything, noise)[0])
-        self._memories = [memory_at(plan, self._first)]
-        self._run = Forward(plan, self._memories[0])
+        self._run: Forward | Quiet
+        if noise and self._first <= _QUIET:
+            self._memories = [Quiet(plan, start(plan)).to(self._first)]
+        else:
+            self._memories = [memory_at(plan, self._first)]
+        self._run = (Quiet if noise else Forward)(plan, self._memories[0].copy())
 
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
