@@ -1,19 +1,26 @@
 # Two commands do everything on a machine with Python 3.11+, pip, venv and make:
 #   make demo    create .venv, install, run the PN self-test of a MEMS accelerometer, write its report
 #   make test    create .venv, install, run the whole test suite
+# make test-fast runs the tests that compile nothing: the loop of a developer.
 # PYTHON names another interpreter, VENV another folder for the environment.
 
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: demo test defects lint benchmark clean
+.PHONY: demo test test-fast defects lint benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+
+FAST = tests/blocks/declaration tests/graphs tests/hostile tests/documents/test_ci.py tests/documents/test_claims.py \
+	tests/documents/test_decisions.py tests/documents/test_stubs.py tests/runner/commands/test_declarations.py tests/test_imports.py
+
+test-fast: $(VENV)/installed-test
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(FAST)
 
 # What was once silently wrong (S), hung (H) or crashed (C): test, before, after, outcome.
 defects: $(VENV)/installed-test

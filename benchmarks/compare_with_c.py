@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from proofmass import read_graph
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.plan.memory import start
@@ -28,7 +29,6 @@ from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.native import CompiledLoop
 
 HERE = Path(__file__).parent
-LIBRARY = HERE.parent / "graphs" / "library"
 SAMPLES = 1_000_000
 PERIODS = 1_000
 GYROSCOPE_SAMPLES, STEPS = 100_000, 6
@@ -54,7 +54,7 @@ def main() -> None:
 
 def closed_loop(rounds: int) -> dict[str, Any]:
     """Workload W1: a million samples, every output code recorded."""
-    graph = read_graph(LIBRARY / "closed_loop_accelerometer.toml")
+    graph = read_graph(library_file("closed_loop_accelerometer.toml"))
     a, b = hold([[0.0, 1.0], [-3.0e-3 / 1.0e-7, -4.0e-4 / 1.0e-7]], [[0.0], [1.0 / 1.0e-7]], 1 / 50e3)
     record = np.zeros(SAMPLES, dtype=np.int32)
 
@@ -68,7 +68,7 @@ def closed_loop(rounds: int) -> dict[str, Any]:
 
 def self_test(rounds: int) -> dict[str, Any]:
     """Workload W2: a thousand periods of 1023 chips, one vector of 16 sums a period."""
-    graph = read_graph(LIBRARY / "pn_self_test_minimal.toml")
+    graph = read_graph(library_file("pn_self_test_minimal.toml"))
     m, k, c_ = 50.43e-9, 49.5627, 3.4e-3
     a, b = hold([[0.0, 1.0], [-k / m, -c_ / m]], [[0.0], [1.0 / m]], 1 / 9.6e3)
     sums = np.zeros((PERIODS, 16), dtype=np.int64)
@@ -86,7 +86,7 @@ def self_test(rounds: int) -> dict[str, Any]:
 def gyroscope(rounds: int) -> dict[str, Any]:
     """A non-linear continuous group: both modes of a gyroscope, six steps of Runge-Kutta 4 a tick."""
     graph = dataclasses.replace(
-        read_graph(LIBRARY / "vibratory_gyroscope.toml"),
+        read_graph(library_file("vibratory_gyroscope.toml")),
         integration={"method": "runge_kutta_4", "substeps": STEPS, "sources": "held"},
         probes=["sense.displacement"],
     )

@@ -5,9 +5,8 @@ Time to make it ready when it has been compiled before, time of its own run, and
 
 import time
 
-from compare_with_c import LIBRARY
-
 from proofmass import read_graph, simulate
+from proofmass.graphs.files.library import FOLDER
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan
@@ -20,7 +19,7 @@ RUNS = 15  # of which the fastest counts, since others may share the machine
 def main() -> None:
     """Run them all and print the table."""
     print(f"{'graph':34} {'blocks':>6} {'ticks':>11} {'ready':>9} {'run':>9} {'a tick':>10}")
-    for path in sorted(LIBRARY.glob("*.toml")):
+    for path in sorted(FOLDER.rglob("*.toml")):
         if "[blocks" not in path.read_text(encoding="utf-8"):
             continue  # a study that names its graph
         graph = read_graph(path)

@@ -2,11 +2,11 @@
 
 import resource
 import sys
-from pathlib import Path
 
 from proofmass import read_graph, simulate
+from proofmass.graphs.files.library import library_file
 
-GRAPH = Path(__file__).parent.parent / "graphs" / "library" / "pn_self_test_minimal.toml"
+GRAPH = library_file("pn_self_test_minimal.toml")
 
 
 def main(samples: int) -> None:

@@ -17,9 +17,10 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from compare_with_c import LIBRARY, build
+from compare_with_c import build
 
 from proofmass import read_graph
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
@@ -58,7 +59,7 @@ def workload(runs: int = RUNS, samples: int = SAMPLES) -> Study:
     """The study: every parameter spread by 200 ppm, the reference drifting by 200 ppm within a run."""
     half = Fraction(samples, 2 * RATE)
     graph = dataclasses.replace(
-        read_graph(LIBRARY / "closed_loop_accelerometer.toml"),
+        read_graph(library_file("closed_loop_accelerometer.toml")),
         probes=(),
         samples=samples,
         measures={name: {"signal": "dac.code", "statistic": name, "from": half} for name in ("mean", "std")},

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from fractions import Fraction
-from pathlib import Path
 from typing import NamedTuple
 
 from proofmass.blocks import (
@@ -15,11 +14,11 @@ from proofmass.blocks import (
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.library import FOLDER
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.runner.rtl.machine.compose import is_digital
 
-GRAPHS = Path(__file__).parent.parent / "graphs" / "library"
 RATE = Fraction(4800)  # of blocks that no graph gives one
 SOFTWARE = {"Correlator"}  # its sums are plain integers, of which no format says how large they grow
 WORDS = ("large_format", "damping_format", "small_format", "step_format")
@@ -57,7 +56,7 @@ def blocks_alone() -> Iterator[Alone]:
     seen = set()
     for each in _found():
         if is_digital(each.block) and each.kind not in SOFTWARE:
-            made = each.block.functions.get("constants")
+            made = type(each.block).functions.get("constants")
             key = each.block, made and str(made.function(each.block, float(1 / each.rate)))
             if key not in seen:
                 yield each
@@ -67,7 +66,7 @@ def blocks_alone() -> Iterator[Alone]:
 def _found() -> Iterator[Alone]:
     yield from (Alone(kind(), RATE) for _, kind in sorted(all_blocks().items()))
     yield from (Alone(block, RATE) for block in OTHERS)
-    for path in sorted(GRAPHS.glob("*.toml")):
+    for path in sorted(FOLDER.rglob("*.toml")):
         if "[blocks" not in path.read_text(encoding="utf-8"):
             continue  # a study that names its graph
         graph = flatten(read_graph(path))

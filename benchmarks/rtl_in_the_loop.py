@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import split
 from proofmass.runner.plan.memory import Engine, start
@@ -22,7 +23,7 @@ from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.run.engines import make_engine
 
-CALIBRATION = Path(__file__).parent.parent / "graphs" / "library" / "self_calibration_fixed.toml"
+CALIBRATION = library_file("self_calibration_fixed.toml")
 SINGLE, CHUNK = 2_000, 9_973  # ticks that are chunks of their own; ticks of a chunk behind them
 
 

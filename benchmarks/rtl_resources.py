@@ -9,6 +9,7 @@ of 32 by 32 bits and one of 16 by 16, since their 21 multipliers are then ours.
 
 from pathlib import Path
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.machine.compose import compose
@@ -16,8 +17,8 @@ from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from proofmass.runner.rtl.tools.synth import Resources, synthesized
 
 ROOT = Path(__file__).parent.parent
-LIBRARY = ROOT / "graphs" / "library" / "self_calibration_fixed.toml"
-GYROSCOPE = ROOT / "graphs" / "library" / "self_calibration_gyroscope_fixed.toml"
+LIBRARY = library_file("self_calibration_fixed.toml")
+GYROSCOPE = library_file("self_calibration_gyroscope_fixed.toml")
 DUT_R = Path(__file__).parent / "reference_model_32_bits.toml"
 
 ROWS = (  # block, blocks of ours, slices, flip-flops, lookup tables, multipliers of the paper, why they differ

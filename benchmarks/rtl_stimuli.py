@@ -13,6 +13,7 @@ from proofmass.blocks import AnalogToDigital, FixedQuantiser, RecordedSignal
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration import declare
 from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.instance import format_of, unit_of
 from proofmass.graphs.model.graph import Graph, Place
 
 Column = NDArray[np.int64]
@@ -33,7 +34,7 @@ def truth(p: Block, input: float) -> bool:
 def drawn(block: Block, clocks: int) -> dict[str, Column]:
     """A column for each input: stretches of any number, of small ones, of any size, of one that is held."""
     draws = random.Random(repr(block))
-    return {name: _column(draws, *_range(block, port), clocks) for name, port in block.inputs.items()}
+    return {name: _column(draws, *_range(block, port), clocks) for name, port in type(block).inputs.items()}
 
 
 def played(block: Block, rate: Fraction, columns: Mapping[str, Column], folder: Path) -> Graph:
@@ -41,16 +42,16 @@ def played(block: Block, rate: Fraction, columns: Mapping[str, Column], folder: 
     blocks: dict[str, Block] = {TESTED: block}
     wires = []
     table = {"time": np.arange(max(map(len, columns.values()), default=1)) / float(rate)}
-    for name, port in block.inputs.items():
+    for name, port in type(block).inputs.items():
         converter, entrance, exit_ = _converter(block, port)
-        unit = converter.unit_of(converter.inputs[entrance])
+        unit = unit_of(converter, type(converter).inputs[entrance])
         blocks |= {f"recorded_{name}": RecordedSignal(file=FILE, column=name, unit=unit), GIVEN + name: converter}
         wires += [f"recorded_{name}.output -> {GIVEN}{name}.{entrance}", f"{GIVEN}{name}.{exit_} -> {TESTED}.{name}"]
-        fraction = block.format_of(name).fraction if port.dtype is FixedValue else 0
+        fraction = format_of(block, name).fraction if port.dtype is FixedValue else 0
         table[name] = np.ldexp(columns[name].astype(float), -fraction)
     head = ",".join(["time [s]", *columns])
     np.savetxt(folder / FILE, np.column_stack(list(table.values())), "%.17g", ",", header=head, comments="")
-    probes = [f"{TESTED}.{name}" for name in block.outputs]
+    probes = [f"{TESTED}.{name}" for name in type(block).outputs]
     return Graph(name="played", rate=rate, blocks=blocks, wires=wires, probes=probes, place=Place(folder=str(folder)))
 
 
@@ -60,13 +61,13 @@ def _converter(block: Block, port: Port) -> tuple[Block, str, str]:
         return truth(), "input", "truth"
     if port.dtype is int:
         return AnalogToDigital(bits=INTEGER.width, reference=float(INTEGER.highest + 1)), "voltage", "code"
-    return FixedQuantiser(output_format=block.format_of(port.name), unit=block.unit_of(port)), "input", "output"
+    return FixedQuantiser(output_format=format_of(block, port.name), unit=unit_of(block, port)), "input", "output"
 
 
 def _range(block: Block, port: Port) -> tuple[int, int]:
     if port.dtype is bool:
         return 0, 1
-    format = block.format_of(port.name) if port.dtype is FixedValue else INTEGER
+    format = format_of(block, port.name) if port.dtype is FixedValue else INTEGER
     return format.lowest, format.highest
 
 

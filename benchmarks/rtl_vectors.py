@@ -176,7 +176,7 @@ def _judge(row: Row, alone: Alone) -> None:
         row.misses.append(f"CXXRTL at {row.speeds['CXXRTL']:,.0f} clocks a second")
     still = ", ".join(name for name, count in row.changes.items() if not count)
     why = STILL.get(alone.name, "")
-    if not alone.block.inputs and "update" not in alone.block.functions:
+    if not type(alone.block).inputs and "update" not in type(alone.block).functions:
         why = "they are constants"
     if still:
         (row.notes if why else row.misses).append(f"never changing: {still}" + f", as {why}" * bool(why))

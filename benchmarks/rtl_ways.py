@@ -41,7 +41,7 @@ def by_python(
     alone = _without_sources(planned)
     engine, rows, readers = make_engine(alone, "python", 0, 0, start(alone)), _rows(alone, clocks), _readers(machine)
     memory = engine.memory()
-    kinds = {name: held_as(port.dtype) for name, port in alone.blocks[TESTED].inputs.items()}
+    kinds = {name: held_as(port.dtype) for name, port in type(alone.blocks[TESTED]).inputs.items()}
     given = [(alone.schedule.drivers[TESTED, n], list(map(kind, columns[n].tolist()))) for n, kind in kinds.items()]
     probed = list(zip(alone.probes, rows, strict=True))
     held = [read(memory) for read in readers.values()]

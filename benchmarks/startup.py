@@ -10,8 +10,9 @@ import tempfile
 import time
 from pathlib import Path
 
-LIBRARY = Path(__file__).parent.parent / "graphs" / "library"
-CLOSED_LOOP = str(LIBRARY / "closed_loop_accelerometer.toml")
+from proofmass.graphs.files.library import library_file
+
+CLOSED_LOOP = str(library_file("closed_loop_accelerometer.toml"))
 
 
 def main() -> None:

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from importlib.resources import as_file, files
+from importlib.resources import as_file
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.linalg import expm
 from scipy.optimize import least_squares
 
 from proofmass.blocks import DiscreteMassSpringDamper, LowPass, Step, WhiteNoise
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
@@ -60,7 +61,7 @@ class Calibration(NamedTuple):
 
 def library(name: str) -> Graph:
     """A graph of the library."""
-    with as_file(files("proofmass.graphs") / "library" / name) as path:
+    with as_file(library_file(name)) as path:
         return read_graph(path)
 
 
@@ -156,7 +157,7 @@ class Outcome(NamedTuple):
 @cache
 def population(file: str, axis: str = "", runs: int = 200, lanes: int | None = None) -> Outcome:
     """What becomes of devices within 10 % of stiffness and 40 % of damping; of a unit, of one of its axes."""
-    with as_file(files("proofmass.graphs") / "library" / file) as path:
+    with as_file(library_file(file)) as path:
         study = read_study(path)
     found, device = studied(file, runs, lanes), f"{axis}.device" if axis else "sense"
     drawn = [study.drawn(number)[0] for number in range(runs)]
@@ -175,7 +176,7 @@ def population(file: str, axis: str = "", runs: int = 200, lanes: int | None = N
 @cache
 def studied(file: str, runs: int, lanes: int | None = None) -> Any:
     """The study of a file of the library."""
-    with as_file(files("proofmass.graphs") / "library" / file) as path:
+    with as_file(library_file(file)) as path:
         return run_study(read_study(path), runs=runs, engine="compiled", lanes=lanes)
 
 

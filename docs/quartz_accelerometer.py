@@ -7,11 +7,12 @@ Labels: [P] is in the paper; [A] an assumption, for it has no parameters; [C] a 
 
 import functools
 from collections.abc import Iterator, Mapping
-from importlib.resources import as_file, files
+from importlib.resources import as_file
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
@@ -38,7 +39,7 @@ SCALE_FACTOR = -8.0e-6 / 0.065 * CODES_PER_AMPERE  # [A] -K0 / (kt k_VI k_DA), c
 @functools.cache
 def library(name: str) -> Graph:
     """A graph of the library."""
-    with as_file(files("proofmass.graphs") / "library" / f"{name}.toml") as path:
+    with as_file(library_file(f"{name}.toml")) as path:
         return read_graph(path)
 
 
@@ -70,7 +71,7 @@ def trial(measures: Mapping[str, float]) -> Trial:
 
 def study(name: str) -> Study:
     """A study of the library."""
-    with as_file(files("proofmass.graphs") / "library" / f"{name}.toml") as path:
+    with as_file(library_file(f"{name}.toml")) as path:
         return read_study(path)
 
 

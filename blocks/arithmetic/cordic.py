@@ -24,22 +24,39 @@ def hyperbolic_shifts(iterations: int) -> tuple[int, ...]:
 
 def hyperbolic_growth(iterations: int) -> float:
     """K of the hyperbolic rotations, 0.828 for many."""
-    return math.prod(math.sqrt(1.0 - 4.0**-i) for i in hyperbolic_shifts(iterations))
+    return math.prod(math.sqrt(1.0 - math.ldexp(1.0, -2 * i)) for i in hyperbolic_shifts(iterations))
 
 
 def hyperbolic_angles(iterations: int, fraction: int) -> tuple[int, ...]:
     """The angle of each hyperbolic rotation, to the nearest step of 2^-fraction."""
-    return tuple(round(math.ldexp(math.atanh(2.0**-i), fraction)) for i in hyperbolic_shifts(iterations))
+    return tuple(_rounded(_series(2**i, 1, fraction)) for i in hyperbolic_shifts(iterations))
 
 
 def circular_growth(iterations: int) -> float:
     """K of the circular rotations, 1.647 for many."""
-    return math.prod(math.sqrt(1.0 + 4.0**-i) for i in range(iterations))
+    return math.prod(math.sqrt(1.0 + math.ldexp(1.0, -2 * i)) for i in range(iterations))
 
 
 def circular_angles(iterations: int, fraction: int) -> tuple[int, ...]:
     """The angle of each circular rotation, to the nearest step of 2^-fraction."""
-    return tuple(round(math.ldexp(math.atan(2.0**-i), fraction)) for i in range(iterations))
+    eighth = _series(2, -1, fraction) + _series(3, -1, fraction)  # atan 1/2 + atan 1/3 = pi / 4
+    return (_rounded(eighth), *(_rounded(_series(2**i, -1, fraction)) for i in range(1, iterations)))[:iterations]
+
+
+GUARD = 256  # bits beyond the step: what tells 2^-i from atan 2^-i, at half a step, and then some
+
+
+def _series(inverse: int, sign: int, fraction: int) -> int:
+    """atanh(1 / inverse), or atan for the sign -1, in steps of 2^-(fraction + GUARD), each term rounded down."""
+    total, odd, power, side = 0, 1, (1 << (fraction + GUARD)) // inverse, 1
+    while power:
+        total += side * (power // odd)
+        odd, power, side = odd + 2, power // (inverse * inverse), sign * side
+    return total
+
+
+def _rounded(value: int) -> int:
+    return (value + (1 << (GUARD - 1))) >> GUARD
 
 
 def grown(value: Integer, rest: Integer, shift: int, angle: int) -> tuple[Integer, Integer]:

@@ -18,9 +18,9 @@ class CalibrationSequencer(Block):
 
     first: int = param("1", "Step to begin with; 3 where references are known.", default=0, at_least=0, at_most=DONE)
 
-    sweep_finished = Input("1", "Whether the sweep of the forward gain is in its last tick.", dtype=bool, default=1.0)
-    switch_finished = Input("1", "Whether the switching of the current is in its last tick.", dtype=bool, default=1.0)
-    test_finished = Input("1", "Whether the static test is in its last tick.", dtype=bool, default=1.0)
+    sweep_finished = Input("1", "Whether the sweep of the forward gain is in its last tick.", dtype=bool, default=True)
+    switch_finished = Input("1", "Whether the switching of the current is in its last tick.", dtype=bool, default=True)
+    test_finished = Input("1", "Whether the static test is in its last tick.", dtype=bool, default=True)
 
 
 class State(NamedTuple):

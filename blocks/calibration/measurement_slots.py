@@ -16,7 +16,7 @@ class MeasurementSlots(Block):
         "s", "Time to measure in a slot; at least a tick.", default=0.05, above=0.0, not_driven=_COUNTED
     )
 
-    active = Input("1", "Whether the row goes on; it begins anew when this becomes true.", dtype=bool, default=1.0)
+    active = Input("1", "Whether the row goes on; it begins anew when this becomes true.", dtype=bool, default=True)
 
 
 class State(NamedTuple):

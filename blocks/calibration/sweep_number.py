@@ -14,7 +14,7 @@ class SweepNumber(Block):
     working: float = param("1", "Number outside sweeps.", default=34952.0)
 
     slot = Input("1", "Slot of the sweep, from 0.", dtype=int)
-    active = Input("1", "Whether a sweep is under way.", dtype=bool, default=1.0)
+    active = Input("1", "Whether a sweep is under way.", dtype=bool, default=True)
 
 
 @SweepNumber.output("1")

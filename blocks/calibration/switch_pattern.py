@@ -12,7 +12,7 @@ class SwitchPattern(Block):
     palindrome: bool = param("", "Whether it goes on off off on instead of on off on off.", default=False)
 
     slot = Input("1", "Slot of the measurement, from 0.", dtype=int)
-    active = Input("1", "Whether a measurement is under way.", dtype=bool, default=1.0)
+    active = Input("1", "Whether a measurement is under way.", dtype=bool, default=True)
 
 
 @SwitchPattern.output("1")

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import exponential
 from proofmass.blocks.arithmetic.rounding import clip
 from proofmass.blocks.declaration.declare import Block, Input, param
 
@@ -57,7 +58,7 @@ def requires(p: PID) -> Iterator[tuple[str, str]]:
 
 @PID.constants
 def constants(p: PID, period: float) -> Constants:
-    decay = math.exp(-2.0 * math.pi * p.derivative_pole * period)
+    decay = exponential(-2.0 * math.pi * p.derivative_pole * period)
     derivative = p.derivative_gain / period * (1.0 - decay)
     return Constants(p.proportional, p.integral * period, derivative, decay, p.limited, p.lowest, p.highest)
 

@@ -11,6 +11,7 @@ from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.blocks.declaration.units import UnitError, convert_exactly
 
 LARGEST_INTEGER = 2**62  # integer arithmetic of the compiled loop has 64 bits
+_KINDS = (float, int, bool, str, Fixed, tuple)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -167,24 +168,23 @@ def param(
     return dataclasses.field(default=default, metadata={"unit": unit, "doc": doc, **more})
 
 
-def declared(owner: str, field: "dataclasses.Field[Any]", annotation: Any) -> Parameter:
-    """The parameter that a field of the class `owner` declares; the values of a `Literal` are its choices."""
-    m, kind, choices = field.metadata, annotation, field.metadata.get("choices", ())
+def declared(owner: str, name: str, field: object, annotation: Any) -> Parameter:
+    """The parameter that the class `owner` declares by `param`; the values of a `Literal` are its choices."""
+    metadata = field.metadata if isinstance(field, dataclasses.Field) else {}
+    kind, choices = annotation, metadata.get("choices", ())
     if typing.get_origin(kind) is typing.Literal:
         kind, choices = str, typing.get_args(kind)
     if typing.get_origin(kind) is tuple:
         kind = tuple
-    if kind not in (float, int, bool, str, Fixed, tuple) or "bounds" not in m:
-        raise TypeError(f"{owner}.{field.name} must be float, int, bool, str, Fixed or tuple[float, ...] = param(...)")
-    more = {"choices": choices, "not_driven": m["not_driven"]}
-    made = Parameter(field.name, kind, field.default, m["unit"], m["doc"], **m["bounds"], **more)
+    if not isinstance(field, dataclasses.Field) or "bounds" not in metadata or kind not in _KINDS:
+        raise TypeError(f"{owner}.{name} must be float, int, bool, str, Fixed or tuple[float, ...] = param(...)")
+    texts = {"unit": metadata["unit"], "doc": metadata["doc"], "not_driven": metadata["not_driven"]}
+    made = Parameter(name, kind, field.default, choices=choices, **metadata["bounds"], **texts)
     try:
         default = field.default if kind is Fixed else made.read(field.default, made.unit)
     except ParameterError as error:
         expected = made.expected(made.unit)
-        raise TypeError(
-            f"{owner}.{field.name}: its default {shown(field.default)} {error}; expected {expected}"
-        ) from None
+        raise TypeError(f"{owner}.{name}: its default {shown(field.default)} {error}; expected {expected}") from None
     return dataclasses.replace(made, default=default)
 
 

@@ -1,21 +1,13 @@
 """Ports and buffers of a block: how they are declared, and what is known of one."""
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.declaration.arguments import Meaning
 
 Number = type[float] | type[int] | type[bool] | type[FixedValue]
 Size = int | str | Callable[[Any], int]  # a number, an integer parameter, a list parameter (its length), a function
-
-RESERVED = {meaning.argument: meaning.doc for meaning in Meaning if meaning.argument} | {
-    "c": "the constants, the first argument of functions",
-    "kind": "a key of a block in a graph file",
-    "rate": "a key of a block in a graph file",
-    "graph": "a key of a block in a graph file",
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -27,7 +19,7 @@ class Port:
     doc: str
     dtype: Number
     shape: tuple[Size, ...] = ()
-    default: float | None = None  # inputs: the value when nothing is connected
+    default: float | bool | None = None  # inputs: the value when nothing is connected
     every: Size = 1  # outputs: ticks of the block per tick of the port
     no_value: str = ""  # outputs: what has happened where the value is NaN, and what to do
 
@@ -36,13 +28,21 @@ class Input:
     """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected."""
 
     def __init__(
-        self, unit: str, doc: str, dtype: Number = float, shape: tuple[Size, ...] = (), default: float | None = None
+        self,
+        unit: str,
+        doc: str,
+        dtype: Number = float,
+        shape: tuple[Size, ...] = (),
+        default: float | bool | None = None,
     ) -> None:
+        if default is not None and isinstance(default, bool) != (dtype is bool):
+            expected = "True or False" if dtype is bool else "a number"
+            raise TypeError(f"the default of an input of type {dtype.__name__} must be {expected}, not {default}")
         self._port = Port("", unit, doc, dtype, shape, default)
 
-    def __set_name__(self, owner: Any, name: str) -> None:
-        refuse_taken(owner, name, owner.__mro__[-2].__dict__)  # of Block
-        owner.inputs = {**owner.inputs, name: dataclasses.replace(self._port, name=name)}
+    def named(self, name: str) -> Port:
+        """Return the port under its name."""
+        return dataclasses.replace(self._port, name=name)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,9 +62,9 @@ class Buffer:
     def __init__(self, doc: str, dtype: Number, shape: tuple[Size, ...]) -> None:
         self._buffer = BufferPort("", doc, dtype, shape)
 
-    def __set_name__(self, owner: Any, name: str) -> None:
-        refuse_taken(owner, name, owner.__mro__[-2].__dict__)  # of Block
-        owner.buffers = {**owner.buffers, name: dataclasses.replace(self._buffer, name=name)}
+    def named(self, name: str) -> BufferPort:
+        """Return the buffer under its name."""
+        return dataclasses.replace(self._buffer, name=name)
 
 
 class Recording(Buffer):
@@ -75,13 +75,3 @@ class Recording(Buffer):
 
     def __init__(self, quantity: str, doc: str) -> None:
         self._buffer = BufferPort("", doc, float, (), quantity)
-
-
-def refuse_taken(owner: type, name: str, taken: Iterable[str], by: str = "") -> None:
-    """Raise TypeError where a name stands for something else in a block."""
-    if name in RESERVED:
-        raise TypeError(f"{owner.__name__}.{name}: the name is taken; {name} is {RESERVED[name]}")
-    if name in taken:
-        what = "a method" if callable(getattr(owner.__mro__[-2], name, None)) else "an attribute"
-        of = by or f"every block has {what} {name}"
-        raise TypeError(f"{owner.__name__}.{name}: the name is taken; {of}")

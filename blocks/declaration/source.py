@@ -7,8 +7,10 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 _loaded: dict[str, str] = {}
+_made: "WeakKeyDictionary[types.FunctionType, ast.FunctionDef]" = WeakKeyDictionary()
 
 
 class SourceError(ValueError):
@@ -18,6 +20,8 @@ class SourceError(ValueError):
 def tree_of(function: types.FunctionType) -> ast.FunctionDef:
     """The definition of a function; raises `SourceError` where its file is not there, or is no longer the one that was
     loaded."""
+    if function in _made:
+        return _made[function]
     code = function.__code__
     try:
         text = _loaded.get(code.co_filename) or "".join(inspect.findsource(function)[0])
@@ -28,6 +32,15 @@ def tree_of(function: types.FunctionType) -> ast.FunctionDef:
     if found is None or not _same(found[1], code):
         raise SourceError("its file has changed since it was loaded")
     return found[0]
+
+
+def define(tree: ast.FunctionDef, file: str, namespace: dict[str, Any]) -> types.FunctionType:
+    """The function of a tree that was made at run time; its source is that tree."""
+    module = ast.fix_missing_locations(ast.Module([tree], []))
+    exec(compile(module, file, "exec"), namespace)
+    function: types.FunctionType = namespace[tree.name]
+    _made[function] = tree
+    return function
 
 
 def remember(file: str, text: str) -> None:

@@ -14,7 +14,7 @@ class AnalogSwitch(Block):
     unit: str = param("", "Unit of input and output.", default="1")
 
     input = Input("{unit}", "What is switched.")
-    control = Input("1", "The command.", dtype=bool, default=0.0)
+    control = Input("1", "The command.", dtype=bool, default=False)
 
 
 @AnalogSwitch.output("{unit}")

@@ -7,6 +7,7 @@ sqrt(2 / ns) of its standard deviation (digital quartz accelerometer, section II
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import sine
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
@@ -30,7 +31,7 @@ class State(NamedTuple):
 @DigitalDemodulator.start
 def start(p: DigitalDemodulator, reference: list[float]) -> State:
     for k in range(p.samples):
-        reference[k] = 2.0 / p.samples * math.sin(2.0 * math.pi * k / p.samples + p.phase)
+        reference[k] = 2.0 / p.samples * sine(2.0 * math.pi * k / p.samples + p.phase)
     return State(0, 0.0, 0.0)
 
 

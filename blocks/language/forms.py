@@ -9,7 +9,8 @@ from dataclasses import replace
 from typing import Any, assert_never
 
 from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language import operations

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.blocks.declaration.source import SourceError, tree_of
+from proofmass.blocks.declaration.source import SourceError, define, tree_of
 from proofmass.blocks.language.calls import Calls
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
@@ -178,11 +178,7 @@ def _defined(
     made = ast.copy_location(ast.FunctionDef(tree.name, arguments, lines, [], None), tree)
     if "type_params" in ast.FunctionDef._fields:
         made.type_params = []  # type: ignore[attr-defined, unused-ignore]
-    module = ast.fix_missing_locations(ast.Module([made], []))
-    namespace: dict[str, Any] = {"__name__": function.__module__, **scope.namespace}
-    exec(compile(module, function.__code__.co_filename, "exec"), namespace)
-    defined: types.FunctionType = namespace[tree.name]
-    return defined
+    return define(made, function.__code__.co_filename, {"__name__": function.__module__, **scope.namespace})
 
 
 def _problem(function: types.FunctionType, refused: RefusedError) -> Problem:

@@ -13,7 +13,7 @@ class PlateAttach(Block):
     stop_angle: float = param("rad", "Angle of the plate on the stop, gap over lever.", default=1.25e-3)
 
     angle = Input("rad", "Angle of the pendulum.")
-    attach = Input("1", "Whether the plate lies on the stop.", dtype=bool, default=0.0)
+    attach = Input("1", "Whether the plate lies on the stop.", dtype=bool, default=False)
 
 
 @PlateAttach.output("rad")

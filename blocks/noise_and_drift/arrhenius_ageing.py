@@ -5,7 +5,7 @@ k is Boltzmann's constant, T the temperature, held from tick to tick, T0 the ref
 
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.elementary import exponential
+from proofmass.blocks.arithmetic.elementary import bounded_exponential
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 BOLTZMANN = 1.380649e-23  # J/K, exact in the SI
@@ -48,7 +48,7 @@ def start(p: ArrheniusAgeing) -> State:
 
 def acceleration_at(c: Constants, temperature: float) -> float:
     """How much faster than at the reference temperature it ages."""
-    return 0.0 if temperature < 1.0 else exponential(c.at_reference - c.energy / temperature)
+    return 0.0 if temperature < 1.0 else bounded_exponential(c.at_reference - c.energy / temperature)
 
 
 @ArrheniusAgeing.output("{unit}")

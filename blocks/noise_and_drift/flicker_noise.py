@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import binary_logarithm, exponential_less_one
 from proofmass.blocks.declaration.declare import Block, Buffer, param
 
 ZERO, POLE = 0.41715495, 0.3249102  # of a filter that makes up for what sampling does to the ladder near half the rate
@@ -16,7 +17,7 @@ ZERO, POLE = 0.41715495, 0.3249102  # of a filter that makes up for what samplin
 
 def poles(lowest: float, highest: float) -> int:
     """How many poles span the band and a factor of 4 at each end."""
-    return 1 + math.ceil(0.5 * math.log2(16.0 * highest / lowest))
+    return 1 + math.ceil(0.5 * binary_logarithm(16.0 * highest / lowest))
 
 
 class FlickerNoise(Block):
@@ -53,7 +54,7 @@ def constants(p: FlickerNoise, period: float) -> Constants:
     low, high = p.lowest_frequency, p.highest_frequency
     turns = math.sqrt(low) * math.sqrt(high) * period / (1 << (poles(low, high) - 1))  # of the lowest pole, a tick
     white = p.level / math.sqrt(math.sqrt(2.0) * turns) * (1.0 + POLE) / (1.0 + ZERO)
-    return Constants(white, -math.expm1(-2.0 * math.pi * turns), p.nominal)
+    return Constants(white, -exponential_less_one(-2.0 * math.pi * turns), p.nominal)
 
 
 @FlickerNoise.output("{unit}")

@@ -7,6 +7,7 @@ period of the block: d[n] = a d[n-1] + standard_deviation sqrt(1 - a^2) n, a = e
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import exponential, exponential_less_one
 from proofmass.blocks.declaration.declare import Block, param
 
 
@@ -34,8 +35,8 @@ class Constants(NamedTuple):
 @GaussMarkov.constants
 def constants(p: GaussMarkov, period: float) -> Constants:
     ticks = period / p.correlation_time
-    step = p.standard_deviation * math.sqrt(-math.expm1(-2.0 * ticks))
-    return Constants(math.exp(-ticks), step, p.standard_deviation if p.stationary else 0.0, p.nominal)
+    step = p.standard_deviation * math.sqrt(-exponential_less_one(-2.0 * ticks))
+    return Constants(exponential(-ticks), step, p.standard_deviation if p.stationary else 0.0, p.nominal)
 
 
 def deviation_at(c: Constants, x: State, tick: int, normal: float) -> float:

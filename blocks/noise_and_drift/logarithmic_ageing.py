@@ -1,9 +1,8 @@
 """Logarithmic ageing: value = nominal (1 + rate log10(1 + age / onset)), age = start_age + t."""
 
-import math
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.elementary import logarithm_of_one_plus
+from proofmass.blocks.arithmetic.elementary import logarithm, logarithm_of_one_plus
 from proofmass.blocks.declaration.declare import Block, param
 
 _PAST = "what has aged before would move too: take an ArrheniusAgeing, which adds up the pace of each moment"
@@ -30,7 +29,7 @@ class Constants(NamedTuple):
 
 @LogarithmicAgeing.constants
 def constants(p: LogarithmicAgeing, period: float) -> Constants:
-    return Constants(p.rate_per_decade / math.log(10.0), p.onset, p.start_age, p.nominal)
+    return Constants(p.rate_per_decade / logarithm(10.0), p.onset, p.start_age, p.nominal)
 
 
 def deviation_at(c: Constants, time: float) -> float:

@@ -8,6 +8,7 @@ by clamping): the limits are the range of the output's format.
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import exponential
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Overflow, Rounding, fixed
 from proofmass.blocks.declaration.declare import Block, Input, param
 
@@ -56,7 +57,7 @@ def formats(p: FixedPID) -> dict[str, Fixed]:
 
 @FixedPID.constants
 def constants(p: FixedPID, period: float) -> Constants:
-    decay = math.exp(-2.0 * math.pi * p.derivative_pole * period)
+    decay = exponential(-2.0 * math.pi * p.derivative_pole * period)
     gains = (p.proportional, p.integral * period, p.derivative_gain / period * (1.0 - decay), decay)
     return Constants(*(fixed(gain, p.gain_format, "half_even") for gain in gains))
 

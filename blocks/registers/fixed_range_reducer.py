@@ -5,10 +5,10 @@ With z = exponent 2^M, C1 = round(2^M / ln 2) and C2 = round(2^M ln 2): A = z C1
 remainder wrong by up to |exponent| 2^-M / 2 / C1, which is the larger part of the error of an exponential.
 """
 
-import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import logarithm
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed
 from proofmass.blocks.declaration.declare import Block, Input, param
 
@@ -50,8 +50,8 @@ def formats(p: FixedRangeReducer) -> dict[str, Fixed]:
 @FixedRangeReducer.constants
 def constants(p: FixedRangeReducer, period: float) -> Constants:
     bits, known = p.fraction_bits, formats(p)
-    reciprocal = fixed(1.0 / math.log(2.0), Fixed(bits + 2, bits), "half_even")
-    ln2 = fixed(math.log(2.0), Fixed(bits + 1, bits), "half_even")
+    reciprocal = fixed(1.0 / logarithm(2.0), Fixed(bits + 2, bits), "half_even")
+    ln2 = fixed(logarithm(2.0), Fixed(bits + 1, bits), "half_even")
     return Constants(reciprocal, ln2, Fixed(2 * bits + p.range_bits + 3, 2 * bits), known["octave"], known["remainder"])
 
 

@@ -4,7 +4,7 @@
 floating point.
 """
 
-from proofmass.blocks.arithmetic.elementary import exponential
+from proofmass.blocks.arithmetic.elementary import bounded_exponential
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -23,7 +23,7 @@ class DoubleExponentialModel(Block):
 
 def double_exponential(a1: float, b1: float, a2: float, b2: float, temperature: float) -> float:
     """The sum of the two exponentials."""
-    return a1 * exponential(b1 * temperature) + a2 * exponential(b2 * temperature)
+    return a1 * bounded_exponential(b1 * temperature) + a2 * bounded_exponential(b2 * temperature)
 
 
 @DoubleExponentialModel.output("{unit}")

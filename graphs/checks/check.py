@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import Unit, UnitError, unit
@@ -90,7 +91,7 @@ def _size(graph: Graph) -> Iterator[Problem]:
 
 
 def _rates(graph: Graph) -> Iterator[Problem]:
-    discrete = [name for name, block in graph.blocks.items() if not block.continuous()]
+    discrete = [name for name, block in graph.blocks.items() if not type(block).continuous()]
     for name in graph.rates:
         if name not in discrete:
             yield Problem(
@@ -169,7 +170,7 @@ class _Wiring:
         connected = {wire.target for wire in self.graph.wires} | {inside(self.root, signal) for signal in self.meant}
         shown = exposed(self.root)
         for name, block in self.graph.blocks.items():
-            for port, declared in block.inputs.items():
+            for port, declared in type(block).inputs.items():
                 signal = f"{name}.{port}"
                 if declared.default is not None or signal in connected or "." not in shown.get(signal, signal):
                     continue
@@ -189,7 +190,7 @@ class _Wiring:
     def _fitting(self, block: Block, port: Port, path: str) -> list[str]:
         """Outputs that fit, of the blocks of the graph of that path, as they are named there."""
         try:
-            key = path, unit(block.unit_of(port)), _kind(block, port), block.shape_of(port)
+            key = path, unit(unit_of(block, port)), _kind(block, port), shape_of(block, port)
         except UnitError:
             return []
         return [signal.removeprefix(f"{path}.") for signal in self._outputs.get(key, [])]
@@ -199,13 +200,13 @@ class _Wiring:
         """Up to four outputs of each graph, unit, type and shape."""
         found: dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]] = {}
         for name, block in self.graph.blocks.items():
-            for port, declared in block.outputs.items():
+            for port, declared in type(block).outputs.items():
                 try:
                     kind = (
                         split(name)[0],
-                        unit(block.unit_of(declared)),
+                        unit(unit_of(block, declared)),
                         _kind(block, declared),
-                        block.shape_of(declared),
+                        shape_of(block, declared),
                     )
                 except UnitError:
                     continue
@@ -216,7 +217,7 @@ class _Wiring:
 
 def _kind(block: Block, port: Port) -> type | Fixed:
     """Type of a port; of a fixed-point one its format."""
-    return block.format_of(port.name) if port.dtype is FixedValue else port.dtype
+    return format_of(block, port.name) if port.dtype is FixedValue else port.dtype
 
 
 class _Mismatch(NamedTuple):
@@ -231,7 +232,7 @@ class _Mismatch(NamedTuple):
 
 def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Parameter]) -> Iterator[_Mismatch]:
     (giver, out), (taker, into) = source, target
-    got, expected = giver.unit_of(out), taker.unit_of(into)
+    got, expected = unit_of(giver, out), unit_of(taker, into)
     try:
         given, wanted = unit(got), unit(expected)
     except UnitError as error:
@@ -245,17 +246,17 @@ def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Paramete
         elif given != wanted:
             factor = f"{float(given.factor / wanted.factor):g}"
             yield _Mismatch(f"the units differ by a factor of {factor}", got, expected, convert)
-    shape = taker.shape_of(into) if isinstance(into, Port) else ()
+    shape = shape_of(taker, into) if isinstance(into, Port) else ()
     kind = into.dtype if isinstance(into, Port) else float
-    if giver.shape_of(out) != shape:
-        others = [name for name, port in giver.outputs.items() if giver.shape_of(port) == shape]
+    if shape_of(giver, out) != shape:
+        others = [name for name, port in type(giver).outputs.items() if shape_of(giver, port) == shape]
         hint = f"outputs that fit: {', '.join(others)}" if others else "record a vector in probes"
-        hint += ", or wire it to an input that takes a vector of the same length" if giver.shape_of(out) else ""
-        yield _Mismatch("the shapes do not match", counted(giver.shape_of(out)), counted(shape), hint)
+        hint += ", or wire it to an input that takes a vector of the same length" if shape_of(giver, out) else ""
+        yield _Mismatch("the shapes do not match", counted(shape_of(giver, out)), counted(shape), hint)
     elif out.dtype is not kind:
         yield _Mismatch("the types do not match", _type(out.dtype), _type(kind), _same_type(giver, out.dtype, kind))
     elif kind is FixedValue:
-        given_format, wanted_format = giver.format_of(out.name), taker.format_of(into.name)
+        given_format, wanted_format = format_of(giver, out.name), format_of(taker, into.name)
         if given_format != wanted_format:
             hint = f'put a FixedCast with input_format = "{given_format}", output_format = "{wanted_format}" between'
             yield _Mismatch("the formats do not match", str(given_format), str(wanted_format), hint)
@@ -267,7 +268,7 @@ def _type(kind: type) -> str:
 
 def _same_type(source: Block, given: type, kind: type) -> str:
     """A hint for a wire of the wrong type: nothing is converted in silence."""
-    fitting = [name for name, port in source.outputs.items() if port.dtype is kind]
+    fitting = [name for name, port in type(source).outputs.items() if port.dtype is kind]
     if fitting:
         return f"its output {fitting[0]} has that type"
     if kind is FixedValue and given is float:
@@ -279,16 +280,16 @@ def _same_type(source: Block, given: type, kind: type) -> str:
 
 def _facts(block: Block, port: Port) -> str:
     """Unit, type and shape of a port in words, as far as they are out of the common."""
-    measure = block.unit_of(port)
+    measure = unit_of(block, port)
     if port.dtype is FixedValue:
-        measure = f"{block.format_of(port.name)} fixed-point" + (f" in {measure}" if measure != "1" else "")
+        measure = f"{format_of(block, port.name)} fixed-point" + (f" in {measure}" if measure != "1" else "")
     kind = {
         float: f"a number in {measure}" if measure != "1" else "a number",
         int: "an integer",
         bool: "true or false",
         FixedValue: f"a value in {measure}",
     }
-    return kind[port.dtype] if not port.shape else f"{counted(block.shape_of(port))}, each {kind[port.dtype]}"
+    return kind[port.dtype] if not port.shape else f"{counted(shape_of(block, port))}, each {kind[port.dtype]}"
 
 
 def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
@@ -303,7 +304,7 @@ def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
         if isinstance(found, Missing):
             yield Problem(message=found.message, key=key, hint=found.hint, path=(*path, "signal"))
             continue
-        shape = found[0].shape_of(found[1])
+        shape = shape_of(found[0], found[1])
         if found[1].dtype is FixedValue:
             message, hint = "a fixed-point value cannot be measured", "measure the number that it is converted to"
             yield Problem(message=message, key=key, hint=hint, path=(*path, "signal"))
@@ -312,7 +313,7 @@ def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
             message = "a vector cannot be measured"
             yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
         try:
-            measure.reducer(found[0].unit_of(found[1]), Fraction(1))
+            measure.reducer(unit_of(found[0], found[1]), Fraction(1))
         except ModelError as error:
             for problem in error.problems:
                 yield replace(problem, key=f"measures.{name}.{problem.path[0]}", path=(*path, *problem.path))
@@ -336,11 +337,12 @@ def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
     used |= {split(measure.signal) for measure in graph.measures.values()}
     used |= {split(signal) for signal in exposed(root)}
     for name, block in graph.blocks.items():
-        if block.outputs and not any((name, port) in used for port in block.outputs):
+        kind = type(block)
+        if kind.outputs and not any((name, port) in used for port in kind.outputs):
             yield Problem(
                 message="none of its outputs is used",
                 key=f"blocks.{name}",
-                hint=f'wire one of {", ".join(block.outputs)}, or add "{name}.{next(iter(block.outputs))}" to probes',
+                hint=f'wire one of {", ".join(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
             )

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import as_written
 from proofmass.graphs.model.flatten import flatten, has_own_rate
@@ -20,9 +21,9 @@ def clocking_notes(flat: Graph) -> Iterator[Problem]:
     """Notes on a flat graph whose wires are right, in the order of its blocks."""
     wiring = _Wiring(flat)
     for name, block in flat.blocks.items():
-        if block.continuous():
+        if type(block).continuous():
             yield from _late(wiring, name, block)
-        elif "update" in block.functions and not has_own_rate(flat, name):
+        elif "update" in type(block).functions and not has_own_rate(flat, name):
             yield from _repeated(wiring, name)
             yield from _passed_over(wiring, name)
 
@@ -49,22 +50,22 @@ class _Wiring:
 
     def rate(self, name: str) -> Fraction | None:
         """The rate of a discrete block; None of a continuous one."""
-        return None if self.flat.blocks[name].continuous() else self.flat.rates.get(name, self.flat.rate)
+        return None if type(self.flat.blocks[name]).continuous() else self.flat.rates.get(name, self.flat.rate)
 
     def rate_of(self, node: Node) -> Fraction | None:
         """How often an output changes; None where it moves between ticks."""
         name, port = node
         block, rate = self.flat.blocks[name], self.rate(name)
-        return rate and rate / block.size(block.outputs[port].every)
+        return rate and rate / size_of(block, type(block).outputs[port].every)
 
     def stands_still(self, name: str) -> bool:
         """Whether a block gives the same value in every tick."""
-        block = self.flat.blocks[name]
-        behaviours = [*block.functions.values(), *block.output_functions.values()]
+        kind = type(self.flat.blocks[name])
+        behaviours = [*kind.functions.values(), *kind.output_functions.values()]
         meanings = {meaning for behaviour in behaviours for meaning in behaviour.meanings}
         told = {Meaning.TIME, Meaning.TICK, Meaning.DEVIATE} & meanings
-        moved = {"update", "derivative"} & block.functions.keys()
-        return not (told or moved or block.events or self.drivers[name])
+        moved = {"update", "derivative"} & kind.functions.keys()
+        return not (told or moved or kind.events or self.drivers[name])
 
     def held(self, name: str) -> bool:
         """Whether the outputs of a block hold their values from tick to tick."""
@@ -74,11 +75,12 @@ class _Wiring:
         return self._held[name]
 
     def _is_held(self, block: Block, name: str) -> bool:
-        if block.continuous():
+        kind = type(block)
+        if kind.continuous():
             return False
-        ports = (*block.inputs.values(), *block.outputs.values())
-        meanings = {meaning for behaviour in block.output_functions.values() for meaning in behaviour.meanings}
-        clocked = block.state_class() is not None or block.buffers or has_own_rate(self.flat, name)
+        ports = (*kind.inputs.values(), *kind.outputs.values())
+        meanings = {meaning for behaviour in kind.output_functions.values() for meaning in behaviour.meanings}
+        clocked = kind.state_class() is not None or kind.buffers or has_own_rate(self.flat, name)
         ticking = {Meaning.TICK, Meaning.DEVIATE} & meanings
         if clocked or ticking or any(port.dtype is not float or port.shape for port in ports):
             return True
@@ -113,7 +115,7 @@ def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
 
 def _knows_its_period(block: Block) -> bool:
     """Whether what a block does between two ticks depends on the time between them."""
-    made = block.functions.get("constants")
+    made = type(block).functions.get("constants")
     return made is not None and any(
         step.argval == "period" and step.opname.startswith("LOAD") for step in dis.get_instructions(made.function)
     )
@@ -142,10 +144,10 @@ def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:
 
 def _late(wiring: _Wiring, name: str, block: Block) -> Iterator[Problem]:
     """A block that only events move, whose inputs change at ticks alone: it switches after them."""
-    read = {argument for pair in block.events.values() for behaviour in pair for argument in behaviour.arguments}
+    read = {argument for pair in type(block).events.values() for behaviour in pair for argument in behaviour.arguments}
     inputs = [node for entry, node in wiring.drivers[name].items() if entry in read]
-    clocked = [reader for reader, _ in wiring.readers[name] if not wiring.flat.blocks[reader].continuous()]
-    if "derivative" in block.functions or not inputs or not all(wiring.held(node[0]) for node in inputs):
+    clocked = [reader for reader, _ in wiring.readers[name] if not type(wiring.flat.blocks[reader]).continuous()]
+    if "derivative" in type(block).functions or not inputs or not all(wiring.held(node[0]) for node in inputs):
         return
     if clocked or name in wiring.probed:
         yield _note(

@@ -12,7 +12,7 @@ def own_problems(graph: Graph) -> list[Problem]:
         return []
     from proofmass.blocks.language.forms import driven_problems, problems_of
 
-    driven = {type(graph.blocks[name]) for name, port in _driven(graph) if port in graph.blocks[name].parameters}
+    driven = {type(graph.blocks[name]) for name, port in _driven(graph) if port in type(graph.blocks[name]).parameters}
     found = [problem for kind in sorted(kinds, key=_name) for problem in problems_of(kind)]
     found += [problem for kind in sorted(kinds & driven, key=_name) for problem in driven_problems(kind)]
     return list(dict.fromkeys(found))

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, split
@@ -58,7 +59,7 @@ def schedule(graph: Graph) -> Schedule:
     """
     graph = flatten(graph)
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
-    rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not block.continuous()}
+    rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not type(block).continuous()}
     base = base_rate(rates.values()) if rates or graph.rate is None else graph.rate
     divisors = {name: int(base / rates[name]) if name in rates else 1 for name in graph.blocks}
     needs = _needs(graph, drivers)
@@ -74,14 +75,15 @@ def _needs(graph: Graph, drivers: dict[Node, Node]) -> dict[Node, list[Node]]:
     """What must be known before each output, and before the constants of each block with driven parameters."""
     needs: dict[Node, list[Node]] = {}
     for name, block in graph.blocks.items():
+        kind = type(block)
         constants: list[Node] = []
-        driven = [drivers[name, parameter] for parameter in block.parameters if (name, parameter) in drivers]
+        driven = [drivers[name, parameter] for parameter in kind.parameters if (name, parameter) in drivers]
         if driven:
             constants = [(name, "")]
             needs[name, ""] = driven
-        for port in block.outputs:
-            needs[name, port] = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers]
-            needs[name, port] += constants if block.output_functions[port].reads_constants else []
+        for port in kind.outputs:
+            needs[name, port] = [drivers[name, i] for i in kind.feedthrough(port) if (name, i) in drivers]
+            needs[name, port] += constants if kind.output_functions[port].reads_constants else []
     return needs
 
 
@@ -140,12 +142,12 @@ def _obstacle(graph: Graph, divisors: Mapping[str, int], loop: AlgebraicLoop) ->
         block = graph.blocks[name]
         if not port:
             return f"the parameters of {name} depend on its own outputs"
-        output = block.outputs[port]
+        output = type(block).outputs[port]
         if output.dtype is not float or output.shape:
             return f"{name}.{port} is not a single number of type float"
-        if Meaning.DEVIATE in block.output_functions[port].meanings:
+        if Meaning.DEVIATE in type(block).output_functions[port].meanings:
             return f"{name}.{port} draws noise"
-        strides.add(divisors[name] * block.size(output.every))
+        strides.add(divisors[name] * size_of(block, output.every))
     return "its outputs have different rates" if len(strides) > 1 else ""
 
 
@@ -175,7 +177,7 @@ def _loop(graph: Graph, cycle: list[Node], drivers: dict[Node, Node], obstacle: 
         if source == (name, ""):
             continue
         block = graph.blocks[name]
-        entries = block.feedthrough(port) if port else block.parameters
+        entries = type(block).feedthrough(port) if port else type(block).parameters
         entry = next(entry for entry in entries if drivers.get((name, entry)) == source)
         wires.append(f"{'.'.join(source)} -> {name}.{entry}")
     first = wires.index(min(wires))

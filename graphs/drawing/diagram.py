@@ -1,20 +1,18 @@
 """Block diagrams of a graph: SVG to look at, Mermaid and DOT text for documents and other tools.
 
 The pictures depend on the graph alone, never on the order in which blocks and wires were declared. Wires whose ends do
-not exist are left out: `check` speaks about them.
+not exist are left out: `check` reports them.
 """
 
-import inspect
 import re
 from collections.abc import Iterator, Mapping
 from html import escape
-from typing import Any
 
-from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.declare import Port
+from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import Layout, Shape, Spot, lay_out
-from proofmass.graphs.drawing.picture import Box, Picture, kind_of, picture
+from proofmass.graphs.drawing.picture import Picture, picture
 from proofmass.graphs.drawing.routing import Point
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
@@ -50,7 +48,7 @@ _STYLE = """
 
 
 def svg(graph: Graph) -> str:
-    """The block diagram as SVG: signals from left to right, return paths below; details are shown as tooltips."""
+    """Return the block diagram as SVG: signals from left to right, return paths below, details as tooltips."""
     return _svg(picture(graph, flatten(graph)))
 
 
@@ -90,7 +88,7 @@ def _svg(graph: Picture) -> str:
 
 
 def mermaid(graph: Graph) -> str:
-    """The wiring as a Mermaid flowchart, which many document tools draw."""
+    """Return the wiring as a Mermaid flowchart, which many document tools draw."""
     return _mermaid(picture(graph, flatten(graph)))
 
 
@@ -103,8 +101,8 @@ def _mermaid(graph: Picture) -> str:
 
     out = ["flowchart LR"]
     for name, block in graph.blocks.items():
-        text = quoted(name, kind_of(block), _rate(graph, name))
-        shape = f"[[{text}]]" if isinstance(block, Box) else f"({text})" if block.continuous() else f"[{text}]"
+        text = quoted(name, block.kind, _rate(graph, name))
+        shape = f"[[{text}]]" if block.subgraph else f"({text})" if block.continuous else f"[{text}]"
         out.append(f"    {node(name)}{shape}")
     for link in _links(graph):
         arrow = "-.->" if link.driven else "-->"
@@ -115,7 +113,7 @@ def _mermaid(graph: Picture) -> str:
 
 
 def dot(graph: Graph) -> str:
-    """The wiring as DOT text for Graphviz."""
+    """Return the wiring as DOT text for Graphviz."""
     return _dot(picture(graph, flatten(graph)))
 
 
@@ -126,8 +124,8 @@ def _dot(graph: Picture) -> str:
 
     out = [f"digraph {quoted(graph.name)} {{", "    rankdir=LR", "    node [shape=box]"]
     for name, block in graph.blocks.items():
-        style = ", peripheries=2" if isinstance(block, Box) else ", style=rounded" if block.continuous() else ""
-        out.append(f"    {quoted(name)} [label={quoted(name, kind_of(block), _rate(graph, name))}{style}]")
+        style = ", peripheries=2" if block.subgraph else ", style=rounded" if block.continuous else ""
+        out.append(f"    {quoted(name)} [label={quoted(name, block.kind, _rate(graph, name))}{style}]")
     for link in _links(graph):
         style = ", style=dashed" if link.driven else ""
         out.append(f"    {quoted(link.source)} -> {quoted(link.target)} [label={quoted(_edge(graph, link))}{style}]")
@@ -141,7 +139,7 @@ def _dot(graph: Picture) -> str:
 
 
 def _links(graph: Picture) -> list[Link]:
-    """The wires whose ends exist, each once."""
+    """Return the wires whose ends exist, each once."""
     links = set()
     for (source, output), (target, port) in graph.wires:
         if source in graph.blocks and target in graph.blocks and output in graph.blocks[source].outputs:
@@ -152,7 +150,7 @@ def _links(graph: Picture) -> list[Link]:
 
 
 class _Wired:
-    """By block: the ports and parameters that wires arrive at, with their sources, the wired and the probed outputs."""
+    """Return by block the wired ports and parameters with their sources, the wired outputs and the probed ones."""
 
     def __init__(self, graph: Picture, links: list[Link]) -> None:
         self.into: dict[str, dict[str, str]] = {name: {} for name in graph.blocks}
@@ -171,21 +169,21 @@ def _probed(graph: Picture) -> list[tuple[str, str]]:
 
 
 def _rate(graph: Picture, name: str) -> str:
-    """The rate of a block that has another one than the graph."""
+    """Return the rate of a block if it differs from the graph's."""
     rate = graph.rates.get(name)
     return "" if rate is None or rate == graph.rate else write_rate(rate)
 
 
-def _unit(block: Block | Box, what: Any) -> str:
-    """The unit as one writes it by hand; nothing for a plain number."""
-    unit = block.unit_of(what)
-    unit = re.sub(r"\^(-?\d+)(?![\d.])", lambda power: power[1].translate(_SUPERSCRIPTS), unit.replace("*", "·"))
+def _unit(what: Port | Parameter) -> str:
+    """Return the unit as written by hand; empty for a plain number."""
+    unit = what.unit.replace("*", "·")
+    unit = re.sub(r"\^(-?\d+)(?![\d.])", lambda power: power[1].translate(_SUPERSCRIPTS), unit)
     return "" if unit == "1" else unit
 
 
 def _edge(graph: Picture, link: Link) -> str:
     block = graph.blocks[link.source]
-    unit = _unit(block, block.outputs[link.output])
+    unit = _unit(block.outputs[link.output])
     return f"{link.output} → {link.port}" + (f" [{unit}]" if unit else "")
 
 
@@ -204,22 +202,22 @@ def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
     sides = max((_width(port, 11) for port in inputs), default=0) + max(
         (_width(port, 11) for port in outputs), default=0
     )
-    kind = kind_of(block) + "  " * bool(_rate(graph, name)) + _rate(graph, name)
+    kind = block.kind + "  " * bool(_rate(graph, name)) + _rate(graph, name)
     width = max(_width(name, 13, bold=True) + 20, _width(kind, 11) + 20, sides + 34, across + 10, 80)
-    labels = (_width(_unit(block, block.outputs[port]), 10) + 4 + 14 * (port in probed) for port in used)
+    labels = (_width(_unit(block.outputs[port]), 10) + 4 + 14 * (port in probed) for port in used)
     height = _HEAD + _ROW * max(len(inputs), len(outputs), 1) + 10 + (_FOOT - 10 if driven else 0)
-    functions = {} if isinstance(block, Box) else block.output_functions
-    noise = any(Meaning.DEVIATE in behaviour.meanings for behaviour in functions.values())
-    return Shape(-(-width // 10) * 10, height, inputs, outputs, driven, max(labels, default=0), bool(probed), noise)
+    return Shape(
+        -(-width // 10) * 10, height, inputs, outputs, driven, max(labels, default=0), bool(probed), block.noise
+    )
 
 
 # -- SVG ---------------------------------------------------------------------------------------------------------
 
 
 def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -> Iterator[str]:
-    """A block with its ports; outputs that nobody uses stay in the background."""
+    """Yield a block with its ports; unused outputs are drawn in a soft colour."""
     block = graph.blocks[name]
-    continuous = block.continuous()
+    continuous = block.continuous
     x, y, right = spot.x, spot.y, spot.x + shape.width
     middle = x + shape.width / 2
     rate = _rate(graph, name)
@@ -227,11 +225,11 @@ def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -
     yield f"<title>{_text(_block_tooltip(graph, name, wired.into[name]))}</title>"
     corner = 14 if continuous else 2
     yield f'<rect class="box" x="{x}" y="{y}" width="{shape.width}" height="{shape.height}" rx="{corner}"/>'
-    if isinstance(block, Box):
+    if block.subgraph:
         yield f'<rect class="box" x="{x + 3}" y="{y + 3}" width="{shape.width - 6}" height="{shape.height - 6}"/>'
     yield f'<text class="name" x="{middle:g}" y="{y + 18}" text-anchor="middle">{_text(name)}</text>'
     extra = f'<tspan class="rate" dx="6">{_text(rate)}</tspan>' if rate else ""
-    kind = f"{_text(kind_of(block))}{extra}"
+    kind = f"{_text(block.kind)}{extra}"
     yield f'<text class="soft" x="{middle:g}" y="{y + 33}" text-anchor="middle">{kind}</text>'
     probed, used = wired.probed[name], {*shape.inputs, *wired.used[name]}
     for ports, on_right in ((shape.inputs, spot.mirrored), (shape.outputs, not spot.mirrored)):
@@ -249,7 +247,7 @@ def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -
         if port in probed:
             yield f'<path class="probe" d="M{edge} {height}h{8 * way}m0 0{_flag(way)}"/>'
             start += 16 * way
-        unit = _unit(block, block.outputs[port])
+        unit = _unit(block.outputs[port])
         if unit and port in used:
             yield f'<text class="soft small" x="{start}" y="{height - 4}"{anchor}>{_text(unit)}</text>'
     yield "</g>"
@@ -261,47 +259,46 @@ def _flag(way: int) -> str:
 
 def _block_tooltip(graph: Picture, name: str, drivers: Mapping[str, str]) -> str:
     block = graph.blocks[name]
-    doc = block.doc if isinstance(block, Box) else inspect.getdoc(type(block)) or ""
-    lines = [f"{name}: {kind_of(block)}", doc]
-    if block.continuous():
+    lines = [f"{name}: {block.kind}", block.doc]
+    if block.continuous:
         lines.append("continuous")
     elif rate := graph.rates.get(name, graph.rate):
         lines.append(f"at {write_rate(rate)}")
     for parameter, declared in block.parameters.items():
-        value = block.values[parameter] if isinstance(block, Box) else getattr(block, parameter)
-        unit = _unit(block, declared)
-        shown = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
+        value = block.values[parameter]
+        unit = _unit(declared)
+        text = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
         if parameter in drivers:
             lines.append(f"{parameter}: driven by {drivers[parameter]}")
         else:
-            lines.append(f"{parameter} = {shown} {unit}".rstrip())
+            lines.append(f"{parameter} = {text} {unit}".rstrip())
     return "\n".join(line for line in lines if line)
 
 
 def _shared(first: tuple[Point, ...], second: tuple[Point, ...]) -> int:
-    """The last point that two wires from the same output have in common, counted from their start."""
+    """Return the last point that two wires from one output share, counted from their start."""
     return next((i for i, (a, b) in enumerate(zip(first[1:], second[1:], strict=False)) if a != b), 0)
 
 
 def _wire(graph: Picture, link: Link, own: tuple[Point, ...], layout: Layout) -> Iterator[str]:
-    """One wire, with its `own` part of what it shares with others from the same output."""
+    """Yield one wire; `own` is the part that it does not share with other wires from the same output."""
     path = layout.paths[link]
     block = graph.blocks[link.source]
     port = block.outputs[link.output]
-    unit = _unit(block, port)
-    said = f"{link.source}.{link.output} → {link.target}.{link.port}"
-    tooltip = "\n".join((said + (f" [{unit}]" if unit else ""), port.doc))
+    unit = _unit(port)
+    ends = f"{link.source}.{link.output} → {link.target}.{link.port}"
+    tooltip = "\n".join((ends + (f" [{unit}]" if unit else ""), port.doc))
     (x, y), (before_x, before_y) = path[-1], path[-2]
     back = (before_x > x) - (before_x < x), (before_y > y) - (before_y < y)
     tip = [(x + 9 * back[0] + s * 4 * back[1], y + 9 * back[1] + s * 4 * back[0]) for s in (1, -1)]
-    yield f'<g class="wire{" driven" * link.driven}" data-wire="{_text(said)}"><title>{_text(tooltip)}</title>'
+    yield f'<g class="wire{" driven" * link.driven}" data-wire="{_text(ends)}"><title>{_text(tooltip)}</title>'
     yield f'<path class="reach" d="{_rounded(path, layout.dots)}"/>'
     yield f'<path class="line" d="{_rounded(own, layout.dots)}"/>'
     yield f'<path class="tip" d="M{x} {y}L{tip[0][0]} {tip[0][1]}L{tip[1][0]} {tip[1][1]}Z"/></g>'
 
 
 def _rounded(path: tuple[Point, ...], dots: frozenset[Point]) -> str:
-    """The path with small arcs at its corners, except where wires branch."""
+    """Return the path with small arcs at its corners, except where wires branch."""
     out = [f"M{path[0][0]} {path[0][1]}"]
     for before, (x, y), after in zip(path, path[1:], path[2:], strict=False):
         near = min(abs(x - before[0]) + abs(y - before[1]), abs(after[0] - x) + abs(after[1] - y))
@@ -317,10 +314,10 @@ def _rounded(path: tuple[Point, ...], dots: frozenset[Point]) -> str:
 
 
 def _legend(graph: Picture, links: list[Link]) -> Iterator[tuple[int, str, int]]:
-    """What the marks mean: place, drawing and right end of each that occurs."""
+    """Return the legend: place, drawing and right end of each mark that occurs."""
     marks: Mapping[str, tuple[bool, str]] = {
         "continuous": (
-            any(block.continuous() for block in graph.blocks.values()),
+            any(block.continuous for block in graph.blocks.values()),
             '<g class="continuous"><rect class="box" y="-9" width="18" height="12" rx="5"/></g>',
         ),
         "drives a parameter": (
@@ -338,7 +335,7 @@ def _legend(graph: Picture, links: list[Link]) -> Iterator[tuple[int, str, int]]
 
 
 def _width(text: str, size: int, bold: bool = False) -> int:
-    """About how wide a text is, rather too wide than too narrow."""
+    """Return the width of a text, estimated generously."""
     narrow = sum(c in "iljtfrI.,:;|!'()[]/ ·" for c in text)
     wide = sum(c in "mwMW@%" for c in text)
     units = 0.6 * (len(text) - narrow - wide) + 0.36 * narrow + 0.9 * wide

@@ -1,4 +1,4 @@
-"""Columns of a block diagram: which wires lead back, which blocks form a return path, and the layer of each block."""
+"""Layers of a block diagram: feedback wires, blocks on return paths, and the column of each block."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -7,7 +7,7 @@ Edge = tuple[str, str]
 
 
 class Link(NamedTuple):
-    """A wire as the diagram sees it: from an output to an input, or to a parameter that it drives."""
+    """A wire in a diagram: from an output to an input, or to a parameter that it drives."""
 
     source: str
     output: str
@@ -17,7 +17,7 @@ class Link(NamedTuple):
 
 
 class Layers(NamedTuple):
-    """The layer of each block, counted from the left, and the blocks that face left because they lead back."""
+    """Layers of blocks, counted from the left, and the blocks that face left because they lead back."""
 
     of: Mapping[str, int]
     mirrored: frozenset[str]
@@ -26,7 +26,7 @@ class Layers(NamedTuple):
 def assign_layers(
     names: Iterable[str], links: Iterable[Link], exits: Iterable[str] = (), noises: Iterable[str] = ()
 ) -> Layers:
-    """Longest-path layers of the blocks once the feedback wires are set aside.
+    """Return longest-path layers of the blocks without the feedback wires.
 
     `exits` are blocks with an output that somebody looks at, `noises` are sources that no loop is there for: a loop
     starts where another signal enters it. What comes in a loop after its last exit is a return path: it is drawn from
@@ -49,7 +49,7 @@ def assign_layers(
 
 
 class _Wiring:
-    """Blocks and edges with the feedback edges told apart."""
+    """Blocks and edges, with feedback edges separated."""
 
     def __init__(self, names: list[str], links: list[Link], noises: frozenset[str]) -> None:
         import networkx
@@ -71,7 +71,7 @@ class _Wiring:
         self.after = {name: sorted(forward.successors(name)) for name in names}
 
     def _cut(self, names: list[str]) -> None:
-        """Set feedback edges aside: those into the block where a signal enters the loop, until no loop is left."""
+        """Separate feedback edges, those into the block where a signal enters a loop, until no loop is left."""
         import networkx
 
         stack = [frozenset(names)]
@@ -96,7 +96,7 @@ class _Wiring:
         return not entered, cost, name
 
     def steps_to_the_end(self, core: frozenset[str], head: str, exits: set[str]) -> dict[str, int]:
-        """The blocks of a loop after its last exit, each with its place counted from the end of the loop."""
+        """Return the blocks of a loop after its last exit, with places counted from the end of the loop."""
         left = {edge[0] for edge in self.edges if edge[0] in core and edge[1] not in core} | (exits & core) | {head}
         steps: dict[str, int] = {}
         for name in reversed(self.order):
@@ -106,7 +106,7 @@ class _Wiring:
         return steps
 
     def with_sources(self, mirrored: set[str]) -> frozenset[str]:
-        """Also those blocks without an input that feed nothing else than return paths."""
+        """Add the blocks without an input that feed return paths only."""
         return frozenset(mirrored).union(
             name
             for name in self.order
@@ -116,7 +116,7 @@ class _Wiring:
         )
 
     def layers(self, mirrored: frozenset[str]) -> dict[str, int] | None:
-        """A layer for every block, or None when a return path is longer than the way that it leads back."""
+        """Return a layer for every block, or None if a return path is longer than the path that it closes."""
         layer: dict[str, int] = {}
         for name in self.order:
             if name not in mirrored:
@@ -136,7 +136,7 @@ class _Wiring:
         return layer if fits else None
 
     def _pull(self, layer: dict[str, int], mirrored: frozenset[str]) -> None:
-        """Move blocks that feed more than they take towards what they feed: shorter wires."""
+        """Move blocks with more outgoing than incoming wires towards their readers, for shorter wires."""
         for name in reversed(self.order):
             after = [v for v in self.after[name] if v in layer]
             if name not in mirrored and after and len(self.before[name]) < len(self.after[name]):

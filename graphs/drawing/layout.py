@@ -1,4 +1,4 @@
-"""Where the blocks of a diagram stand and how its wires run, on a grid: layers, order, heights, then routes."""
+"""Places of blocks and routes of wires on a grid: layers, order, heights, then routes."""
 
 from bisect import bisect_left, insort
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ _BACKWARD = 0.3  # cost of a backward wire above a block, in crossings
 
 @dataclass(frozen=True)
 class Shape:
-    """The size of a block and where its pins are: ports below its top, driven parameters from its left."""
+    """Size of a block and places of its pins: ports from its top, driven parameters from its left."""
 
     width: int
     height: int
@@ -27,11 +27,11 @@ class Shape:
     noise: bool = False
 
     def row(self, parameter: str) -> int:
-        """How far below the top of the block the wire of a driven parameter arrives."""
+        """Return how far below the top of the block the wire of a driven parameter arrives."""
         return self.height + GRID * (2 + list(self.driven).index(parameter))
 
     def reserved(self) -> int:
-        """The height that is kept free of everything else."""
+        """The height reserved for it."""
         return self.row(list(self.driven)[-1]) if self.driven else self.height
 
 
@@ -89,7 +89,7 @@ def _connected(names: Sequence[str], links: Sequence[Link]) -> list[tuple[list[s
 
 @dataclass(eq=False)
 class _Item:
-    """What takes a place in a layer: a block, or a wire on its way past it."""
+    """An item of a layer: a block, or a wire that passes through."""
 
     name: str  # empty for a wire
     height: int
@@ -114,14 +114,14 @@ class _Pin(NamedTuple):
 
 @dataclass(eq=False)
 class _Net:
-    """All that one output is wired to, in one gap between layers: pins on the left side and on the right side."""
+    """The wires of one output in one gap between layers: pins on the left side and on the right side."""
 
     left: list[_Pin] = field(default_factory=list)
     right: list[_Pin] = field(default_factory=list)
 
 
 class _Part:
-    """One connected part of the graph while it is laid out."""
+    """One connected part of the graph during layout."""
 
     def __init__(self, shapes: Mapping[str, Shape], links: Sequence[Link]) -> None:
         self.shapes = shapes
@@ -144,7 +144,7 @@ class _Part:
             column.sort(key=lambda item: item.rank)
 
     def gap_of(self, name: str, is_output: bool, driven: bool = False) -> int:
-        """The gap that a pin opens into; gap g lies left of layer g."""
+        """Return the gap that a pin opens into; gap g lies left of layer g."""
         right = not driven and is_output != (name in self.layers.mirrored)
         return self.layers.of[name] + right
 
@@ -209,12 +209,12 @@ class _Part:
                 item.top = top
 
     def _centre(self, item: _Item, side: int) -> float:
-        """Where the middle of an item wants to be, from the pins that it is wired to on one side."""
+        """Return the best height for the middle of an item, from the pins that it is wired to on one side."""
         ends = [end.y - pin.below for pin in item.pins[side] for end in _opposite(pin, side) or _beside(pin, side)]
         return (sum(ends) / len(ends) if ends else item.top) + item.height / 2
 
     def _settle(self, column: list[_Item], sides: tuple[int, ...]) -> None:
-        """Heights in a layer, order kept: as near as possible to what makes wires straight (isotonic medians)."""
+        """Set heights in a layer, in the same order, as close as possible to straight wires (isotonic medians)."""
         pools: list[tuple[int, list[tuple[int, float]], list[tuple[_Item, int]]]] = []
         offset = 0
         for above, item in zip([None, *column], column, strict=False):
@@ -261,7 +261,7 @@ class _Part:
         return cost
 
     def _bends(self) -> float:
-        """How far the wires are from straight, wires past blocks counted more."""
+        """Return how far the wires are from straight; wires past blocks count more."""
         return sum(
             _weight(a, b) * (abs(a.y - b.y) + 2 * GRID * (a.y != b.y))
             for net in self.nets.values()
@@ -299,7 +299,7 @@ class _Part:
         return self._traced(x, max((item.top + item.height for item in items), default=0), trees)
 
     def _room(self, layer: int, on_left: bool) -> int:
-        """Space that the blocks of a layer need for labels beside their outputs on one side."""
+        """Return the space that a layer needs for labels beside outputs on one side."""
         column = self.columns[layer] if 0 <= layer < len(self.columns) else []
         return max((self.shapes[i.name].label for i in column if i.name and i.backward == on_left), default=0)
 
@@ -321,7 +321,7 @@ class _Part:
         return Layout(width, height, spots, paths, frozenset(dots))
 
     def _end(self, name: str, port: str, is_output: bool = False, driven: bool = False) -> Point:
-        """Where a wire leaves a block, or arrives at it (for a driven parameter: in the row below it)."""
+        """Return where a wire leaves or reaches a block (for a driven parameter: in the row below it)."""
         item, shape = self.blocks[name], self.shapes[name]
         if driven:
             return item.x + shape.driven[port], item.top + shape.row(port)
@@ -330,7 +330,7 @@ class _Part:
 
 
 def _grow(tree: Tree, net: _Net, bars: list[Bar], left: int) -> None:
-    """Add the lines of a net in one gap, and through the layer behind it, to its tree."""
+    """Add the lines of a net in one gap, and through the layer after it, to its tree."""
     for pin in net.left:
         if not pin.item.name:  # the layer that the wire comes through
             add_line(tree, (pin.item.x, pin.y), (pin.item.x + pin.item.width, pin.y))
@@ -359,12 +359,12 @@ def _beside(pin: _Pin, side: int) -> list[_Pin]:
 
 
 def _between(above: _Item, below: _Item) -> int:
-    """Free height between two neighbours of a layer."""
+    """Return the free height between two neighbours of a layer."""
     return GRID * (1 + bool(above.name) + bool(below.name))
 
 
 def _weight(first: _Pin, second: _Pin) -> float:
-    """How much it matters that a wire is straight here."""
+    """Return the weight of a straight wire here."""
     if first.across or second.across:
         return 0.4
     return (8.0, 1.5, 3.0)[bool(first.item.name) + bool(second.item.name)]

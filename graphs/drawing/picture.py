@@ -1,11 +1,14 @@
-"""A graph as a diagram shows it: a subgraph is one box with the ports that it exports and those that wires reach."""
+"""A graph for a diagram: a subgraph is one box with the ports that it exports and those that wires reach."""
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Graph, split
@@ -16,30 +19,26 @@ Node = tuple[str, str]  # block and port
 
 @dataclass(frozen=True)
 class Box:
-    """A subgraph seen from outside, with what a diagram asks of a block; units are filled in."""
+    """A block, or a subgraph seen from outside, as a diagram shows it; units are filled in."""
 
+    kind: str  # in words
     doc: str
     inputs: Mapping[str, Port]
     outputs: Mapping[str, Port]
     parameters: Mapping[str, Parameter]
     values: Mapping[str, Any]  # of the parameters
-
-    def continuous(self) -> bool:
-        """Never: there may be blocks of both sorts inside."""
-        return False
-
-    def unit_of(self, what: Port | Parameter) -> str:
-        """The unit of a port or parameter."""
-        return what.unit
+    continuous: bool = False  # never a subgraph: there may be blocks of both sorts inside
+    noise: bool = False
+    subgraph: bool = False
 
 
 class Picture(NamedTuple):
-    """What is drawn: blocks and boxes, and wires and probes by block and port."""
+    """Contents of a diagram: blocks and boxes, wires and probes by block and port."""
 
     name: str
     rate: Fraction | None
     rates: Mapping[str, Fraction]
-    blocks: Mapping[str, Block | Box]
+    blocks: Mapping[str, Box]
     wires: list[tuple[Node, Node]]
     probes: list[Node]
 
@@ -52,15 +51,10 @@ def picture(graph: Graph, flat: Graph) -> Picture:
     for name, port in (*(end for wire in wires for end in wire), *probes):
         if name in reached:
             reached[name].add(port)
-    boxes = {name: _box(graph, flat, name, ports) for name, ports in reached.items()}
+    boxes = {name: _block(block) for name, block in graph.blocks.items()}
+    boxes |= {name: _subgraph(graph, flat, name, ports) for name, ports in reached.items()}
     rates = {name: part.rate for name, part in graph.subgraphs.items() if part.rate is not None}
-    blocks: dict[str, Block | Box] = {**graph.blocks, **boxes}
-    return Picture(graph.name, graph.rate, {**graph.rates, **rates}, dict(sorted(blocks.items())), wires, probes)
-
-
-def kind_of(block: Block | Box) -> str:
-    """The kind of a block in words."""
-    return "Graph" if isinstance(block, Box) else type(block).__name__
+    return Picture(graph.name, graph.rate, {**graph.rates, **rates}, dict(sorted(boxes.items())), wires, probes)
 
 
 def _node(graph: Graph, signal: str) -> Node:
@@ -68,7 +62,21 @@ def _node(graph: Graph, signal: str) -> Node:
     return (head, tail) if head in graph.subgraphs else split(signal)
 
 
-def _box(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
+def _block(block: Block) -> Box:
+    kind = type(block)
+    return Box(
+        kind.__name__,
+        inspect.getdoc(kind) or "",
+        {name: replace(port, unit=unit_of(block, port)) for name, port in kind.inputs.items()},
+        {name: replace(port, unit=unit_of(block, port)) for name, port in kind.outputs.items()},
+        {name: replace(parameter, unit=unit_of(block, parameter)) for name, parameter in kind.parameters.items()},
+        {name: getattr(block, name) for name in kind.parameters},
+        continuous=kind.continuous(),
+        noise=any(Meaning.DEVIATE in behaviour.meanings for behaviour in kind.output_functions.values()),
+    )
+
+
+def _subgraph(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
     inputs, outputs = dict[str, Port](), dict[str, Port]()
     parameters, values = dict[str, Parameter](), dict[str, Any]()
     for port in sorted(ports):
@@ -76,15 +84,15 @@ def _box(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
         known = find_any(flat, signal, graph)
         if isinstance(known, Missing):
             continue
-        block, what = known
-        unit = block.unit_of(what)
-        if isinstance(what, Parameter):
-            parameters[port] = replace(what, name=port, unit=unit)
-            values[port] = getattr(block, what.name)
-        elif split(signal)[1] in block.outputs:
-            outputs[port] = replace(what, name=port, unit=unit)
+        block, inner = known
+        unit = unit_of(block, inner)
+        if isinstance(inner, Parameter):
+            parameters[port] = replace(inner, name=port, unit=unit)
+            values[port] = getattr(block, inner.name)
+        elif split(signal)[1] in type(block).outputs:
+            outputs[port] = replace(inner, name=port, unit=unit)
         else:
-            inputs[port] = replace(what, name=port, unit=unit)
+            inputs[port] = replace(inner, name=port, unit=unit)
     part = graph.subgraphs[name]
-    about = [part.name, part.description.strip(), f"{part.size.blocks} blocks inside"]
-    return Box("\n".join(filter(None, about)), inputs, outputs, parameters, values)
+    about = [part.name, part.description.strip(), f"{part.size.blocks} block{'s' * (part.size.blocks != 1)} inside"]
+    return Box("Graph", "\n".join(filter(None, about)), inputs, outputs, parameters, values, subgraph=True)

@@ -31,7 +31,7 @@ class Bar:
 
 
 def channel(nets: Mapping[Key, Heights]) -> tuple[int, dict[Key, list[Bar]]]:
-    """The number of tracks of a gap and the bars of each net: none where it runs straight, two where it must dodge.
+    """Return the number of tracks of a gap and the bars of each net: none if it runs straight, two if it must dodge.
 
     Where one net arrives on the left at the height where another leaves on the right, its bar stands further left; nets
     that demand this of each other get two bars.
@@ -62,7 +62,7 @@ def channel(nets: Mapping[Key, Heights]) -> tuple[int, dict[Key, list[Bar]]]:
 
 
 def _free_heights(bars: Sequence[Bar]) -> list[int]:
-    """Heights between the pins, where the two bars of a net may be joined."""
+    """Return heights between the pins at which the two bars of a net may be joined."""
     if not bars:
         return []
     low = min(bar.low for bar in bars)
@@ -71,7 +71,7 @@ def _free_heights(bars: Sequence[Bar]) -> list[int]:
 
 
 def _before(bars: Mapping[Key, Sequence[Bar]]) -> dict[Bar, set[Bar]]:
-    """For each bar those that must stand to its right."""
+    """Return for each bar those that must stand to its right."""
     ending: dict[int, list[tuple[Key, Bar]]] = {}
     for key, own in bars.items():
         for bar in own:
@@ -87,7 +87,7 @@ def _before(bars: Mapping[Key, Sequence[Bar]]) -> dict[Bar, set[Bar]]:
 
 
 def _sorted(bars: Sequence[Bar], before: Mapping[Bar, set[Bar]]) -> tuple[list[Bar], set[Bar]]:
-    """The bars from left to right, and those that cannot be sorted because each wants to stand left of the next."""
+    """Return the bars from left to right, and those in a circle, each of which must stand left of the next."""
     waiting = dict.fromkeys(bars, 0)
     for bar in bars:
         for other in before[bar]:
@@ -103,7 +103,7 @@ def _sorted(bars: Sequence[Bar], before: Mapping[Bar, set[Bar]]) -> tuple[list[B
 
 
 def _sifted(order: list[Bar], before: Mapping[Bar, set[Bar]]) -> list[Bar]:
-    """Move one bar after the other to where it crosses the fewest wires."""
+    """Move each bar to the track where it crosses the fewest wires."""
     cost = {(a, b): _crossings(a, b) + _NEVER * (a in before[b]) for a in order for b in order if a is not b}
     for _ in range(4):
         changed = False
@@ -125,12 +125,12 @@ def _sifted(order: list[Bar], before: Mapping[Bar, set[Bar]]) -> list[Bar]:
 
 
 def _crossings(first: Bar, second: Bar) -> int:
-    """Crossings when the first stands left of the second."""
+    """Return the number of crossings if the first stands left of the second."""
     return sum(second.low < y < second.high for y in first.right) + sum(first.low < y < first.high for y in second.left)
 
 
 def _apart(first: Bar, second: Bar) -> bool:
-    """Whether two bars need different tracks, for they overlap or nearly touch."""
+    """Return whether two bars need different tracks, since they overlap or nearly touch."""
     return first.low < second.high + GRID and second.low < first.high + GRID
 
 
@@ -143,7 +143,7 @@ def add_line(tree: Tree, *points: Point) -> None:
 
 
 def walked(tree: Tree, start: Point) -> dict[Point, Point]:
-    """For each point of a tree the one before it on the way from the start."""
+    """Return for each point of a tree its predecessor on the way from the start."""
     before: dict[Point, Point] = {}
     waiting = [start]
     for point in waiting:
@@ -155,7 +155,7 @@ def walked(tree: Tree, start: Point) -> dict[Point, Point]:
 
 
 def corners(path: list[Point], dots: set[Point]) -> list[Point]:
-    """The path without the points on straight lines, unless it branches there."""
+    """Return the path without points on straight lines, unless it branches there."""
     inner = (
         b
         for a, b, c in zip(path, path[1:], path[2:], strict=False)

@@ -5,12 +5,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from proofmass.blocks.declaration.problem import ModelError, shown
+from proofmass.graphs.files.library import LIBRARY, library_files
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.limits import ALL_FILES_BYTES, DEPTH, TEXT_LENGTH
-
-LIBRARY = "library:"  # before the name of a file of the packaged library
-_LIBRARY_FOLDER = Path(__file__).parents[1] / "library"
 
 
 class PartError(ValueError):
@@ -62,8 +60,10 @@ def file_inside(name: object, folder: str) -> Path:
     """The path of a file that may be read: inside the folder or below it, or of the library."""
     if not isinstance(name, str) or not name or len(name) > TEXT_LENGTH or not name.isprintable():
         raise PartError("must be the name of a file", "files are named in quotes, relative to the folder of this one")
-    base = _LIBRARY_FOLDER if name.startswith(LIBRARY) else Path(folder)
-    path = base / name.removeprefix(LIBRARY)
+    if name.startswith(LIBRARY):
+        return _of_the_library(name.removeprefix(LIBRARY))
+    base = Path(folder)
+    path = base / name
     hint = "put it into the folder of this file, or into one below"
     try:
         if Path(name).is_absolute() or not path.resolve().is_relative_to(base.resolve()):
@@ -76,6 +76,14 @@ def file_inside(name: object, folder: str) -> Path:
     if there:
         raise PartError("is no file", hint)
     raise PartError(f"there is no file {shown(path.name)[1:-1]}", _near(path))
+
+
+def _of_the_library(name: str) -> Path:
+    files = library_files()
+    if name in files:
+        return files[name]
+    hint = like(name, [file for file in files if file.endswith(".toml")], "the files of the library")
+    raise PartError(f"the library has no file {shown(name)[1:-1]}", hint)
 
 
 def _near(path: Path) -> str:

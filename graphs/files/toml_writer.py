@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import same_unit, short_unit
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import REQUIREMENTS
@@ -59,11 +60,11 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
 
 
 def _parameters(block: Block) -> Iterator[str]:
-    for name, parameter in block.parameters.items():
+    for name, parameter in type(block).parameters.items():
         value = getattr(block, name)
         if repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
             continue
-        unit = short_unit(block.unit_of(parameter))
+        unit = short_unit(unit_of(block, parameter))
         quantity = f"{value!r} {unit}"
         if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
             yield f"{name} = {quoted(quantity)}"

@@ -50,7 +50,7 @@ def change_part(part: Graph, values: Mapping[str, object]) -> Graph:
 
 
 def _changed(block: Block, values: dict[str, object]) -> Block:
-    return type(block)(**({name: getattr(block, name) for name in block.parameters} | values))
+    return type(block)(**({name: getattr(block, name) for name in type(block).parameters} | values))
 
 
 def _key(problem: Problem) -> str:
@@ -70,7 +70,7 @@ def with_recordings(graph: Graph, folder: str, named: Callable[[str, str], str])
     played: dict[str, Block] = {}
     for name, block in graph.blocks.items():
         file = getattr(block, "file", "")
-        if file and any(buffer.recorded for buffer in block.buffers.values()):
+        if file and any(buffer.recorded for buffer in type(block).buffers.values()):
             other = named(graph.place.folder, file)
             if other != file:
                 played[name] = _changed(block, {"file": other})

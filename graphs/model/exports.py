@@ -50,7 +50,7 @@ def open_inputs(root: Graph) -> list[Problem]:
 def runs_alone(graph: Graph) -> bool:
     """Whether a graph without problems has a rate and drives its exported inputs itself."""
     flat = flatten(graph)
-    rated = flat.rate is not None or all(name in flat.rates or b.continuous() for name, b in flat.blocks.items())
+    rated = flat.rate is not None or all(name in flat.rates or type(b).continuous() for name, b in flat.blocks.items())
     return rated and not open_inputs(graph)
 
 
@@ -134,9 +134,9 @@ def _above(signals: Iterable[str]) -> Iterator[str]:
 
 def _is_input(flat: Graph, signal: str) -> bool:
     name, port = split(signal)
-    return name in flat.blocks and port in flat.blocks[name].inputs
+    return name in flat.blocks and port in type(flat.blocks[name]).inputs
 
 
 def _is_output(flat: Graph, signal: str) -> bool:
     name, port = split(signal)
-    return name in flat.blocks and port in flat.blocks[name].outputs
+    return name in flat.blocks and port in type(flat.blocks[name]).outputs

@@ -66,7 +66,7 @@ def flatten(graph: Graph) -> Graph:
     for path, part, rate in _parts(graph, "", None):
         for name, block in part.blocks.items():
             blocks[path + name] = block
-            own = part.rates.get(name, None if block.continuous() else rate)
+            own = part.rates.get(name, None if type(block).continuous() else rate)
             if own is not None:
                 rates[path + name] = own
         for name, loop in part.loops.items():

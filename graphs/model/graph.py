@@ -276,7 +276,7 @@ def read_probe(value: object) -> Probe:
 
 
 def _parameters(block: Block) -> dict[str, Any]:
-    return {name: getattr(block, name) for name in block.parameters}
+    return {name: getattr(block, name) for name in type(block).parameters}
 
 
 def _is_signal(text: object) -> bool:

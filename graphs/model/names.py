@@ -25,13 +25,14 @@ def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | 
     block = graph.blocks.get(name)
     if block is None:
         return _no_block(root, signal, "outputs")
-    if port in block.outputs:
-        return block, block.outputs[port]
-    if port in block.inputs:
-        return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", block.outputs))
-    if port in block.parameters:
-        return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", block.outputs))
-    return Missing(f"{signal} is no output", like(port, block.outputs, f"outputs of {name}"))
+    kind = type(block)
+    if port in kind.outputs:
+        return block, kind.outputs[port]
+    if port in kind.inputs:
+        return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", kind.outputs))
+    if port in kind.parameters:
+        return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", kind.outputs))
+    return Missing(f"{signal} is no output", like(port, kind.outputs, f"outputs of {name}"))
 
 
 def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Parameter] | Missing:
@@ -40,18 +41,19 @@ def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | P
     block = graph.blocks.get(name)
     if block is None:
         return _no_block(root, signal, "inputs")
-    if port in block.inputs:
-        return block, block.inputs[port]
-    if port in block.parameters and block.drivable(port):
-        return block, block.parameters[port]
-    if port in block.parameters and block.taken_in_the_loop(port):
-        return Missing(f"{signal} cannot be driven", block.parameters[port].not_driven)
-    if port in block.parameters:
-        why = "of a fixed-point block" if block.digital() else "that fixes a size, a start or a choice"
+    kind = type(block)
+    if port in kind.inputs:
+        return block, kind.inputs[port]
+    if port in kind.parameters and kind.drivable(port):
+        return block, kind.parameters[port]
+    if port in kind.parameters and kind.taken_in_the_loop(port):
+        return Missing(f"{signal} cannot be driven", kind.parameters[port].not_driven)
+    if port in kind.parameters:
+        why = "of a fixed-point block" if kind.digital() else "that fixes a size, a start or a choice"
         return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
-    if port in block.outputs:
-        return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", block.inputs))
-    names = [*block.inputs, *(parameter for parameter in block.parameters if block.drivable(parameter))]
+    if port in kind.outputs:
+        return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", kind.inputs))
+    names = [*kind.inputs, *(parameter for parameter in kind.parameters if kind.drivable(parameter))]
     hint = like(port, names, f"inputs of {name}")
     return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
 
@@ -62,10 +64,11 @@ def find_any(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Para
     block = graph.blocks.get(name)
     if block is None:
         return _no_block(root, signal, "ports")
-    for known in (block.inputs, block.outputs, block.parameters):
+    kind = type(block)
+    for known in (kind.inputs, kind.outputs, kind.parameters):
         if port in known:
             return block, known[port]
-    names = [*block.inputs, *block.outputs, *block.parameters]
+    names = [*kind.inputs, *kind.outputs, *kind.parameters]
     return Missing(f"{signal} is no port or parameter", like(port, names, f"ports and parameters of {name}"))
 
 

@@ -31,7 +31,7 @@ _JSON_TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "s
 
 
 def schema(own: Own | None = None) -> Schema:
-    """JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
+    """Return the JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
     kinds = all_blocks(own)
     rate = _quantity({"type": "number", "exclusiveMinimum": 0})
     values: dict[str, Schema] = {
@@ -86,14 +86,14 @@ def schema(own: Own | None = None) -> Schema:
 
 
 def _block(kind: type[Block], rate: Schema) -> Schema:
-    known = facts(kind)
-    properties: dict[str, Schema] = {"kind": {"const": known["kind"], "description": known["doc"]}}
-    if not known["continuous"]:
+    about = facts(kind)
+    properties: dict[str, Schema] = {"kind": {"const": about["kind"], "description": about["doc"]}}
+    if not about["continuous"]:
         properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
-    properties |= {name: _parameter(parameter) for name, parameter in known["parameters"].items()}
+    properties |= {name: _parameter(parameter) for name, parameter in about["parameters"].items()}
     return {
-        "title": known["kind"],
-        "description": known["doc"],
+        "title": about["kind"],
+        "description": about["doc"],
         "type": "object",
         "properties": properties,
         "required": ["kind"],
@@ -148,7 +148,7 @@ def _measures() -> Schema:
 
 
 def _parts(rate: Schema) -> dict[str, Schema]:
-    """Blocks that are graphs: from a file, or a table that holds what a file would hold."""
+    """Return the schema of blocks that are graphs: from a file, or as a table with the keys of a file."""
     values: dict[str, Schema] = {
         "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
         "rate": rate,
@@ -202,7 +202,7 @@ def _parameter(parameter: Mapping[str, Any]) -> Schema:
 
 
 def _description(parameter: Mapping[str, Any]) -> str:
-    """Doc, unit and bounds, as an editor shows them beside the key."""
+    """Return doc, unit and bounds, which an editor shows beside the key."""
     unit = parameter["unit"].replace("{", "").replace("}", "")
     bounds = [f"{sign} {parameter[fact]:g}" for fact, sign in _SIGNS.items() if fact in parameter]
     more = [f"in {unit}" if unit not in ("", "1") else "", " and ".join(bounds)]
@@ -212,7 +212,7 @@ def _description(parameter: Mapping[str, Any]) -> str:
 
 
 def _quantity(number: Schema) -> Schema:
-    """A number in the declared unit, or a string of a number and a unit."""
+    """Return the schema of a number in the declared unit, or a string of a number and a unit."""
     return {"anyOf": [number, {"$ref": "#/$defs/quantity"}]}
 
 

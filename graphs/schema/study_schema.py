@@ -22,7 +22,7 @@ _FILE: Schema = {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH}
 
 
 def study_schema(most_runs: int) -> Schema:
-    """The keys of a study; `graph` is the key of a file of its own."""
+    """Return the keys of a study; `graph` is a key of study files only."""
     values: dict[str, Schema] = {
         "graph": _FILE,
         "runs": {"type": "integer", "minimum": 1, "maximum": most_runs, "default": 100},
@@ -90,12 +90,12 @@ def _table(values: dict[str, Schema], docs: dict[str, str]) -> Schema:
 
 
 def _by_parameter(entry: Schema) -> Schema:
-    """A table by parameters, as they are exported or by their path, which is one key in quotes."""
+    """Return a table by parameters: exported names, or paths, which are single keys in quotes."""
     return {"type": "object", "propertyNames": {"pattern": r"^[a-z][a-z0-9_.]*$"}, "additionalProperties": entry}
 
 
 def _by_measure(entry: Schema) -> Schema:
-    """A table by measures; that of a margin has the name of its loop before it, which may be a path."""
+    """Return a table by measures; margins are named after their loop, which may be a path."""
     return {"type": "object", "propertyNames": {"pattern": r"^[a-z][a-z0-9_.]*$"}, "additionalProperties": entry}
 
 

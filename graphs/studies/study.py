@@ -9,6 +9,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.counter_random import normal_quantile
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.checks.check import checked
@@ -149,7 +150,7 @@ class Study:
     def unit_of(self, name: str) -> str:
         """Unit of a parameter, by its name in the flat graph."""
         block = self.flat.blocks[split(name)[0]]
-        return short_unit(block.unit_of(block.parameters[split(name)[1]]))
+        return short_unit(unit_of(block, type(block).parameters[split(name)[1]]))
 
     def name_of(self, name: str) -> str:
         """A parameter as the study writes it, by its name in the flat graph: exported names stay."""
@@ -215,7 +216,7 @@ class Study:
         made = {}
         for name, changed in changes.items():
             block = self.flat.blocks[name]
-            made[name] = type(block)(**({p: getattr(block, p) for p in block.parameters} | changed))
+            made[name] = type(block)(**({p: getattr(block, p) for p in type(block).parameters} | changed))
         return made
 
     def text(self) -> str:

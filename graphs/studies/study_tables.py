@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.blocks.declaration.units import UnitError, same_unit
@@ -123,7 +124,7 @@ class StudyTables:
             if found is None:
                 continue
             block, parameter = found
-            with_unit = block.unit_of(parameter)
+            with_unit = unit_of(block, parameter)
             try:
                 if name in made:
                     raise TableError("the parameter is named twice")
@@ -257,7 +258,7 @@ class StudyTables:
         units = {}
         for name, measure in self.flat.measures.items():
             block, port = split(measure.signal)
-            unit = self.flat.blocks[block].unit_of(self.flat.blocks[block].outputs[port])
+            unit = unit_of(self.flat.blocks[block], type(self.flat.blocks[block]).outputs[port])
             units[name] = measure_unit(measure.statistic, unit)
         if self.margins:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
@@ -277,12 +278,12 @@ class StudyTables:
         if isinstance(found, Missing):
             self._refuse(TableError(found.message, got=shown(key), hint=found.hint), table, key)
         elif not isinstance(found[1], Parameter):
-            numbers = [n for n, p in found[0].parameters.items() if p.kind is float]
+            numbers = [n for n, p in type(found[0]).parameters.items() if p.kind is float]
             hint = like(split(name)[1], numbers, f"parameters of {split(name)[0]}")
             self._refuse(TableError("is a port, not a parameter", got=shown(key), hint=hint), table, key)
         elif found[1].kind is not float:
             self._refuse(_fixed(key, found[1]), table, key)
-        elif found[0].digital():
+        elif type(found[0]).digital():
             hint = "its numbers are part of its circuit: make a study of each"
             self._refuse(TableError("the block works in fixed point", got=shown(key), hint=hint), table, key)
         elif driver:

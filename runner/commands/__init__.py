@@ -1,1 +1,1 @@
-"""The subcommands behind the command line."""
+"""Commands: one file each; declarations, answers and texts that they share."""

@@ -1,32 +1,34 @@
 """The command `allan`: deviations over averaging time, and the coefficients of noise."""
 
-import json
 from pathlib import Path
-from typing import Any
 
-import click
 import numpy as np
 
 from proofmass.runner.analysis.allan.deviations import Allan, Curve, allan
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.allan.freedom import Statistic
 from proofmass.runner.analysis.allan.levels import Level
-from proofmass.runner.commands.series_source import one_signal
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.series_source import SignalRequest, signal_of
 
 
 _MISFIT = 6.0  # dB, by which the density of a few lines may be off
 
 
-def show_allan(source: Path, picture: Path | None, as_json: bool, **options: Any) -> int:
-    """Everything that `proofmass allan` does; returns the exit code."""
-    found = allan(one_signal(source, as_json, options))
-    click.echo(json.dumps(found.as_data(), indent=2) if as_json else allan_text(found))
+def show_allan(request: SignalRequest, picture: Path | None) -> int:
+    """Show the Allan deviation of a signal and return the exit code."""
+    found = allan(signal_of(request))
+    if request.as_json:
+        print_json(found.as_data())
+    else:
+        print_text([allan_text(found)])
     if picture is not None:
         from proofmass.runner.analysis.allan.plot import plot_allan
         from proofmass.runner.output.plot import save_figure
 
-        click.echo(f"wrote {save_figure(plot_allan(found), picture)}", err=as_json)
-    return 0
+        print_file(save_figure(plot_allan(found), picture), request.as_json)
+    return DONE
 
 
 def allan_text(found: Allan) -> str:

@@ -1,27 +1,34 @@
 """The commands that say what a signal is made of; what they do is imported when they are called."""
 
-from pathlib import Path
 from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import blocks_option, graph_argument, json_option, set_option
-
-_source = click.argument("source", type=click.Path(dir_okay=False, path_type=Path))
-_picture = click.option(
-    "--plot", "picture", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE", help="Draw it: .svg, .png or .pdf."
+from proofmass.runner.commands.options import (
+    blocks_option,
+    duration_option,
+    engine_option,
+    file_argument,
+    graph_argument,
+    json_option,
+    plot_option,
+    seed_option,
+    set_option,
 )
+
+_SIGNAL_FIELDS = ("source", "probe", "skip", "duration", "samples", "seed", "engine", "changes", "own", "as_json")
 _SIGNAL = (
     click.option("--probe", default="", metavar="BLOCK.PORT", help="Take this signal of a graph, or column of a file."),
-    click.option("--skip", default="0 s", show_default=True, metavar="TIME", help="Leave out the start, while it settles."),
-    click.option("--duration", metavar="TIME", help='Run a graph this long, for example "2 s".'),
-    click.option("--samples", type=click.IntRange(1), help="Run so many ticks of its base rate, instead of a duration."),
-    click.option("--seed", type=click.IntRange(0, 2**62), help="Seed its random numbers."),
-    click.option("--engine", type=click.Choice(["auto", "python", "compiled"]), default="auto", show_default=True),
+    click.option(
+        "--skip", default="0 s", show_default=True, metavar="TIME", help="Leave out the start, while it settles."
+    ),
+    duration_option,
+    click.option("--samples", type=click.IntRange(1), help="Run so many base ticks, instead of a duration."),
+    seed_option("the graph"),
+    engine_option(),
     set_option,
     blocks_option,
     json_option,
-    _picture,
 )
 
 
@@ -31,14 +38,22 @@ def _signal_options(command: Any) -> Any:
     return command
 
 
+def _signal(options: dict[str, Any]) -> Any:
+    """Take what says which signal is meant out of the options of a command."""
+    from proofmass.runner.commands.series_source import SignalRequest
+
+    return SignalRequest(**{field: options.pop(field) for field in _SIGNAL_FIELDS})
+
+
 @click.command()
-@_source
+@file_argument("source")
 @click.option("--window", default="", help="Window (default: hann of the density, blackman-harris-7 of the tone).")
 @click.option(
     "--segment", type=click.IntRange(0), help="Values of a segment of the density, 0 for all (default: about an eighth)."
 )
 @click.option("--band", nargs=2, metavar="FROM TO", help='Count rms, noise and slope from "1 Hz" to "100 Hz".')
 @click.option("--tone", default="", metavar="FREQUENCY", help="Look for the tone here (default: the largest in the band).")
+@plot_option("picture", "Draw the density")
 @_signal_options
 def spectrum(**options: Any) -> int:
     """Show the spectrum of a signal: noise density, rms in a band, tone, SNR, SNDR, THD, SFDR, ENOB.
@@ -49,13 +64,14 @@ def spectrum(**options: Any) -> int:
     proofmass spectrum sensor.toml --probe adc.number --band "1 Hz" "100 Hz"
     proofmass spectrum recording.csv --probe acceleration --plot density.png
     """
-    from proofmass.runner.commands.spectrum_command import show_spectrum
+    from proofmass.runner.commands.spectrum_command import SpectrumRequest, show_spectrum
 
-    return show_spectrum(**options)
+    return show_spectrum(SpectrumRequest(_signal(options), **options))
 
 
 @click.command()
-@_source
+@file_argument("source")
+@plot_option("picture", "Draw the deviation")
 @_signal_options
 def allan(**options: Any) -> int:
     """Show the Allan deviation of a signal, and the coefficients of its noise: N, B, K and Q with intervals of 95 %.
@@ -68,7 +84,7 @@ def allan(**options: Any) -> int:
     """
     from proofmass.runner.commands.allan_command import show_allan
 
-    return show_allan(**options)
+    return show_allan(_signal(options), **options)
 
 
 @click.command()
@@ -77,7 +93,7 @@ def allan(**options: Any) -> int:
 @click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer it to this output of a source.")
 @click.option("--band", nargs=2, metavar="FROM TO", help='Count from "0.1 Hz" to "100 Hz" (default: all).')
 @click.option("--at", help='Linearise at this time, or "settled" (default: after one common period).')
-@_picture
+@plot_option("picture", "Draw the budget")
 @set_option
 @blocks_option
 @json_option
@@ -88,9 +104,9 @@ def noise(**options: Any) -> int:
     proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
     proofmass noise graphs/library/recorded_motion.toml --output mean.mean --input motion.output --plot noise.png
     """
-    from proofmass.runner.commands.noise_command import show_noise
+    from proofmass.runner.commands.noise_command import NoiseRequest, show_noise
 
-    return show_noise(**options)
+    return show_noise(NoiseRequest(**options))
 
 
 @click.command("noise-model")
@@ -109,9 +125,9 @@ def noise_model(**options: Any) -> int:
     proofmass noise-model --arw "0.1 deg/sqrt(h)" --bias-instability "1 deg/h"
     proofmass noise-model --density "80 ug0/sqrt(Hz)" --bias-instability "5 ug0" --flat
     """
-    from proofmass.runner.commands.noise_model_command import write_noise_model
+    from proofmass.runner.commands.noise_model_command import NoiseModelRequest, write_noise_model
 
-    return write_noise_model(**options)
+    return write_noise_model(NoiseModelRequest(**options))
 
 
 ANALYSES = (spectrum, allan, noise, noise_model)

@@ -1,28 +1,40 @@
 """The command `blocks`: all kinds of blocks, or one with its equation, parameters and ports."""
 
-import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 
-import click
-
-from proofmass.blocks.declaration.catalog import Own, all_blocks, facts, find
+from proofmass.blocks.declaration.catalog import all_blocks, facts, find
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.describe import block_text
+from proofmass.runner.output.text_table import text_table
 
 
-def show_blocks(kind: str | None, own: Own | None, as_json: bool) -> int:
-    """Everything that `proofmass blocks` does; returns the exit code."""
+def show_blocks(kind: str | None, own_file: Path | None, as_json: bool) -> int:
+    """List all kinds of blocks, or show one, and return the exit code."""
+    own = own_blocks(own_file)
     if kind is None:
-        found = all_blocks(own)
+        kinds = all_blocks(own)
         if as_json:
-            click.echo(json.dumps([facts(block) for block in found.values()], indent=2))
+            print_json([facts(block) for block in kinds.values()])
         else:
-            width = max(map(len, found))
-            for name, block in found.items():
-                click.echo(f"{name:<{width}}  {(block.__doc__ or '').strip().splitlines()[0]}")
-        return 0
-    shown = find(kind, own)
-    if shown is None:
+            print_text(_list(kinds))
+        return DONE
+    block = find(kind, own)
+    if block is None:
         hint = did_you_mean(kind, all_blocks(own), "kind")
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
-    click.echo(json.dumps(facts(shown), indent=2) if as_json else block_text(shown))
-    return 0
+    if as_json:
+        print_json(facts(block))
+    else:
+        print_text([block_text(block)])
+    return DONE
+
+
+def _list(kinds: Mapping[str, type[Block]]) -> Iterator[str]:
+    """A line for each kind: its name and the first line of its documentation."""
+    rows = [(name, (block.__doc__ or "").strip().splitlines()[0]) for name, block in kinds.items()]
+    yield from text_table(rows, left=(0, 1))

@@ -1,6 +1,5 @@
-"""The command `check`: everything that is wrong with a file, and whether what it says is ready to run."""
+"""The command `check`: everything that is wrong with a file, and whether it is ready to run."""
 
-import json
 from pathlib import Path
 
 import click
@@ -9,34 +8,36 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.studies.check_file import check_file
-from proofmass.runner.commands.failures import DONE, WRONG_MODEL, count
-from proofmass.runner.commands.run_command import own_blocks
+from proofmass.runner.commands.answers import print_json
+from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.output.counts import count
 
 
-def check_graph(graph: Path, own: Path | None, as_json: bool) -> int:
-    """Everything that `proofmass check` does; returns the exit code."""
-    read, problems, study = check_file(graph, own_blocks(own))
-    alone = read is not None and not _wrong(problems) and runs_alone(read)
-    if read is not None and alone:
-        from proofmass.runner.studies.whole.ready import unready
+def check_graph(path: Path, own: Path | None, as_json: bool) -> int:
+    """Check a graph or study, print its problems and notes, and return the exit code."""
+    graph, problems, study = check_file(path, own_blocks(own))
+    alone = graph is not None and not _wrong(problems) and runs_alone(graph)
+    if graph is not None and alone:
+        from proofmass.runner.studies.whole.ready import unready  # NumPy, which a wrong graph does not wait for
 
-        problems += unready(read, study)
-        if not _wrong(problems) and any(loop.requirements for loop in flatten(read).loops.values()):
-            from proofmass.runner.commands.margins_command import missed_margins
+        problems += unready(graph, study)
+        if not _wrong(problems) and any(loop.requirements for loop in flatten(graph).loops.values()):
+            from proofmass.runner.commands.missed_margins import missed_margins
 
-            problems += missed_margins(read)
+            problems += missed_margins(graph)
     wrong = _wrong(problems)
     if as_json:
-        click.echo(json.dumps([problem.as_data() for problem in problems], indent=2))
-    else:
-        for problem in problems:
-            click.echo(str(problem), err=not problem.note)
-        if read is not None and not wrong:
-            ready = "ready to run" if alone else "ready to be a part of other graphs"
-            click.echo(f"{graph}: {read.size.blocks} blocks, {read.size.wires} wires, {ready}")
-        else:
-            click.echo(f"{count(len(wrong), 'problem')} in {graph}", err=True)
-    return WRONG_MODEL if wrong else DONE
+        print_json([problem.as_data() for problem in problems])
+        return WRONG_MODEL if wrong else DONE
+    for problem in problems:
+        click.echo(str(problem), err=not problem.note)
+    if graph is None or wrong:
+        click.echo(f"{count(len(wrong), 'problem')} in {path}", err=True)
+        return WRONG_MODEL
+    ready = "ready to run" if alone else "ready to be a part of other graphs"
+    click.echo(f"{path}: {count(graph.size.blocks, 'block')}, {count(graph.size.wires, 'wire')}, {ready}")
+    return DONE
 
 
 def _wrong(problems: list[Problem]) -> list[Problem]:

@@ -10,15 +10,19 @@ is the constant that the autocorrelation of -1 beside the peak leaves in every c
 import io
 import sys
 from html import escape
-from importlib.resources import as_file, files
+from importlib.resources import as_file
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.progress import progress_bar
+from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.run_files import write_run
+from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
 
@@ -112,16 +116,16 @@ def picture(verdict: Verdict) -> Any:
 
 def main(out: Path) -> int:
     """Run the self-test, print the comparison, write the report files; 0 when every cell is within 1 %."""
-    from proofmass.runner.commands.run_command import show, write
-    from proofmass.runner.output.plot import save_figure, write_figure
+    from proofmass.runner.output.plot import save_figure, write_figure  # matplotlib
 
-    with as_file(files("proofmass.graphs") / "library" / GRAPH) as path:
+    with as_file(library_file(GRAPH)) as path:
         graph = read_graph(path)
-    result = simulate(graph, engine="compiled", progress=progress_bar(False))
+    with progress(quiet=False) as bar:
+        result = simulate(graph, engine="compiled", progress=bar)
     fine = graph.with_parameters({"adc.bits": 32})
     finer = judge(simulate(fine, samples=10_231, engine="compiled"))
     out.mkdir(parents=True, exist_ok=True)
-    show(result)
+    show_run(result, as_json=False)
     verdict = judge(result)
     print("\n".join(table(verdict, finer)))
     good = bool((np.abs(verdict.error[1:11]) <= 0.01).all())
@@ -132,9 +136,9 @@ def main(out: Path) -> int:
     write_figure(figure, drawn, "svg")
     fragment = f"<figure><svg{drawn.getvalue().decode().partition('<svg')[2]}</figure>"
     lines = escape("\n".join(table(verdict, finer)))
-    written = write(result, out, ("netcdf",), [("Impulse response", f"{fragment}\n<pre>{lines}</pre>")])
-    print(f"written to {out}: {', '.join([*written, *pictures])}")
-    return 0 if good else 1
+    names = write_run(result, out, ("netcdf",), [("Impulse response", f"{fragment}\n<pre>{lines}</pre>")])
+    print(f"written to {out}: {', '.join([*names, *pictures])}")
+    return DONE if good else WRONG_MODEL
 
 
 if __name__ == "__main__":

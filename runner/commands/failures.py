@@ -1,15 +1,13 @@
-"""What the shell is told of an error: a message and an exit code.
-
-Exit codes: 0 done, 1 the model is wrong, 2 usage, 3 the run failed, 130 interrupted.
-"""
+"""Errors in the words of the user: a message on standard error and an exit code."""
 
 import click
 
-DONE, WRONG_MODEL, USAGE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+from proofmass.runner.commands.exit_codes import FAILED, WRONG_MODEL
+from proofmass.runner.output.counts import count
 
 
 def explain(error: Exception) -> int:
-    """Print an error in the words of the user; returns the exit code."""
+    """Print an error and return its exit code."""
     from proofmass.blocks.declaration.problem import ModelError
 
     if isinstance(error, ModelError):
@@ -17,18 +15,17 @@ def explain(error: Exception) -> int:
             click.echo(str(problem), err=True)
         click.echo(count(len(error.problems), "problem"), err=True)
         return WRONG_MODEL
-    name = type(error).__name__
-    if isinstance(error, OSError):
-        click.echo(f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}", err=True)
-    elif isinstance(error, MemoryError):
-        click.echo("out of memory\n  hint:     fewer samples, or thin a probe: every = 1000", err=True)
-    elif name == "RunError":
-        click.echo(f"the run failed\n{error}", err=True)
-    else:
-        click.echo(f"an error inside proofmass: {name}: {error}\n  hint:     --traceback shows where", err=True)
+    click.echo(_message(error), err=True)
     return FAILED
 
 
-def count(number: int, noun: str) -> str:
-    """`"1 problem"`, `"2 problems"`."""
-    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+def _message(error: Exception) -> str:
+    from proofmass.runner.run.faults import RunError  # brings NumPy, which `proofmass --help` does not wait for
+
+    if isinstance(error, RunError):
+        return f"the run failed\n{error}"
+    if isinstance(error, OSError):
+        return f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}"
+    if isinstance(error, MemoryError):
+        return "out of memory\n  hint:     run fewer samples, or thin a probe: every = 1000"
+    return f"an error inside proofmass: {type(error).__name__}: {error}\n  hint:     --traceback shows where"

@@ -1,167 +1,98 @@
-"""The command `fit`: read or run, fit, show, draw, write the coefficients into a graph."""
+"""The command `fit`: read a table or run a graph, fit, show, draw, write the coefficients into a graph."""
 
-import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import click
 
-from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.graphs.files.toml_editor import edit_file
-from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.exports import exported
-from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.run_command import changed, own_blocks
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.fit_files import write_coefficients
+from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.design.fit.data import Readings, read_table, run_cycle
-from proofmass.runner.design.fit.fit import Fit, FitReport, fit
-from proofmass.runner.design.fit.starts import from_starts
+from proofmass.runner.design.fit.fit import FitReport, fit
+from proofmass.runner.design.fit.starts import Arrivals, from_starts
 from proofmass.runner.design.fit.text import data, starts_text, text
-from proofmass.runner.output.export import whole_file
-
-MODELS = (  # kinds that are meant where no block is named, beside graphs that export a1, b1, a2 and b2
-    "DoubleExponentialModel",
-    "FixedCoefficientMemory",
-    "FixedPolynomial",
-    "PolynomialModel",
-)
+from proofmass.runner.run.engines import EngineName
 
 
-def run_fit(
-    source: Path,
-    temperature: str | None,
-    output: str | None,
-    offset: float,
-    orders: tuple[int, ...],
-    start: tuple[float, float] | None,
-    starts: bool,
-    plot: Path | None,
-    target: Path | None,
-    names: tuple[str, ...],
-    changes: tuple[str, ...],
-    duration: str | None,
-    seed: int | None,
-    engine: Any,
-    own: Path | None,
-    as_json: bool,
-) -> int:
-    """Everything that `proofmass fit` does; returns the exit code."""
-    if plot is not None:
-        _refuse_ending(plot)
-    if names and target is None:
-        raise click.UsageError("--block needs --write, the graph file that it is in")
-    if source.suffix.lower() == ".toml":
-        readings = _graph_readings(source, temperature, output, changes, duration, seed, engine, own)
-    else:
-        of_graph = {"--set": changes, "--duration": duration, "--seed": seed is not None}
-        readings = _table_readings(source, temperature, output, [o for o, given in of_graph.items() if given])
-    report = fit(readings.less(offset), sorted(set(orders)), start)
-    arrivals = from_starts(report) if starts else ()
-    written = []
+@dataclass(frozen=True)
+class FitRequest:
+    """A call of `proofmass fit`."""
+
+    source: Path
+    temperature: str | None
+    output: str | None
+    offset: float
+    orders: tuple[int, ...]
+    start: tuple[float, float] | None
+    starts: bool
+    plot: Path | None
+    target: Path | None
+    names: tuple[str, ...]
+    changes: tuple[str, ...]
+    duration: str | None
+    seed: int | None
+    engine: EngineName
+    own: Path | None
+    as_json: bool
+
+    def __post_init__(self) -> None:
+        if self.names and self.target is None:
+            raise click.UsageError("--block needs --write, the graph file that it is in")
+        if self.of_graph and not (self.temperature and self.output):
+            raise click.UsageError("of a graph, name the signals: --temperature BLOCK.PORT --output BLOCK.PORT")
+        options = {"--set": bool(self.changes), "--duration": bool(self.duration), "--seed": self.seed is not None}
+        wrong = [option for option, said in options.items() if said]
+        if wrong and not self.of_graph:
+            raise click.UsageError(f"{', '.join(wrong)}: only for a graph, which {self.source.name} is not")
+
+    @property
+    def of_graph(self) -> bool:
+        """True if a graph is run, instead of a table read."""
+        return self.source.suffix.lower() == ".toml"
+
+
+def run_fit(request: FitRequest) -> int:
+    """Fit temperature laws and return the exit code."""
+    if request.plot is not None:
+        _refuse_ending(request.plot)
+    report = fit(_readings(request).less(request.offset), sorted(set(request.orders)), request.start)
+    arrivals = from_starts(report) if request.starts else ()
+    paths = []
     try:  # before anything is printed, so that a reader that goes away leaves nothing undone
-        if plot is not None:
-            written.append(_draw(report, plot))
-        if target is not None:
-            written.append(_write(report, target, names, own))
+        if request.plot is not None:
+            paths.append(_draw(report, request.plot))
+        if request.target is not None:
+            paths.append(write_coefficients(report, request.target, request.names, request.own))
     finally:
-        if as_json:
-            click.echo(json.dumps(data(report, arrivals), indent=2))
-        else:
-            click.echo("\n".join([text(report), *([starts_text(arrivals)] if arrivals else [])]))
-    for path in written:
-        click.echo(f"wrote {path}", err=as_json)
-    return 0
+        _show(report, arrivals, request.as_json)
+    for path in paths:
+        print_file(path, request.as_json)
+    return DONE
 
 
-def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, float | str]:
-    """The coefficients that a block of a graph takes, by `block.parameter`, with their units where these are known.
-
-    A block with parameters a1, b1, a2 and b2 takes the two exponentials; one with c0, c1, ... the polynomial of the
-    highest order, and zero for its further coefficients. A subgraph has the parameters that it exports.
-    """
-    if name not in graph.blocks and name not in graph.subgraphs:
-        hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "block")
-        raise ModelError([Problem(message="there is no such block", file=graph.place.file, key=name, hint=hint)])
-    parameters = _parameters(graph, name)
-    polynomials = [fit for fit in report.fits if fit.method == "least squares"]
-    for chosen in (report.fits[0], *polynomials[-1:]):
-        if all(c.name in parameters for c in chosen.coefficients):
-            return _by_key(chosen, name, [parameter for parameter in parameters if parameter[1:].isdigit()])
-    problem = Problem(
-        message="takes neither two exponentials nor the polynomial of the highest order",
-        file=graph.place.file,
-        key=name,
-        got=type(graph.blocks.get(name, graph)).__name__,
-        expected="a block with parameters a1, b1, a2, b2, or c0, c1, ...",
-    )
-    raise ModelError([problem])
+def _readings(request: FitRequest) -> Readings:
+    temperature, output = request.temperature or "", request.output or ""
+    if not request.of_graph:
+        return read_table(request.source, temperature, output)
+    graph = graph_of(request.source, request.own, request.changes)
+    time, seed, engine = request.duration, request.seed, request.engine
+    return run_cycle(graph, temperature, output, duration=time, seed=seed, engine=engine)
 
 
-def _parameters(graph: Graph, name: str) -> list[str]:
-    if name in graph.blocks:
-        return list(graph.blocks[name].parameters)
-    return [port for port, (_, what) in exported(graph.subgraphs[name]).items() if isinstance(what, Parameter)]
-
-
-def _meant(graph: Graph) -> tuple[str, ...]:
-    """The models of a graph, by kind, and the subgraphs that take what a model takes."""
-    models = [name for name, block in graph.blocks.items() if type(block).__name__ in MODELS]
-    return (*models, *(name for name in graph.subgraphs if {"a1", "b1", "a2", "b2"} <= set(_parameters(graph, name))))
-
-
-def _by_key(chosen: Fit, name: str, parameters: list[str]) -> dict[str, float | str]:
-    letters = {c.name[0] for c in chosen.coefficients}
-    values: dict[str, float | str] = {f"{name}.{p}": 0.0 for p in parameters if p[0] in letters}
-    return values | {f"{name}.{c.name}": f"{c.value!r} {c.unit}" if c.unit else c.value for c in chosen.coefficients}
+def _show(report: FitReport, arrivals: tuple[Arrivals, ...], as_json: bool) -> None:
+    if as_json:
+        print_json(data(report, arrivals))
+    else:
+        print_text([text(report), *([starts_text(arrivals)] if arrivals else [])])
 
 
 def _draw(report: FitReport, path: Path) -> Path:
-    from proofmass.runner.design.fit.plot import plot_fit
+    from proofmass.runner.design.fit.plot import plot_fit  # matplotlib, only for a picture
     from proofmass.runner.output.plot import save_figure
 
     return save_figure(plot_fit(report), path)
-
-
-def _write(report: FitReport, target: Path, names: tuple[str, ...], own: Path | None) -> Path:
-    graph = read_graph(target, own_blocks(own))
-    meant = names or _meant(graph)
-    if not meant:
-        hint = f"name one with --block, or put one in: {', '.join(MODELS)}"
-        raise ModelError([Problem(message="has no block for the coefficients", file=str(target), hint=hint)])
-    values: dict[str, float | str] = {}
-    for name in meant:
-        values |= coefficients_for(report, graph, name)
-    if not report.determined and any(key.endswith(".a1") for key in values):
-        why = next(finding for finding in report.findings if not finding.note)
-        message = "nothing was written: the readings do not determine the two exponentials"
-        raise ModelError([why, Problem(message=message, file=str(target))])
-    graph.with_parameters(values)  # refuses units that do not fit
-    written = edit_file(target, values)
-    with whole_file(target) as file:
-        file.write(written.encode("utf-8"))
-    return target
-
-
-def _graph_readings(
-    source: Path,
-    temperature: str | None,
-    output: str | None,
-    changes: tuple[str, ...],
-    duration: str | None,
-    seed: int | None,
-    engine: Any,
-    own: Path | None,
-) -> Readings:
-    if not temperature or not output:
-        raise click.UsageError("of a graph, name the signals: --temperature BLOCK.PORT --output BLOCK.PORT")
-    graph = changed(read_graph(source, own_blocks(own)), changes, ())
-    return run_cycle(graph, temperature, output, duration=duration, seed=seed, engine=engine)
-
-
-def _table_readings(source: Path, temperature: str | None, output: str | None, given: list[str]) -> Readings:
-    if given:
-        raise click.UsageError(f"{', '.join(given)}: only for a graph, which {source.name} is not")
-    return read_table(source, temperature or "", output or "")
 
 
 def _refuse_ending(path: Path) -> None:

@@ -15,7 +15,7 @@ _VERDICTS = {"stable": "stable", "marginal": "MARGINAL", "unstable": "UNSTABLE"}
 
 
 def margins_text(margins: Margins) -> str:
-    """The numbers of one loop: its verdict, and what a designer needs of a loop that has it."""
+    """Return the numbers of one loop: its verdict, then margins if it is stable, or the way back if not."""
     head = f"loop {margins.loop}" + (f", opened at {margins.open_at}" if margins.loop != margins.open_at else "")
     poles = [pole for pole in margins.slowest if pole.value.imag >= 0.0][:_SLOWEST]
     slowest = "; ".join(pole_text(pole, margins.period) for pole in poles)
@@ -33,7 +33,7 @@ def margins_text(margins: Margins) -> str:
 
 
 def pole_text(pole: Pole, period: float) -> str:
-    """What a closed-loop pole does: frequency, damping ratio and time constant; `period` is 0 of a continuous loop.
+    """Return frequency, damping ratio and time constant of a closed-loop pole; `period` is 0 for a continuous loop.
 
     >>> pole_text(Pole(0.99 + 0j, 0.01, 1e-15), 1e-3)
     'time constant 99.499 ms'
@@ -51,7 +51,7 @@ def pole_text(pole: Pole, period: float) -> str:
 
 
 def hertz_text(frequency: float) -> str:
-    """A frequency in Hz.
+    """Return a frequency in Hz.
 
     >>> hertz_text(5782.94)
     '5782.9 Hz'
@@ -60,7 +60,7 @@ def hertz_text(frequency: float) -> str:
 
 
 def seconds_text(seconds: float) -> str:
-    """A time with a prefix that suits it.
+    """Return a time with a suitable prefix.
 
     >>> seconds_text(0.00076679), seconds_text(2.1272), seconds_text(0.0)
     ('766.79 us', '2.1272 s', '0 s')
@@ -72,7 +72,7 @@ def seconds_text(seconds: float) -> str:
 
 
 def _limits(margins: Margins) -> list[tuple[str, str]]:
-    """Margins, peak and bandwidth of a stable loop."""
+    """Return margins, peak and bandwidth of a stable loop."""
     limits, peak_at = (margins.gain_margin, margins.gain_reduction), margins.sensitivity_peak_frequency
     gain = [f"{decibels(limit):+.2f} dB (x {limit:.5g})" for limit in limits if limit is not None]
     return [
@@ -90,7 +90,7 @@ def _limits(margins: Margins) -> list[tuple[str, str]]:
 
 
 def _way_back(margins: Margins) -> list[tuple[str, str]]:
-    """How far a loop that is not stable is from being so."""
+    """Return the gains that would make a loop stable, and its distance from -1."""
     intervals = [f"{low:.5g} to {'any' if math.isinf(high) else f'{high:.5g}'}" for low, high in margins.stable_gains]
     gains = f"a factor of {', or '.join(intervals)}" if intervals else "no factor at the wire"
     rows = [("stable with", gains)]

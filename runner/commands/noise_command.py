@@ -1,55 +1,62 @@
 """The command `noise`: what the noise of an output is made of."""
 
-import contextlib
-import json
 import math
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-import click
-
-from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
-from proofmass.runner.commands.progress import progress_bar
-from proofmass.runner.commands.run_command import changed, own_blocks
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
 _ROWS = 20
 
 
-def show_noise(
-    graph: Path,
-    output: str,
-    source: str,
-    band: tuple[str, str] | None,
-    at: str | None,
-    picture: Path | None,
-    changes: tuple[str, ...],
-    own: Path | None,
-    as_json: bool,
-) -> int:
-    """Everything that `proofmass noise` does; returns the exit code."""
-    loaded = changed(read_graph(graph, own_blocks(own)), changes, ())
-    budget = noise(loaded, output, input=source, band=band_of(band), at=_settled(loaded, as_json) if at == SETTLED else at)
-    click.echo(json.dumps(budget.as_data(), indent=2) if as_json else noise_text(budget))
-    if picture is not None:
+@dataclass(frozen=True)
+class NoiseRequest:
+    """What `proofmass noise` was asked to do."""
+
+    graph: Path
+    output: str
+    source: str
+    band: tuple[str, str] | None
+    at: str | None
+    picture: Path | None
+    changes: tuple[str, ...]
+    own: Path | None
+    as_json: bool
+
+
+def show_noise(request: NoiseRequest) -> int:
+    """Show a noise budget and return the exit code."""
+    graph = graph_of(request.graph, request.own, request.changes)
+    point = _settled(graph, request.as_json) if request.at == SETTLED else request.at
+    budget = noise(graph, request.output, input=request.source, band=band_of(request.band), at=point)
+    if request.as_json:
+        print_json(budget.as_data())
+    else:
+        print_text([noise_text(budget)])
+    if request.picture is not None:
         from proofmass.runner.analysis.noise.plot import plot_noise
         from proofmass.runner.output.plot import save_figure
 
-        click.echo(f"wrote {save_figure(plot_noise(budget), picture)}", err=as_json)
-    return 0
+        print_file(save_figure(plot_noise(budget), request.picture), request.as_json)
+    return DONE
 
 
 def _settled(graph: Graph, as_json: bool) -> Fraction:
     from proofmass.runner.analysis.linearisation.settle import settled_tick
     from proofmass.runner.planning.plan import plan
 
-    planned, bar = plan(graph), progress_bar(as_json)
-    with bar or contextlib.nullcontext():
+    planned = plan(graph)
+    with progress(as_json) as bar:
         return settled_tick(planned, bar) / planned.schedule.base_rate
 
 

@@ -1,17 +1,80 @@
-"""Arguments and options that several commands have."""
+"""Arguments and options that several commands share."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, Protocol, TypeVar
 
 import click
 
-graph_argument = click.argument("graph", type=click.Path(dir_okay=False, path_type=Path))
+LARGEST_SEED = 2**62
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+class Decorator(Protocol):
+    """Adds an argument or option to a command."""
+
+    def __call__(self, function: _Function, /) -> _Function: ...
+
+
+_FILE = click.Path(dir_okay=False, path_type=Path)
+_FOLDER = click.Path(file_okay=False, path_type=Path)
+
+graph_argument = click.argument("graph", type=_FILE)
 blocks_option = click.option(
     "--blocks",
     "own",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Python file of your own blocks; it is run.",
+    metavar="FILE",
+    help="Use the blocks of this Python file, which is run.",
 )
 set_option = click.option(
-    "--set", "changes", multiple=True, metavar="BLOCK.PARAMETER=VALUE", help="Change a parameter."
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="BLOCK.PARAMETER=VALUE",
+    help="Change a parameter, for example adc.bits=16; repeatable.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+quiet_option = click.option("--quiet", is_flag=True, help="Show no progress bar.")
+duration_option = click.option(
+    "--duration", metavar="TIME", help='Run the graph this long, for example "2 s" (default: as the graph says).'
+)
+
+
+def seed_option(source: str) -> Decorator:
+    """Return the option for a seed, which `source` says otherwise."""
+    return click.option(
+        "--seed", type=click.IntRange(0, LARGEST_SEED), help=f"Seed all random numbers (default: as {source} says)."
+    )
+
+
+def engine_option(*more: str) -> Decorator:
+    """Return the option for an engine: plain Python, the compiled loop, and `more`."""
+    return click.option(
+        "--engine",
+        type=click.Choice(["auto", "python", "compiled", *more]),
+        default="auto",
+        show_default=True,
+        help="Choose an engine; auto picks the one that it expects to finish first. The bits are the same.",
+    )
+
+
+def out_option(help_text: str, *names: str, required: bool = False) -> Decorator:
+    """Return the option for the folder to write to."""
+    return click.option(*(names or ("--out",)), type=_FOLDER, metavar="FOLDER", required=required, help=help_text)
+
+
+def output_option(default: str) -> Decorator:
+    """Return the option for the one file that a command writes."""
+    return click.option("-o", "--output", type=_FILE, metavar="FILE", help=f"Write to this file (default: {default}).")
+
+
+def plot_option(name: str, help_text: str) -> Decorator:
+    """Return the option for a picture."""
+    return click.option("--plot", name, type=_FILE, metavar="FILE", help=f"{help_text}: .svg, .png or .pdf.")
+
+
+def file_argument(name: str) -> Decorator:
+    """Return an argument that is a file."""
+    return click.argument(name, type=_FILE)

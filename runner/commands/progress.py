@@ -1,21 +1,23 @@
-"""A progress bar on a terminal, and what is known so far below it; nothing where nobody looks."""
+"""A progress bar on a terminal, with results so far below it; nothing in a pipe."""
 
 import shutil
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-ROWS = 8  # at most, of what is known so far
+ROWS = 8  # of results so far, at most
 
 
 class ProgressBar:
-    """Draws how much is done, with rate and time left, on standard error; used with `with`, it cleans up."""
+    """Draws how much is done, with rate and time left, on standard error; a context manager that erases itself."""
 
     def __init__(self, noun: str) -> None:
         self._noun = noun
         self._first: int | None = None  # done before, in an earlier start
         self._began = time.monotonic()
         self._drawn = 0.0
-        self._erase = ""  # takes away what was drawn last
+        self._erase = ""  # codes that erase what was drawn last
 
     def __call__(self, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
@@ -45,13 +47,18 @@ class ProgressBar:
             sys.stderr.flush()
 
 
-def progress_bar(quiet: bool, noun: str = "tick") -> ProgressBar | None:
-    """A bar for `progress=...`, which counts nouns; None where standard error is no terminal."""
-    return None if quiet or not sys.stderr.isatty() else ProgressBar(noun)
+@contextmanager
+def progress(quiet: bool, noun: str = "tick") -> Iterator[ProgressBar | None]:
+    """Give a bar for `progress=...` that counts nouns, or None where standard error is not a terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+    else:
+        with ProgressBar(noun) as bar:
+            yield bar
 
 
 def line(done: int, total: int, seconds: float, noun: str = "tick", first: int = 0, width: int = 1000) -> str:
-    """The bar as text of at most so many letters; `first` were done before the seconds began.
+    """Return the bar as text of at most `width` characters; `first` were done before the seconds began.
 
     >>> line(250_000, 1_000_000, 5.0)
     ' 25 % [######..................] 250,000 of 1,000,000 ticks, 20 us a tick, 15 s left'
@@ -59,17 +66,17 @@ def line(done: int, total: int, seconds: float, noun: str = "tick", first: int =
     ' 25 %, 250,000 of 1,000,000 ticks, 15 s left'
     """
     part, new = done / total, done - first
-    each = seconds / new if new else 0.0
+    pace = seconds / new if new else 0.0
     counted = f"{done:,} of {total:,} {noun}s"
     rate, left = (
-        (f"{time_text(each)} a {noun}", f"{time_text(each * (total - done))} left") if new else ("", "starting")
+        (f"{time_text(pace)} a {noun}", f"{time_text(pace * (total - done))} left") if new else ("", "starting")
     )
     bar = f"{100 * part:3.0f} % [{'#' * int(24 * part):.<24}] " + ", ".join(filter(None, (counted, rate, left)))
     return bar if len(bar) <= width else f"{100 * part:3.0f} %, {counted}, {left}"[:width]
 
 
 def wrapped(note: str, width: int) -> list[str]:
-    """Entries that commas separate, in rows of at most so many letters.
+    """Return entries that commas separate as rows of at most `width` characters.
 
     >>> wrapped("bias 1.5(2) V, noise 3.1(1) mV", 20)
     ['bias 1.5(2) V', 'noise 3.1(1) mV']
@@ -82,7 +89,7 @@ def wrapped(note: str, width: int) -> list[str]:
 
 
 def time_text(seconds: float) -> str:
-    """A time with a unit that suits it."""
+    """Return a time with a suitable unit."""
     for unit, size in (("h", 3600.0), ("min", 60.0), ("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"

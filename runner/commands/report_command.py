@@ -1,20 +1,19 @@
-"""The command `report`: what has come out of a study, as one HTML file."""
+"""The command `report`: a study, ended or under way, as one HTML file."""
 
 from pathlib import Path
 
-import click
-
-from proofmass.runner.commands.run_command import own_blocks
+from proofmass.runner.commands.answers import print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.studies.kept.folder import find_folder, kept_result
+from proofmass.runner.studies.shown.report import FILE, save_study_report
 
 
 def report_study(study: Path, output: Path | None, own: Path | None) -> int:
-    """Everything that `proofmass report` does; returns the exit code."""
-    from proofmass.runner.studies.kept.folder import find_folder, kept_result
-    from proofmass.runner.studies.shown.report import FILE, save_study_report
-
+    """Write the report of a study and return the exit code."""
     blocks = own_blocks(own)
     folder = study if study.is_dir() else find_folder(study, blocks)
     result = kept_result(folder, blocks)
     path = save_study_report(result, output or folder / FILE)
-    click.echo(f"wrote {path}: {len(result.numbers):,} of {result.planned_runs:,} runs")
-    return 0
+    print_text([f"wrote {path}: {len(result.numbers):,} of {result.planned_runs:,} runs"])
+    return DONE

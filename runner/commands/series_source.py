@@ -1,8 +1,7 @@
 """Where the signal of an analysis comes from: a run of a graph, or a recording."""
 
-import contextlib
 import dataclasses
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,19 +9,34 @@ import click
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import UnitError, convert
-from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph, read_probe
 from proofmass.runner.analysis.spectrum.series import Series, of_trace, read_series
-from proofmass.runner.commands.progress import progress_bar
-from proofmass.runner.commands.run_command import changed, own_blocks
+from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.progress import progress
 
-Options = Mapping[str, Any]
+_OF_GRAPHS = {"duration": "duration", "samples": "samples", "seed": "seed", "changes": "set", "own": "blocks"}
 
 
-def one_signal(source: Path, as_json: bool, options: Options) -> Series:
-    """The signal that the options name, without what is to be skipped."""
-    whole = _simulated(source, as_json, options) if source.suffix == ".toml" else _recorded(source, options)
-    return whole.behind(quantity("--skip", options["skip"], "s"))
+@dataclass(frozen=True)
+class SignalRequest:
+    """Which signal a command was asked to look at."""
+
+    source: Path
+    probe: str
+    skip: str
+    duration: str | None
+    samples: int | None
+    seed: int | None
+    engine: Any
+    changes: tuple[str, ...]
+    own: Path | None
+    as_json: bool
+
+
+def signal_of(request: SignalRequest) -> Series:
+    """Return the signal without what is to be skipped."""
+    whole = _simulated(request) if request.source.suffix == ".toml" else _recorded(request)
+    return whole.behind(quantity("--skip", request.skip, "s"))
 
 
 def quantity(option: str, text: str, unit: str) -> float:
@@ -43,28 +57,26 @@ def band_of(texts: tuple[str, str] | None) -> tuple[float, float] | None:
     return low, high
 
 
-def _recorded(path: Path, options: Options) -> Series:
-    for option in ("duration", "samples", "seed", "changes", "own"):
-        if options[option]:
-            named = {"changes": "set", "own": "blocks"}.get(option, option)
-            raise click.UsageError(f"--{named} is for a graph; {path.name} is read as a recording")
-    return read_series(path, options["probe"])
+def _recorded(request: SignalRequest) -> Series:
+    for field, option in _OF_GRAPHS.items():
+        if getattr(request, field):
+            raise click.UsageError(f"--{option} is for a graph; {request.source.name} is read as a recording")
+    return read_series(request.source, request.probe)
 
 
-def _simulated(path: Path, as_json: bool, options: Options) -> Series:
+def _simulated(request: SignalRequest) -> Series:
     from proofmass.runner.run.simulate import simulate
 
-    if options["duration"] is not None and options["samples"] is not None:
+    if request.duration is not None and request.samples is not None:
         raise click.UsageError("give --duration or --samples, not both")
-    graph = one_probe(changed(read_graph(path, own_blocks(options["own"])), options["changes"], ()), options["probe"])
-    bar = progress_bar(as_json)
-    with bar or contextlib.nullcontext():
+    graph = one_probe(graph_of(request.source, request.own, request.changes), request.probe)
+    with progress(request.as_json) as bar:
         result = simulate(
             graph,
-            duration=options["duration"],
-            samples=options["samples"],
-            seed=options["seed"],
-            engine=options["engine"],
+            duration=request.duration,
+            samples=request.samples,
+            seed=request.seed,
+            engine=request.engine,
             progress=bar,
         )
     return of_trace(result[graph.probes[0].signal])
@@ -74,7 +86,8 @@ def one_probe(graph: Graph, signal: str) -> Graph:
     """The graph with a probe of the signal alone; its only probe where none is named."""
     if not signal and len(graph.probes) != 1:
         names = ", ".join(probe.signal for probe in graph.probes)
-        problem = Problem(message="which signal is meant must be said", key="probe", got=names, hint="add --probe BLOCK.PORT")
+        hint = "add --probe BLOCK.PORT"
+        problem = Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint)
         raise ModelError([problem])
     try:
         probe = read_probe(signal) if signal else graph.probes[0]

@@ -1,51 +1,55 @@
 """The command `spectrum`: density, tone, SNR, THD, SFDR, ENOB and band rms of a signal."""
 
-import json
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import click
+import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.analysis.spectrum.tones import Tones, tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum, spectrum
-from proofmass.runner.commands.series_source import band_of, one_signal, quantity
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.series_source import SignalRequest, band_of, quantity, signal_of
 
 TONE_WINDOW = "blackman-harris-7"  # no tone of 24 bits leaks out of it
 
 
-def show_spectrum(
-    source: Path,
-    window: str,
-    segment: int | None,
-    band: tuple[str, str] | None,
-    tone: str,
-    picture: Path | None,
-    as_json: bool,
-    **options: Any,
-) -> int:
-    """Everything that `proofmass spectrum` does; returns the exit code."""
-    series = one_signal(source, as_json, options)
-    limits = band_of(band)
-    density = spectrum(series, window=window or "hann", segment=segment)
-    whole = spectrum(series, window=window or TONE_WINDOW, segment=0)
-    figures, none = _figures(whole, quantity("--tone", tone, "Hz") if tone else 0.0, limits)
-    if none and tone:
+@dataclass(frozen=True)
+class SpectrumRequest:
+    """What `proofmass spectrum` was asked to do."""
+
+    signal: SignalRequest
+    window: str
+    segment: int | None
+    band: tuple[str, str] | None
+    tone: str
+    picture: Path | None
+
+
+def show_spectrum(request: SpectrumRequest) -> int:
+    """Show the spectrum of a signal and return the exit code."""
+    series, as_json = signal_of(request.signal), request.signal.as_json
+    band = band_of(request.band)
+    density = spectrum(series, window=request.window or "hann", segment=request.segment)
+    whole = spectrum(series, window=request.window or TONE_WINDOW, segment=0)
+    figures, none = _figures(whole, quantity("--tone", request.tone, "Hz") if request.tone else 0.0, band)
+    if none and request.tone:
         raise none
-    slope = density.slope(limits) if limits else None
+    slope = density.slope(band) if band else None
     if as_json:
-        data = density.as_data() | {"rms": density.rms(limits), "band_hz": limits, "slope_db_per_decade": slope}
-        click.echo(json.dumps(data | {"tone": _finite(figures.as_data()) if figures else None}, indent=2))
+        data = density.as_data() | {"rms": density.rms(band), "band_hz": band, "slope_db_per_decade": slope}
+        print_json(data | {"tone": _finite(figures.as_data()) if figures else None})
     else:
-        click.echo(spectrum_text(density, limits, slope))
-        click.echo(tone_text(figures, whole) if figures else "no tone stands out")
-    if picture is not None:
+        print_text([spectrum_text(density, band, slope), tone_text(figures, whole) if figures else "no tone stands out"])
+    if request.picture is not None:
         from proofmass.runner.analysis.spectrum.plot import plot_spectrum
         from proofmass.runner.output.plot import save_figure
 
-        click.echo(f"wrote {save_figure(plot_spectrum(density, figures, limits), picture)}", err=as_json)
-    return 0
+        print_file(save_figure(plot_spectrum(density, figures, band), request.picture), as_json)
+    return DONE
 
 
 def _figures(
@@ -76,8 +80,6 @@ def spectrum_text(of: Spectrum, band: tuple[float, float] | None, slope: float |
 
 
 def _median(of: Spectrum, lines: Any) -> float:
-    import numpy as np
-
     return float(np.median(of.amplitude_density[lines]))
 
 

@@ -11,8 +11,8 @@ import types
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from proofmass.blocks.arithmetic import rounding
-from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain
+from proofmass.blocks.arithmetic import elementary, rounding
+from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain, slopes_of, value_of
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # what stands for `math`; filled below
 
@@ -104,8 +104,28 @@ def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Ca
         value = apply(x.value)
         try:
             return chained(x.level, value, (slope(x.value), x.slopes))
-        except ZeroDivisionError:  # as the square root at 0: there is a value, and no slope
+        except (ZeroDivisionError, ValueError):  # as the square root at 0: there is a value, and no slope
             return chained(x.level, value, (UNDEFINED, x.slopes))
+
+    return apply
+
+
+def _of_two(
+    function: Callable[[float, float], float], slopes: Callable[[Any, Any], tuple[Any, Any]]
+) -> Callable[[Any, Any], Any]:
+    """A function of two numbers, with both its derivatives by the chain rule."""
+
+    def apply(x: Any, y: Any) -> Any:
+        level = max((number.level for number in (x, y) if isinstance(number, Dual)), default=None)
+        if level is None:
+            return function(x, y)
+        here, there = value_of(x, level), value_of(y, level)
+        value = apply(here, there)
+        try:
+            by_x, by_y = slopes(here, there)
+        except (ZeroDivisionError, ValueError):
+            by_x, by_y = UNDEFINED, UNDEFINED
+        return chained(level, value, (by_x, slopes_of(x, level)), (by_y, slopes_of(y, level)))
 
     return apply
 
@@ -226,7 +246,61 @@ def _round_half_even(value: Any) -> Any:
     return value if isinstance(value, Dual) else rounding.round_half_even(value)
 
 
-_OURS: dict[Any, Callable[..., Any]] = {
+def _ours(function: Callable[..., float]) -> Callable[..., Any]:
+    """One of our elementary functions where it stands in the derivative of another."""
+    return lambda *arguments: _ELEMENTARY[function](*arguments)
+
+
+def _square(x: Any) -> Any:
+    return x * x
+
+
+def _power_slopes(base: Any, exponent: Any) -> tuple[Any, Any]:
+    """The derivatives of a power; that by the exponent is zero where the base stays zero."""
+    power, at_zero = _ours(elementary.power), plain(base) == 0
+    if at_zero and plain(exponent) < 1.0 and plain(exponent) != 0.0:
+        raise ZeroDivisionError
+    by_base = exponent * power(base, exponent - 1.0) if plain(exponent) != 0.0 else 0.0
+    return by_base, 0.0 if at_zero else power(base, exponent) * _ours(elementary.logarithm)(base)
+
+
+def _angle_slopes(y: Any, x: Any) -> tuple[Any, Any]:
+    square = x * x + y * y
+    return x / square, -y / square
+
+
+def _length_slopes(x: Any, y: Any) -> tuple[Any, Any]:
+    length = _ours(elementary.hypotenuse)(x, y)
+    return x / length, y / length
+
+
+_OF_ONE: dict[Callable[[float], float], Callable[[Any], Any]] = {
+    elementary.sine_of_turns: lambda x: math.tau * _ours(elementary.cosine_of_turns)(x),
+    elementary.cosine_of_turns: lambda x: -math.tau * _ours(elementary.sine_of_turns)(x),
+    elementary.sine: _ours(elementary.cosine),
+    elementary.cosine: lambda x: -_ours(elementary.sine)(x),
+    elementary.tangent: lambda x: 1.0 + _ours(elementary.tangent)(x) * _ours(elementary.tangent)(x),
+    elementary.arctangent: _DERIVATIVES["atan"],
+    elementary.arcsine: _DERIVATIVES["asin"],
+    elementary.arccosine: _DERIVATIVES["acos"],
+    elementary.exponential: _ours(elementary.exponential),
+    elementary.exponential_less_one: _ours(elementary.exponential),
+    elementary.logarithm: _DERIVATIVES["log"],
+    elementary.logarithm_of_fraction: _DERIVATIVES["log"],
+    elementary.logarithm_of_one_plus: _DERIVATIVES["log1p"],
+    elementary.binary_logarithm: _DERIVATIVES["log2"],
+    elementary.decimal_logarithm: _DERIVATIVES["log10"],
+    elementary.hyperbolic_sine: _ours(elementary.hyperbolic_cosine),
+    elementary.hyperbolic_cosine: _ours(elementary.hyperbolic_sine),
+    elementary.hyperbolic_tangent: lambda x: 1.0 / _square(_ours(elementary.hyperbolic_cosine)(x)),
+}
+_ELEMENTARY: dict[Any, Callable[..., Any]] = {function: _of_one(function, slope) for function, slope in _OF_ONE.items()}
+_ELEMENTARY |= {
+    elementary.arctangent2: _of_two(elementary.arctangent2, _angle_slopes),
+    elementary.power: _of_two(elementary.power, _power_slopes),
+    elementary.hypotenuse: _of_two(elementary.hypotenuse, _length_slopes),
+}
+_OURS: dict[Any, Callable[..., Any]] = _ELEMENTARY | {
     rounding.round_half_even: _round_half_even,
     rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
     rounding.wrapped: _wrapped,

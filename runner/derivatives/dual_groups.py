@@ -11,7 +11,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.derivatives.dual import NO_SLOPE, Dual, dual, plain, slopes_of, value_of

@@ -24,14 +24,15 @@ def differentiated(plan: Plan) -> Plan:
     given = {name: dual_parameters(plan, name, True) for name in plan.blocks}
     constants, starts, buffers = dict(plan.constants), dict(plan.starts), dict(plan.buffers)
     for name, block in plan.blocks.items():
+        kind = type(block)
         if name in plan.digital:
             continue  # its coefficients are rounded to registers: they have no derivative
         driven = plan.constants[name] is None
         try:
             constants[name] = None if driven else dual_constants(block, given[name], plan.block_period(name))
-            if "start" in block.functions:
-                filled = {b: list(buffers[name, b]) for b in block.buffers}
-                start = block.functions["start"]
+            if "start" in kind.functions:
+                filled = {b: list(buffers[name, b]) for b in kind.buffers}
+                start = kind.functions["start"]
                 made = for_duals(start.function)(given[name], *(filled[b] for b in start.arguments))
                 starts[name] = _typed(made)
                 buffers |= {(name, b): tuple(values) for b, values in filled.items()}
@@ -43,7 +44,7 @@ def differentiated(plan: Plan) -> Plan:
 def dual_parameters(plan: Plan, name: str, by_parameters: bool) -> Any:
     """The parameters of a block by name, each real one with a direction of its own where that is wanted."""
     block, read = plan.blocks[name], types.SimpleNamespace()
-    for parameter, declared in block.parameters.items():
+    for parameter, declared in type(block).parameters.items():
         value, key = getattr(block, parameter), f"{name}.{parameter}"
         if not by_parameters or (name, parameter) in plan.schedule.drivers:
             pass
@@ -57,16 +58,16 @@ def dual_parameters(plan: Plan, name: str, by_parameters: bool) -> Any:
 
 def dual_constants(block: Block, parameters: Any, period: float) -> Any:
     """As `constants_of`, for parameters that may be dual numbers; integers among the constants are plain counts."""
-    if "constants" in block.functions:
-        made = _typed(for_duals(block.functions["constants"].function)(parameters, period))
+    if "constants" in type(block).functions:
+        made = _typed(for_duals(type(block).functions["constants"].function)(parameters, period))
     else:
-        kind = block.parameters_class()
+        kind = type(block).parameters_class()
         made = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
     counts = [
         name for name, kind in made.__annotations__.items() if kind is int and isinstance(getattr(made, name), Dual)
     ]
     if counts:
-        read = {name: getattr(parameters, name) for name in block.parameters}
+        read = {name: getattr(parameters, name) for name in type(block).parameters}
         known = {n: tuple(map(plain, v)) if isinstance(v, tuple) else plain(v) for n, v in read.items()}
         counted = constants_of(block, types.SimpleNamespace(**known), period)
         made = made._replace(**{name: getattr(counted, name) for name in counts})

@@ -9,7 +9,8 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Any
 
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
@@ -93,7 +94,7 @@ class DualTicks(Interpreter):
     def _driven(self, name: str) -> Callable[[int], Any]:
         block, drivers, wires = self.plan.blocks[name], self.plan.schedule.drivers, self._memory.wires
         given = dual_parameters(self.plan, name, self._by_parameters)
-        driven = [parameter for parameter in block.parameters if (name, parameter) in drivers]
+        driven = [parameter for parameter in type(block).parameters if (name, parameter) in drivers]
         period = self.plan.block_period(name)
 
         def compute(tick: int) -> Any:

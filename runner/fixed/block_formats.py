@@ -6,7 +6,9 @@ from typing import assert_never, get_type_hints
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Behaviour, Block, BufferPort, Port
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block, BufferPort, Port
+from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.fixed.step_formats import Constant, Format, Formats
 
@@ -15,7 +17,7 @@ NO_RANGES: Mapping[str, Format] = {}
 
 def state_formats(block: Block, ranges: Mapping[str, Format] = NO_RANGES) -> Formats:
     """Formats of the state, or None; `ranges` says what is known of integers, by "x.chip", port or buffer."""
-    state = block.state_class()
+    state = type(block).state_class()
     if state is None:
         return None
     kinds = get_type_hints(state)
@@ -29,6 +31,7 @@ def function_formats(
 
     What `ranges` says is known of arguments; of a result nothing is.
     """
+    kind = type(block)
     first = next(iter(inspect.signature(behaviour.function).parameters))
     found = {first: constants, "return": None}
     for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
@@ -40,19 +43,20 @@ def function_formats(
             case Meaning.TICK:
                 found[argument] = int
             case Meaning.OUT:
-                found[argument] = port_formats(block, block.outputs[name])
+                found[argument] = port_formats(block, kind.outputs[name])
             case Meaning.BUFFER:
-                found[argument] = port_formats(block, block.buffers[argument], ranges)
+                found[argument] = port_formats(block, kind.buffers[argument], ranges)
             case Meaning.INPUT:
-                found[argument] = port_formats(block, block.inputs[argument], ranges)
+                found[argument] = port_formats(block, kind.inputs[argument], ranges)
             case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
                 hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
                 message = f"{argument} is a floating-point number, and the block works in fixed point"
                 raise ModelError([Problem(message=message, key=name, hint=hint)])
             case _:
                 assert_never(meaning)
-    if name in block.outputs and not block.outputs[name].shape:
-        found["return"] = port_formats(block, block.outputs[name])
+    if behaviour is kind.output_functions.get(name):
+        port = kind.outputs[name]
+        found["return"] = None if port.shape else port_formats(block, port)
     elif name in ("update", "start"):
         found["return"] = state_formats(block)
     return found
@@ -61,10 +65,10 @@ def function_formats(
 def port_formats(block: Block, port: Port | BufferPort, ranges: Mapping[str, Format] = NO_RANGES) -> Formats:
     """The format of a port or buffer, or a list with that of each entry."""
     one = _format(block, port.name, port.dtype, ranges)
-    return [one] * block.shape_of(port)[0] if port.shape else one
+    return [one] * shape_of(block, port)[0] if port.shape else one
 
 
 def _format(block: Block, text: str, kind: type, ranges: Mapping[str, Format]) -> Format:
     if kind is FixedValue:
-        return block.format_of(text)
+        return format_of(block, text)
     return ranges.get(text, kind)

@@ -13,7 +13,9 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.fixed.block_formats import function_formats, state_formats
 from proofmass.runner.fixed.integer_code import CompiledStep, compile_traced
@@ -89,8 +91,8 @@ def digital_block(name: str, block: Block, period: float, *, wide: bool = False)
 @lru_cache(maxsize=1024)
 def _prepared(block: Block, period: float) -> DigitalBlock:
     constants: Any = block
-    if "constants" in block.functions:
-        constants = block.functions["constants"].function(block, period)
+    if "constants" in type(block).functions:
+        constants = type(block).functions["constants"].function(block, period)
     registers = _registers(block, constants)
     formats = Constant(block)
     raw: Any = _constants_class(type(block).__name__, ())()
@@ -99,13 +101,13 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
         kept = _constants_class(type(block).__name__, tuple(registers))
         raw = kept(*(storer(each, f"c.{f}")(getattr(constants, f)) for f, each in registers.items()))
     state = state_formats(block)
-    buffers = {name: [0] * block.shape_of(buffer)[0] for name, buffer in block.buffers.items()}
+    buffers = {name: [0] * shape_of(block, buffer)[0] for name, buffer in type(block).buffers.items()}
     start = filled(state, "x", lambda text, format: format(0) if format is bool else 0)
-    if "start" in block.functions:
-        behaviour = block.functions["start"]
+    if "start" in type(block).functions:
+        behaviour = type(block).functions["start"]
         begin = reference_step(behaviour.function, function_formats(block, "start", behaviour, Constant(block)))
         start = begin(None, *(buffers[name] for name in behaviour.arguments))
-    functions = {**block.output_functions, **{n: b for n, b in block.functions.items() if n == "update"}}
+    functions = {**type(block).output_functions, **{n: b for n, b in type(block).functions.items() if n == "update"}}
     steps = {name: _step(block, name, b, formats, Constant(constants)) for name, b in functions.items()}
     return DigitalBlock(raw, start, {name: tuple(held) for name, held in buffers.items()}, steps)
 
@@ -125,12 +127,12 @@ def _constants_class(kind: str, fields: tuple[str, ...]) -> Any:
 
 def _registers(block: Block, constants: Any) -> dict[str, Formats]:
     """Formats of the constants that have one, by field; of a tuple of values one for each."""
-    said = block.functions["formats"].function(block)
+    said = type(block).functions["formats"].function(block)
     found: dict[str, Formats] = {}
     for field, value in () if constants is block else constants._asdict().items():
         if f"c.{field}" in said or "c" in said:
             if isinstance(value, FixedValue):
-                found[field] = block.format_of(f"c.{field}")
+                found[field] = format_of(block, f"c.{field}")
             elif isinstance(value, tuple) and value and all(isinstance(each, FixedValue) for each in value):
-                found[field] = (block.format_of(f"c.{field}"),) * len(value)
+                found[field] = (format_of(block, f"c.{field}"),) * len(value)
     return found

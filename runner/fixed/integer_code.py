@@ -1,15 +1,17 @@
-"""A traced step as straight-line Python over 64-bit integers, which Numba compiles as it stands.
+"""A traced step as straight-line Python over 64-bit integers, which programs take in as it stands.
 
 The code takes and returns what the step function does, with mantissas in the place of fixed-point values: a drop-in
 for it in the compiled loop. Each line ends with the line of Python that it comes from. A value that 64 bits do not
 hold is refused, never wrapped.
 """
 
+import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from proofmass.blocks.declaration.source import define
 from proofmass.runner.fixed.integer_interval import COMPARISONS, Interval, interval_of
-from proofmass.runner.fixed.integer_ir import Node, TraceError
+from proofmass.runner.fixed.integer_ir import Node, Place, TraceError
 from proofmass.runner.fixed.step_formats import Formats, is_format, leaves, parts
 from proofmass.runner.fixed.trace import Traced, trace
 
@@ -31,7 +33,7 @@ _SIGNS = {
 
 
 class CompiledStep(NamedTuple):
-    """Source of a step over integers, and the function that it defines: plain Python, ready for Numba."""
+    """Source of a step over integers, and the function that it defines: plain Python."""
 
     source: str
     function: Callable[..., Any]
@@ -54,18 +56,26 @@ def compile_step(
 
 def compile_traced(traced: Traced, name: str, beside: Sequence[Node] = ()) -> CompiledStep:
     """A traced step as integer code; with `beside` it returns (result, value of each of these nodes...)."""
-    source = integer_source(traced, name, beside)
+    places: list[Place | None] = []
+    source = integer_source(traced, name, beside, places)
     namespace: dict[str, Any] = {kind.__name__: kind for kind in _classes(traced.formats.get("return"))}
     namespace["__name__"] = "integer_code"
-    exec(compile(source, f"<integer code of {name}>", "exec"), namespace)
-    return CompiledStep(source, namespace[name])
+    tree = ast.parse(source).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    for statement, place in zip(tree.body, places, strict=False):
+        statement.place = place  # type: ignore[attr-defined]
+    return CompiledStep(source, define(tree, f"<integer code of {name}>", namespace))
 
 
-def integer_source(traced: Traced, name: str, beside: Sequence[Node] = ()) -> str:
-    """The source text of a traced step."""
+def integer_source(
+    traced: Traced, name: str, beside: Sequence[Node] = (), places: list[Place | None] | None = None
+) -> str:
+    """The source text of a traced step; `places` gets the line of Python that each of its lines comes from."""
     live = traced.program.live([*traced.results.values(), *traced.writes.values(), *beside])
     writer = _Writer(_clamped(live, traced.name), _bools(traced.formats), traced.arguments)
     lines = list(writer.lines(live))
+    if places is not None:
+        places += writer.places
     for text, node in traced.writes.items():
         if not (node.operation == "input" and node.name == text):
             lines.append(f"{text} = {writer.returned(text, node)}")
@@ -84,6 +94,7 @@ class _Writer:
 
     def __init__(self, clamped: set[Node], bools: set[str], arguments: Sequence[str]) -> None:
         self.text: dict[Node, str] = {}
+        self.places: list[Place | None] = []  # of the lines
         self._prefix = "v"
         while any(argument.startswith(self._prefix) for argument in arguments):
             self._prefix += "_"
@@ -105,6 +116,7 @@ class _Writer:
                 if expression not in self._names:
                     self._names[expression] = f"{self._prefix}{len(self._names)}"
                     comment = f"  # {node.place}" if node.operands and node.place else ""
+                    self.places.append(node.place if node.operands else None)
                     yield f"{self._names[expression]} = {expression}{comment}"
                 self.text[node] = self._names[expression]
 

@@ -1,4 +1,4 @@
-"""Machine code kept in the user's own folder: read only where nobody else could have written it, and undamaged."""
+"""Machine code in the user's own folder, read only if nobody else could have written it and it is undamaged."""
 
 import hashlib
 import os
@@ -11,7 +11,7 @@ _NOTHING: Mapping[str, str] = {}
 
 
 def cache_folder() -> Path:
-    """The folder of compiled loops: `PROOFMASS_CACHE`, or `proofmass` in the user's cache folder."""
+    """Return the folder of compiled loops: `PROOFMASS_CACHE`, or `proofmass` in the user's cache folder."""
     named = os.environ.get("PROOFMASS_CACHE")
     if named:
         return Path(named)
@@ -19,7 +19,7 @@ def cache_folder() -> Path:
 
 
 def kept(name: str) -> bytes | None:
-    """The code kept under a name, when it is there, the user's own, and undamaged."""
+    """Return the code stored under a name, if it exists, belongs to the user and is undamaged."""
     folder = cache_folder()
     try:
         if not _is_ours(folder):
@@ -32,7 +32,7 @@ def kept(name: str) -> bytes | None:
 
 
 def keep(name: str, code: bytes, beside: Mapping[str, str] = _NOTHING) -> None:
-    """Write code and, for readers, texts beside it; a folder that cannot be written is no error."""
+    """Write code and, for readers, texts beside it; a folder that cannot be written to is not an error."""
     folder = cache_folder()
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -58,7 +58,7 @@ def _publish(path: Path, data: bytes) -> None:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Whether nobody else can put machine code there."""
+    """Return whether nobody else can put machine code there."""
     facts = folder.stat()
     mine = not hasattr(os, "getuid") or facts.st_uid == os.getuid()
     return mine and not facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH)

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a flag that a loop looks at between chunks, instead of an exception in the midst of one."""
+"""Ctrl-C and SIGTERM as a flag that a loop checks between chunks, instead of an exception within one."""
 
 import signal
 import threading
@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-STUCK_SECONDS = 1.0  # from a first Ctrl-C to one that is not patient
+STUCK_SECONDS = 1.0  # after a first Ctrl-C, a further one breaks into the chunk
 
 
 class StoppedError(RuntimeError):
-    """Runs that were interrupted before their end."""
+    """Raised when runs were interrupted before their end."""
 
 
 @contextmanager
 def interrupts() -> Iterator[threading.Event]:
-    """An event that Ctrl-C and SIGTERM set instead of breaking into a chunk; a chunk that is stuck is broken into."""
+    """Give an event that Ctrl-C and SIGTERM set; a second one, after a second, breaks into a chunk that is stuck."""
     pressed = threading.Event()
     times = []
 
@@ -27,15 +27,15 @@ def interrupts() -> Iterator[threading.Event]:
         if times[-1] - times[0] > STUCK_SECONDS:
             raise KeyboardInterrupt
 
-    kept: dict[signal.Signals, Any] = {}
+    handlers: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():
-        kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    for number, before in kept.items():
+        handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number, before in handlers.items():
         if before not in (signal.SIG_IGN, None):
             signal.signal(number, note)
     try:
         yield pressed
     finally:
-        for number, before in kept.items():
+        for number, before in handlers.items():
             if before not in (signal.SIG_IGN, None):
                 signal.signal(number, before)

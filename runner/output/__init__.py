@@ -1,1 +1,1 @@
-"""What is written of a run: files, pictures, the report."""
+"""Files, pictures and reports of runs."""

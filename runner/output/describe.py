@@ -6,24 +6,25 @@ from typing import Any
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.catalog import facts
 from proofmass.blocks.declaration.declare import Block
+from proofmass.runner.output.text_table import text_table
 
 
 def block_text(kind: type[Block]) -> str:
     """Equation, parameters with units and bounds, ports with types and feedthrough, and lines for a graph file."""
-    known = facts(kind)
-    lines = [f"{known['kind']}: {known['doc']}", "", *_indented(known["equation"])]
-    lines += ["", "Continuous: the runner integrates it between ticks."] if known["continuous"] else []
+    about = facts(kind)
+    lines = [f"{about['kind']}: {about['doc']}", "", *_indented(about["equation"])]
+    lines += ["", "Continuous: the runner integrates it between ticks."] if about["continuous"] else []
     parameters = [
         (name, _default(p), p["unit"], kind.parameters[name].bounds() or ", ".join(p.get("choices", [])), p["doc"])
-        for name, p in known["parameters"].items()
+        for name, p in about["parameters"].items()
     ]
     lines += _table("Parameters", ("name", "default", "unit", "bounds", ""), parameters)
     inputs = [
         (name, p["type"], p["unit"], "may stay unconnected" if "default" in p else "", p["doc"])
-        for name, p in known["inputs"].items()
+        for name, p in about["inputs"].items()
     ]
     lines += _table("Inputs", ("name", "type", "unit", "", ""), inputs)
-    outputs = [(name, _type(p), p["unit"], _feedthrough(p), p["doc"]) for name, p in known["outputs"].items()]
+    outputs = [(name, _type(p), p["unit"], _feedthrough(p), p["doc"]) for name, p in about["outputs"].items()]
     lines += _table("Outputs", ("name", "type", "unit", "depends at once on", ""), outputs)
     return "\n".join([*lines, "", "In a graph file:", *_example(kind)])
 
@@ -63,8 +64,4 @@ def _indented(text: str) -> list[str]:
 def _table(title: str, head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
     if not rows:
         return []
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    cells = (
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)
-    )
-    return ["", title, *(f"    {line}" for line in cells)]
+    return ["", title, *(f"    {line}" for line in text_table([head, *rows], left=range(len(head))))]

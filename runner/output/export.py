@@ -1,7 +1,7 @@
 """Results as files for other tools: netCDF, CSV, Parquet, and a summary as JSON.
 
-Every file appears whole or not at all: it is written under another name beside its place, put on disk, then renamed.
-Long traces are read and written piece by piece. What the disk refuses is raised as the `OSError` that it is.
+Every file appears whole or not at all: it is written under another name beside it, flushed to disk, then renamed.
+Long traces are read and written piece by piece. Errors of the disk are raised as `OSError`.
 """
 
 import json
@@ -22,7 +22,7 @@ LARGEST_CSV = 200_000_000  # numbers: about 4 GB of text, minutes to write and t
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[BinaryIO]:
-    """A file to write to that takes the place of `path` when all went well, and is gone when not."""
+    """Give a file to write to that replaces `path` on success, and is removed on failure."""
     path = Path(path)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -102,7 +102,7 @@ def save_parquet(result: Result, folder: str | Path) -> list[Path]:
 
 
 def save_summary(result: Result, path: str | Path) -> Path:
-    """What ran and what came out, as JSON: provenance, ticks, times taken, and statistics of each probe."""
+    """Write provenance, ticks, times taken and statistics of each probe as JSON."""
     data = {
         **result.attributes(),
         "seed": result.seed,
@@ -139,7 +139,7 @@ class _Guarded:
         self._try(self._file.flush)
 
     def check(self) -> None:
-        """Raise what was kept."""
+        """Raise the first error, if there was one."""
         if self._error:
             raise self._error[0]
 
@@ -178,7 +178,7 @@ def _paths(folder: str | Path, suffix: str, axes: int) -> list[Path]:
 
 
 def _head(traces: Sequence[Trace]) -> list[tuple[str, str, str]]:
-    """Name, unit and doc of each column: time, then signals, then the entries of vectors where they stand."""
+    """Return name, unit and doc of each column: time, then signals, with a column for each entry of a vector."""
     head = [("time", "s", "Time since the start.")]
     for trace in traces:
         if trace.values.ndim == 1:
@@ -189,7 +189,7 @@ def _head(traces: Sequence[Trace]) -> list[tuple[str, str, str]]:
 
 
 def _columns(traces: Sequence[Trace]) -> Iterator[list[Array]]:
-    """Columns in the order of the head, piece by piece."""
+    """Yield columns in the order of the head, piece by piece."""
     for first, last in pieces(len(traces[0].values), 1 + sum(trace.entries for trace in traces)):
         columns = [traces[0].times_of(first, last)]
         for trace in traces:
@@ -198,10 +198,10 @@ def _columns(traces: Sequence[Trace]) -> Iterator[list[Array]]:
 
 
 def _numbers(column: Array) -> list[float]:
-    """As Python numbers, whose repr reads back exactly; truth as 0 and 1."""
+    """Return Python numbers, whose repr reads back exactly; truth values as 0 and 1."""
     return list((column.astype(np.int8) if column.dtype == bool else column).tolist())
 
 
 def _plain(value: Any) -> Any:
-    """For JSON, which has no infinity: a mean of numbers near the largest float may overflow."""
+    """Return a value for JSON, which has no infinity: a mean of numbers near the largest float may overflow."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

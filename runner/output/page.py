@@ -1,4 +1,4 @@
-"""Pages of reports: sections, tables and pictures in one HTML file that asks nothing of the network."""
+"""Pages of reports: sections, tables and pictures in one HTML file that needs no network."""
 
 import io
 import re
@@ -31,14 +31,14 @@ def save_page(path: str | Path, title: str, opening: str, sections: Iterable[tup
 
 
 def paragraphs(text: str) -> list[str]:
-    """The paragraphs of a description, escaped."""
+    """Return the paragraphs of a description, escaped."""
     return [escape(part) for part in re.split(r"\n\s*\n", text.strip()) if part]
 
 
 def picture(figure: "Figure", name: str) -> str:
-    """A figure as SVG that takes its colours and letters from the page; no other on the page has its name.
+    """Return a figure as SVG with colours and fonts of the page; its name must be unique on the page.
 
-    What a page holds is one document: two pictures with clips of the same name would be cut by those of the first.
+    A page is one document: two pictures with clips of the same name would both be cut by the first.
     """
     file = io.BytesIO()
     write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
@@ -50,12 +50,12 @@ def picture(figure: "Figure", name: str) -> str:
 
 
 def inline(svg: str) -> str:
-    """An SVG file as it stands inside a page: without the XML head."""
+    """Return an SVG file without the XML head, for use inside a page."""
     return svg[svg.index("<svg") :]
 
 
 def table(heads: Sequence[str], rows: Iterable[str], numbers: Iterable[int] = ()) -> str:
-    """A table of rows whose cells are HTML already."""
+    """Return a table of rows whose cells are HTML already."""
     right = set(numbers)
     top = "".join(f'<th class="number">{h}</th>' if i in right else f"<th>{h}</th>" for i, h in enumerate(heads))
     head = f"<thead><tr>{top}</tr></thead>" if heads else ""
@@ -64,15 +64,15 @@ def table(heads: Sequence[str], rows: Iterable[str], numbers: Iterable[int] = ()
 
 
 def facts(values: Iterable[tuple[str, str]]) -> str:
-    """A table of names and what they are; empty values are left out."""
+    """Return a table of names and values without the empty ones."""
     return table((), (f'<th>{escape(k)}</th><td class="long">{escape(v)}</td>' for k, v in values if v))
 
 
 def broken(name: str) -> str:
-    """A name that may be broken at its dots and underscores."""
+    """Return a name that may break at its dots and underscores."""
     return re.sub("([._])", r"\1<wbr>", escape(name))
 
 
 def small(doc: str) -> str:
-    """A doc in small letters, names in backquotes as code."""
+    """Return a doc in small letters, names in backquotes as code."""
     return "<small>" + re.sub("`([^`]+)`", r"<code>\1</code>", escape(doc)) + "</small>"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, GRID, PAPER = "#1b1b1b", "#d9d9d9", "#ffffff"
-BLUE, ORANGE = "#0072b2", "#d55e00"  # of Okabe and Ito, told apart with every kind of colour vision
+BLUE, ORANGE = "#0072b2", "#d55e00"  # of Okabe and Ito, distinct for every kind of colour vision
 
 MOST_PANELS = 40
 _FEW = 300  # rows up to which held signals are drawn as steps
@@ -105,7 +105,7 @@ def save_plot(result: Result, path: str | Path) -> Path:
 
 
 def save_figure(figure: "Figure", path: str | Path) -> Path:
-    """Write any figure likewise: whole or not at all, without a date in it."""
+    """Write any figure, whole or not at all, without a date in it."""
     kind = figure_kind(path)
     with whole_file(path) as file:
         write_figure(figure, file, kind)
@@ -113,7 +113,7 @@ def save_figure(figure: "Figure", path: str | Path) -> Path:
 
 
 def figure_kind(path: str | Path) -> str:
-    """What the ending of a picture's name says; raises `ValueError` for one that cannot be drawn."""
+    """Return the kind of picture that a file's ending names; raises `ValueError` for an unknown ending."""
     kind = Path(path).suffix.lower().removeprefix(".")
     if kind not in _NO_DATE:
         raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'ending')}")
@@ -135,23 +135,23 @@ def write_figure(figure: "Figure", file: BinaryIO, kind: str, **style: Any) -> N
 
 
 def prefix(unit: str, largest: float) -> tuple[float, str]:
-    """A factor and the unit with the SI prefix that suit numbers up to `largest`; (1, unit) where none can be put.
+    """Return a factor and the unit with an SI prefix for numbers up to `largest`; (1, unit) if it takes no prefix.
 
     >>> prefix("V", 3e-5)
     (1000000.0, 'µV')
     """
-    found = re.fullmatch(r"([A-Za-zµμΩ]+0?)((?![\^\w]).*)", unit)
-    parts = _parts(found[1]) if found else None
-    if found is None or parts is None or not (0.0 < largest < math.inf):
+    match = re.fullmatch(r"([A-Za-zµμΩ]+0?)((?![\^\w]).*)", unit)
+    parts = _parts(match[1]) if match else None
+    if match is None or parts is None or not (0.0 < largest < math.inf):
         return 1.0, pretty(unit)
     power, base = parts
     wanted = 3 * math.floor((math.log10(largest) + power + 1e-9) / 3)
     wanted = min(max(wanted, -24), 0 if base == "s" else 9)
-    return float(10.0 ** (power - wanted)), pretty(_SIGNS[wanted] + base + found[2])
+    return float(10.0 ** (power - wanted)), pretty(_SIGNS[wanted] + base + match[2])
 
 
 def offset(lowest: float, highest: float) -> float:
-    """A round number to take off a signal that moves by less than a thousandth of its size; otherwise 0.
+    """Return a round number to subtract from a signal that moves by less than a thousandth of its size, else 0.
 
     >>> offset(2.5, 2.50005)
     2.5
@@ -166,7 +166,7 @@ def offset(lowest: float, highest: float) -> float:
 
 
 def pretty(unit: str) -> str:
-    """A unit as it is printed, as in m/s² or nV/√Hz."""
+    """Return a unit in print, such as m/s² or nV/√Hz."""
     for plain, printed in (("^2", "²"), ("^3", "³"), ("*", "·"), ("ohm", "Ω")):
         unit = unit.replace(plain, printed)
     unit = re.sub(r"\bsqrt\((\w+)\)", r"√\1", unit)
@@ -202,7 +202,7 @@ _PREFIXED = (
 
 
 def _parts(name: str) -> tuple[int, str] | None:
-    """Power of ten and base unit of a name such as kHz; None for a unit that takes no prefix."""
+    """Return power of ten and base unit of a name such as kHz; None for a unit that takes no prefix."""
     if name in _PREFIXED:
         return 0, name
     for power, sign in _SIGNS.items():
@@ -213,22 +213,22 @@ def _parts(name: str) -> tuple[int, str] | None:
 
 
 def envelope(values: Array, stretches: int) -> Array:
-    """Indices of the rows that a drawing needs: the lowest and highest of each stretch, and the ends, in order."""
+    """Return the rows that a drawing needs: the lowest and highest of each stretch, and both ends, in order."""
     rows = len(values)
     if rows <= 2 * stretches:
         return np.arange(rows)
     length = -(-rows // stretches)
-    found = [np.array([0, rows - 1])]
+    places = [np.array([0, rows - 1])]
     for first, last in pieces(-(-rows // length), length):
         piece = np.asarray(values[first * length : last * length])
         whole = len(piece) // length
         grid = piece[: whole * length].reshape(whole, length)
         starts = (first + np.arange(whole)) * length
-        found += [starts + grid.argmin(axis=1), starts + grid.argmax(axis=1)]
+        places += [starts + grid.argmin(axis=1), starts + grid.argmax(axis=1)]
         if rest := piece[whole * length :].tolist():
             start = (first + whole) * length
-            found.append(np.array([start + rest.index(min(rest)), start + rest.index(max(rest))]))
-    return np.unique(np.concatenate(found))
+            places.append(np.array([start + rest.index(min(rest)), start + rest.index(max(rest))]))
+    return np.unique(np.concatenate(places))
 
 
 def _draw_signal(panel: "Axes", trace: Trace, held: bool, seconds: tuple[float, str], stretches: int) -> None:
@@ -251,13 +251,13 @@ def _draw_signal(panel: "Axes", trace: Trace, held: bool, seconds: tuple[float, 
 
 
 def _draw_vector(panel: "Axes", trace: Trace) -> None:
-    """The last row as stems; mean and spread of the rows, those before the first that is not all zero left out."""
+    """Draw the last row as stems, with mean and spread of the rows from the first one that is not all zero."""
     from matplotlib.ticker import MaxNLocator
 
     last = np.asarray(trace.values[-1], dtype=np.float64).ravel()
     first = _first_not_zero(trace.values)
-    found = statistics(trace.values[first:].reshape(len(trace.values) - first, -1))
-    factor, unit = prefix(trace.unit, float(max(np.abs(found.lowest).max(), np.abs(found.highest).max())))
+    spread = statistics(trace.values[first:].reshape(len(trace.values) - first, -1))
+    factor, unit = prefix(trace.unit, float(max(np.abs(spread.lowest).max(), np.abs(spread.highest).max())))
     entries = np.arange(len(last))
     panel.axhline(0.0, color=INK, linewidth=0.8)
     if len(last) <= 128:
@@ -269,8 +269,8 @@ def _draw_vector(panel: "Axes", trace: Trace) -> None:
     if rows > 1:
         panel.errorbar(
             entries + (0.2 if len(last) <= 128 else 0.0),
-            found.mean * factor,
-            found.std * factor,
+            spread.mean * factor,
+            spread.std * factor,
             color=ORANGE,
             linestyle="",
             marker="_",
@@ -295,15 +295,15 @@ def _first_not_zero(values: Array) -> int:
 
 
 def _held(result: Result, trace: Trace) -> bool:
-    """Whether the signal keeps its value from tick to tick: numbers of a discrete block, codes and bits."""
+    """Return whether a signal holds its value between ticks: numbers of a discrete block, codes and bits."""
     if trace.values.dtype.kind in "iub":
         return True
     block = flatten(result.graph).blocks.get(split(inside(result.graph, trace.signal))[0])
-    return block is not None and "update" in block.functions
+    return block is not None and "update" in type(block).functions
 
 
 def _name(panel: "Axes", trace: Trace, unit: str, less: str = "") -> None:
-    """Name and unit at the axis; a name too long for it above the panel."""
+    """Write name and unit at the axis; a long name above the panel."""
     name = trace.signal if len(trace.signal) <= 22 or less else trace.signal.replace(".", ".\n", 1)
     bracket = "" if unit == "1" else f" [{unit}]"
     label = name + ("\n" + less if less else "") + bracket
@@ -325,5 +325,5 @@ def _title(result: Result, drawn: int) -> str:
 
 
 def _literal(text: str) -> str:
-    """Text that is drawn as it stands, not read as a formula."""
+    """Return text that matplotlib does not read as a formula."""
     return text.replace("$", r"\$")

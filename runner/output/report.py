@@ -1,4 +1,4 @@
-"""A run as one HTML file: what the sensor is, what came out, and everything to repeat it."""
+"""A run as one HTML file: the sensor, its results, and everything needed to repeat the run."""
 
 import math
 import shlex
@@ -9,21 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, read_wire
 from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
 from proofmass.runner.run.result import Result
 
-_ONE_PAGE = 9  # panels that still read well on one printed page
+_ONE_PAGE = 9  # panels that fit on one printed page
 
 
 def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str]] = ()) -> Path:
     """Write the report: diagram, summary, plots, blocks with their parameters, and how to repeat the run.
 
-    `extra` is a sequence of (heading, HTML fragment), put after the summary as it is.
+    `extra` is a sequence of (heading, HTML fragment), put after the summary unchanged.
     """
     graph = result.graph
     sections = [
@@ -44,9 +46,8 @@ def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str
 def _opening(result: Result) -> str:
     texts = paragraphs(result.graph.description)
     seconds = float((result.ticks - 1) / result.base_rate) if result.ticks else 0.0
-    texts.append(
-        f'<span class="soft">{result.ticks:,} ticks at {escape(write_rate(result.base_rate))}, {seconds:.9g} s</span>'
-    )
+    ticks, rate = count(result.ticks, "tick"), escape(write_rate(result.base_rate))
+    texts.append(f'<span class="soft">{ticks} at {rate}, {seconds:.9g} s</span>')
     if result.interrupted:
         missing = f"Interrupted: {result.ticks:,} of {result.planned_ticks:,} ticks were run."
         return "".join(f"<p>{text}</p>\n" for text in texts) + f'<p class="warning">{missing}</p>'
@@ -82,7 +83,7 @@ def _summary(result: Result) -> str:
 
 
 def _measures(result: Result) -> str:
-    """Numbers that the run reduced signals to, as many digits as tell them apart."""
+    """Return a table of the measures of the run."""
     rows = (
         f'<th>{broken(name)}</th><td class="number">{_or_none(measure.value)}</td>'
         f"<td>{escape(pretty(measure.unit) if measure.unit != '1' else '')}</td>"
@@ -117,10 +118,10 @@ def _blocks(graph: Graph) -> str:
 
 
 def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[str]:
-    for parameter in block.parameters.values():
+    for parameter in type(block).parameters.values():
         driver = drivers.get(f"{name}.{parameter.name}")
         value = f"driven by {driver}" if driver else _value(getattr(block, parameter.name))
-        unit = pretty(block.unit_of(parameter)) if parameter.kind not in (str, bool) else ""
+        unit = pretty(unit_of(block, parameter)) if parameter.kind not in (str, bool) else ""
         yield (
             f'<td>{escape(parameter.name)}</td><td class="number">{escape(value)}</td>'
             f"<td>{escape(unit if unit != '1' else '')}</td><td>{small(parameter.doc)}</td>"
@@ -136,15 +137,15 @@ def _value(value: Any) -> str:
 
 
 def _facts(result: Result) -> str:
-    known = dict(result.provenance)
+    provenance = dict(result.provenance)
     about = {
-        "engine": known.pop("engine", ""),
+        "engine": provenance.pop("engine", ""),
         "time of the loop": f"{result.seconds:.4g} s, {result.seconds / max(result.ticks, 1) * 1e9:,.1f} ns a tick",
         "time before it": f"{result.preparation:.4g} s",
         "seed": str(result.seed),
         "ticks": f"{result.ticks:,} at {write_rate(result.base_rate)}",
-        "SHA-256 of the graph": known.pop("graph_hash", ""),
-        **known,
+        "SHA-256 of the graph": provenance.pop("graph_hash", ""),
+        **provenance,
     }
     return facts(about.items())
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.runner.fixed.step_formats import held_as
 
@@ -120,6 +121,6 @@ def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str,
 
 
 def _default(block: Block, name: str, argument: str) -> Default:
-    declared = block.inputs[argument]
+    declared = type(block).inputs[argument]
     assert declared.default is not None, f"{name}.{argument} is not connected: the check refuses that"
     return Default((name, argument), held_as(declared.dtype)(declared.default))

@@ -4,7 +4,8 @@ import typing
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.runner.fixed.step_formats import held_as
@@ -12,12 +13,14 @@ from proofmass.runner.fixed.step_formats import held_as
 
 def constants_of(block: Block, parameters: Any, period: float) -> Any:
     """The constants of a block, or its numeric parameters where it declares none."""
-    if "constants" in block.functions:
-        form = constants_form(type(block), compiled=False)
-        function = block.functions["constants"].function if form is None or form.problems else form.function
+    kind = type(block)
+    if "constants" in kind.functions:
+        form = constants_form(kind, compiled=False)
+        function = kind.functions["constants"].function if form is None or form.problems else form.function
         made = function(parameters, period)
     else:
-        made = block.parameters_class()(*(getattr(parameters, n) for n in block.parameters_class()._fields))  # type: ignore[attr-defined]
+        record: Any = kind.parameters_class()
+        made = record(*(getattr(parameters, name) for name in record._fields))
     return typed(made)
 
 
@@ -29,10 +32,10 @@ def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
 
 def start_of(block: Block, buffers: Mapping[str, list[float]]) -> Any:
     """State at tick 0; may fill the buffers."""
-    if "start" in block.functions:
-        start = block.functions["start"]
+    if "start" in type(block).functions:
+        start = type(block).functions["start"]
         return typed(start.function(block, *(buffers[name] for name in start.arguments)))
-    state = block.state_class()
+    state = type(block).state_class()
     return None if state is None else state(*(held_as(kind)(0) for kind in state.__annotations__.values()))
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import networkx
 
 from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node, Schedule, in_order, last_name
 from proofmass.graphs.model.flatten import has_own_rate
 from proofmass.graphs.model.graph import Graph
@@ -54,11 +55,11 @@ def find_groups(graph: Graph, schedule: Schedule) -> tuple[Group, ...]:
     """All groups of a flat graph, in alphabetical order."""
     wiring = _Wiring(graph, schedule)
     joined: networkx.Graph[str] = networkx.Graph()
-    continuous = [name for name, block in graph.blocks.items() if block.continuous()]
+    continuous = [name for name, block in graph.blocks.items() if type(block).continuous()]
     joined.add_nodes_from(continuous)
     for name in continuous:
         reached = {node[0] for node in wiring.needed([name]) if node in wiring.moving}
-        joined.add_edges_from((name, other) for other in reached if graph.blocks[other].continuous())
+        joined.add_edges_from((name, other) for other in reached if type(graph.blocks[other]).continuous())
     members = sorted(tuple(sorted(part, key=last_name)) for part in networkx.connected_components(joined))
     return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
 
@@ -91,14 +92,17 @@ class _Wiring:
     def __init__(self, graph: Graph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Node]()
-        able = {name for name, block in graph.blocks.items() if block.continuous() or _analogue(graph, name)}
+        able = {name for name, block in graph.blocks.items() if type(block).continuous() or _analogue(graph, name)}
         follow: dict[Node, list[Node]] = {}  # what moves with a node
         for node in schedule.order:
             if node[0] in able:
                 for before in _needs(graph.blocks[node[0]], schedule, *node):
                     follow.setdefault(before, []).append(node)
         self.moving = set[Node]()
-        left = [*free, *((name, port) for name, port in schedule.order if port and graph.blocks[name].continuous())]
+        left = [
+            *free,
+            *((name, port) for name, port in schedule.order if port and type(graph.blocks[name]).continuous()),
+        ]
         while left:
             node = left.pop()
             if node not in self.moving:
@@ -119,8 +123,9 @@ class _Wiring:
 
     def _of_block(self, name: str) -> Iterator[Node]:
         block = self.graph.blocks[name]
-        behaviours = [block.functions["derivative"]] if "derivative" in block.functions else []
-        behaviours += [behaviour for pair in block.events.values() for behaviour in pair]
+        kind = type(block)
+        behaviours = [kind.functions["derivative"]] if "derivative" in kind.functions else []
+        behaviours += [behaviour for pair in kind.events.values() for behaviour in pair]
         for behaviour in behaviours:
             yield from _wires(self.schedule, block, name, behaviour)
         if (name, "") in self.moving:
@@ -136,7 +141,7 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
     needs = {node: _needs(graph.blocks[node[0]], schedule, *node) for node in inside}
     nodes, loops = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
     moving = dict.fromkeys(name for name, port in nodes if port)
-    corners = [(name, corner) for name in moving for corner in graph.blocks[name].corners]
+    corners = [(name, corner) for name in moving for corner in type(graph.blocks[name]).corners]
     ahead = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
     return Group(
         blocks=blocks,
@@ -146,14 +151,14 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
         loops=loops,
         inputs=tuple(inputs),
         ramps=tuple(node for node in inputs if node in ahead),
-        events=tuple((name, event) for name in blocks for event in graph.blocks[name].events),
+        events=tuple((name, event) for name in blocks for event in type(graph.blocks[name]).events),
         corners=tuple(corner for corner in corners if _is_known(graph.blocks[corner[0]], schedule, *corner, needed)),
     )
 
 
 def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Node]) -> bool:
     """Whether all that a corner reads is among what its group knows."""
-    return known.issuperset(_wires(schedule, block, name, block.corners[corner]))
+    return known.issuperset(_wires(schedule, block, name, type(block).corners[corner]))
 
 
 def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Node]:
@@ -164,18 +169,19 @@ def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) ->
 
 def state_fields(block: Block) -> list[tuple[str, type]]:
     """Fields of a block's state with their types."""
-    made = block.state_class()
+    made = type(block).state_class()
     return [] if made is None else list(made.__annotations__.items())
 
 
 def _needs(block: Block, schedule: Schedule, name: str, port: str) -> list[Node]:
     """What an output, or with "" the constants of a block, depends on within an instant."""
+    kind = type(block)
     drivers = schedule.drivers
-    driven = [drivers[name, p] for p in block.parameters if (name, p) in drivers]
+    driven = [drivers[name, p] for p in kind.parameters if (name, p) in drivers]
     if not port:
         return driven
-    fed = [drivers[name, i] for i in block.feedthrough(port) if (name, i) in drivers]
-    return [*fed, (name, "")] if driven and block.output_functions[port].reads_constants else fed
+    fed = [drivers[name, i] for i in kind.feedthrough(port) if (name, i) in drivers]
+    return [*fed, (name, "")] if driven and kind.output_functions[port].reads_constants else fed
 
 
 def _analogue(graph: Graph, name: str) -> bool:
@@ -183,13 +189,13 @@ def _analogue(graph: Graph, name: str) -> bool:
 
     Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.
     """
-    block = graph.blocks[name]
-    ports = [*block.inputs.values(), *block.outputs.values()]
-    meanings = {meaning for behaviour in block.output_functions.values() for meaning in behaviour.meanings}
+    kind = type(graph.blocks[name])
+    ports = [*kind.inputs.values(), *kind.outputs.values()]
+    meanings = {meaning for behaviour in kind.output_functions.values() for meaning in behaviour.meanings}
     return (
-        not block.continuous()
-        and block.state_class() is None
-        and not block.buffers
+        not kind.continuous()
+        and kind.state_class() is None
+        and not kind.buffers
         and all(port.dtype is float and not port.shape and port.every == 1 for port in ports)
         and meanings.isdisjoint({Meaning.TICK, Meaning.DEVIATE})
         and not has_own_rate(graph, name)

@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.graphs.model.graph import Graph, Wire, split
@@ -41,7 +42,7 @@ def with_measures(graph: Graph, scheduled: Schedule) -> Graph:
         if STATISTICS[measure.statistic] is not None and name not in blocks:
             source, port = split(measure.signal)
             rates[name] = _rate(graph, scheduled, (source, port))
-            unit = graph.blocks[source].unit_of(graph.blocks[source].outputs[port])
+            unit = unit_of(graph.blocks[source], type(graph.blocks[source]).outputs[port])
             blocks[name] = _made(graph, name, measure, unit, rates[name])
             wires.append(Wire(measure.signal, f"{name}.input"))
     return replace(graph, blocks=blocks, rates=rates, wires=tuple(wires))
@@ -71,7 +72,7 @@ def planned_measures(graph: Graph, scheduled: Schedule) -> tuple[PlannedMeasure,
         first = (math.ceil(measure.start * rate) + _least(measure, rate) - 1) * _stride(graph, scheduled, node)
         read = (_reducer(graph, measure), reducer[1]) if reducer else node
         block = graph.blocks[node[0]]
-        unit = measure_unit(measure.statistic, block.unit_of(block.outputs[node[1]]))
+        unit = measure_unit(measure.statistic, unit_of(block, type(block).outputs[node[1]]))
         made.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reducer is not None, first))
     return tuple(made)
 
@@ -89,7 +90,7 @@ def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
     if not measure.reduced:
         return float(memory.wires[name, port])
     given = (_at_the_end(memory, binding) for binding in plan.bindings(name, port))
-    return float(plan.blocks[name].output_functions[port].function(plan.constants[name], *given))
+    return float(type(plan.blocks[name]).output_functions[port].function(plan.constants[name], *given))
 
 
 def _at_the_end(memory: Memory, binding: Binding) -> Any:
@@ -144,4 +145,4 @@ def _rate(graph: Graph, scheduled: Schedule, node: Node) -> Fraction:
 def _stride(graph: Graph, scheduled: Schedule, node: Node) -> int:
     """Base ticks from one value of an output to its next."""
     block = graph.blocks[node[0]]
-    return scheduled.divisors[node[0]] * block.size(block.outputs[node[1]].every)
+    return scheduled.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from proofmass.blocks.declaration.instance import shape_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.planned import Plan
@@ -62,8 +63,8 @@ def start(plan: Plan) -> Memory:
     """The memory at tick 0."""
     wires: dict[Node, Any] = {}
     for name, block in plan.blocks.items():
-        for port, declared in block.outputs.items():
-            shape = block.shape_of(declared)
+        for port, declared in type(block).outputs.items():
+            shape = shape_of(block, declared)
             zero = held_as(declared.dtype)(0)
             wires[name, port] = [zero] * shape[0] if shape else zero
     buffers: dict[Node, Sequence[float]] = {

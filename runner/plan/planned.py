@@ -11,6 +11,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.graphs.model.graph import LARGEST_RUN, Graph
@@ -70,7 +71,7 @@ class Plan:
     @cached_property
     def recorded(self) -> frozenset[Node]:
         """Buffers that hold a recording: nothing writes to them."""
-        return frozenset((n, b) for n, b in self.buffers if n and self.blocks[n].buffers[b].recorded)
+        return frozenset((n, b) for n, b in self.buffers if n and type(self.blocks[n]).buffers[b].recorded)
 
     @cached_property
     def ahead(self) -> tuple[Node, ...]:
@@ -108,12 +109,12 @@ class Plan:
     def stride(self, node: Node) -> int:
         """Base ticks from one value of an output to its next."""
         block = self.blocks[node[0]]
-        return self.schedule.divisors[node[0]] * block.size(block.outputs[node[1]].every)
+        return self.schedule.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)
 
     def bindings(self, name: str, function: str) -> tuple[Binding, ...]:
         """Return what a function of a block is given after its constants, by its role or by its output."""
         block = self.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         return tuple(bindings(self.schedule, block, name, function, behaviour))
 
     def stream(self, name: str) -> int:

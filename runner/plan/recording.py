@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, same_dimension
 from proofmass.graphs.model.graph import Graph
@@ -47,12 +48,12 @@ def read_recordings(graph: Graph, name: str) -> dict[str, tuple[float, ...]]:
     `units` of a netCDF variable; without one the numbers are taken to be in the unit of the block.
     """
     block = graph.blocks[name]
-    wanted = {buffer: declared.recorded for buffer, declared in block.buffers.items() if declared.recorded}
+    wanted = {buffer: declared.recorded for buffer, declared in type(block).buffers.items() if declared.recorded}
     if not wanted:
         return {}
     file = str(getattr(block, "file", ""))
     path = Path(graph.place.folder) / file
-    unit = block.unit_of(next(iter(block.outputs.values())))
+    unit = unit_of(block, next(iter(type(block).outputs.values())))
     try:
         if not file:
             raise RecordingError("says no file", hint='write file = "recording.csv"')

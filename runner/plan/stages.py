@@ -4,7 +4,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, assert_never
 
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.plan.bindings import (
@@ -55,10 +56,10 @@ class Stages:
         self.at = ""  # the function under way
         self.unsolved = ""  # wire of a loop that had no solution
         self.watching, self.lost = False, ""  # the first output that had no value while it watched, by its own word
-        ends = (node for node in group.nodes if node[1] and blocks[node[0]].outputs[node[1]].no_value)
+        ends = (node for node in group.nodes if node[1] and type(blocks[node[0]]).outputs[node[1]].no_value)
         self._ends = frozenset(f"{name}.{port}" for name, port in ends)
         self._states: list[tuple[str, Any, list[type]]] = [
-            (name, blocks[name].state_class(), [kind for _, kind in state_fields(blocks[name])])
+            (name, type(blocks[name]).state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
         ]
         self._places: dict[Binding | Constants, int] = {Time(): 0}  # of the values of an instant
@@ -70,11 +71,15 @@ class Stages:
             for loop in group.loops
             for tear in loop.tears
         }
-        derivatives = ((name, blocks[name].functions.get("derivative")) for name in group.blocks)
+        derivatives = ((name, type(blocks[name]).functions.get("derivative")) for name in group.blocks)
         self._rates = [None if rates is None else self._call(name, "derivative", rates) for name, rates in derivatives]
-        self._clearances = [self._call(name, event, blocks[name].events[event][0]) for name, event in group.events]
-        self._clearances += [self._call(name, corner, blocks[name].corners[corner]) for name, corner in group.corners]
-        self._thens = [self._call(name, event, blocks[name].events[event][1]) for name, event in group.events]
+        self._clearances = [
+            self._call(name, event, type(blocks[name]).events[event][0]) for name, event in group.events
+        ]
+        self._clearances += [
+            self._call(name, corner, type(blocks[name]).corners[corner]) for name, corner in group.corners
+        ]
+        self._thens = [self._call(name, event, type(blocks[name]).events[event][1]) for name, event in group.events]
 
     def rates(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
         """Derivatives of all states; modes stand still."""
@@ -154,13 +159,13 @@ class Stages:
         return value
 
     def _output(self, name: str, port: str) -> _Call:
-        call = self._call(name, port, self.blocks[name].output_functions[port])
+        call = self._call(name, port, type(self.blocks[name]).output_functions[port])
         return call._replace(result=self._place(Wire((name, port))))
 
     def _constants(self, name: str) -> _Call:
         """Constants made anew from what drives the parameters of a block."""
         drivers = self.schedule.drivers
-        driven = [p for p in self.blocks[name].parameters if (name, p) in drivers]
+        driven = [p for p in type(self.blocks[name]).parameters if (name, p) in drivers]
 
         def compute(*values: Any) -> Any:
             return self._constants_of(name, dict(zip(driven, values, strict=True)))
@@ -171,7 +176,7 @@ class Stages:
     def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
         """Constants of a block, some of whose parameters have moved."""
         block = self.blocks[name]
-        made = block.parameters_class()
+        made = type(block).parameters_class()
         fields: Any = made._fields  # type: ignore[attr-defined]
         return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), self.periods(name))
 

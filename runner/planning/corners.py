@@ -5,7 +5,8 @@ from typing import Any
 
 from proofmass.blocks.arithmetic import elementary
 from proofmass.blocks.declaration.arguments import Meaning
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.plan.constants import constants_of
 
 
@@ -15,16 +16,17 @@ def looks_at_numbers(block: Block) -> bool:
 
     A block that declares corners or events is taken at its word, and so is an output that ends a run (`no_value`).
     """
-    if block.corners or block.events:
+    kind = type(block)
+    if kind.corners or kind.events:
         return False
-    behaviours = [b for port, b in block.output_functions.items() if not block.outputs[port].no_value]
-    behaviours += [block.functions["derivative"]] if "derivative" in block.functions else []
+    behaviours = [b for port, b in kind.output_functions.items() if not kind.outputs[port].no_value]
+    behaviours += [kind.functions["derivative"]] if "derivative" in kind.functions else []
     known = constants_of(block, block, 1.0)
     return any(_looks(block, known, behaviour) for behaviour in behaviours)
 
 
 def _looks(block: Block, known: Any, behaviour: Behaviour) -> bool:
-    state = block.state_class()
+    state = type(block).state_class()
     x = state and state(*(_Number() for _ in state.__annotations__))
     try:
         behaviour.function(known, *(x if meaning is Meaning.STATE else _Number() for meaning in behaviour.meanings))

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.checks.schedule import Node, schedule
@@ -74,8 +75,9 @@ def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict
     drivers = planned.schedule.drivers
     for name in names:
         block = planned.blocks[name]
+        kind = type(block)
         try:
-            if block.digital():
+            if kind.digital():
                 traced = digital_block(name, block, planned.block_period(name), wide=wide)
                 held = {(name, b): values for b, values in traced.buffers.items()}
                 made[name] = _Made(None, traced.constants, traced.start, held, traced)
@@ -84,7 +86,7 @@ def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict
             if not all(map(math.isfinite, _numbers(as_set or ()))):
                 raise ArithmeticError("one of them is not finite")
             recorded = read_recordings(planned.graph, name)
-            filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in block.buffers}
+            filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in kind.buffers}
             begin = start_of(block, filled)
         except ModelError as error:
             problems += error.problems
@@ -95,13 +97,13 @@ def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict
                     key=f"blocks.{name}",
                     got=repr(block),
                     hint="take a wider format, or a smaller parameter"
-                    if block.digital()
+                    if kind.digital()
                     else "look for a parameter many orders of magnitude off",
                     path=("blocks", name),
                 )
             )
         else:
-            driven = any((name, p) in drivers for p in block.parameters)
+            driven = any((name, p) in drivers for p in kind.parameters)
             buffers = {(name, b): tuple(values) for b, values in filled.items()}
             made[name] = _Made(as_set, None if driven else as_set, begin, buffers)
     return made, problems
@@ -133,21 +135,21 @@ def _numbers(values: Iterable[Any]) -> Iterator[float]:
 
 
 def _zeros(block: Block, buffer: str) -> list[float]:
-    declared = block.buffers[buffer]
+    declared = type(block).buffers[buffer]
     zero = 0 if held_as(declared.dtype) is int else 0.0
-    return [zero] * math.prod(block.shape_of(declared))
+    return [zero] * math.prod(shape_of(block, declared))
 
 
 def _probe(made: Plan, signal: str, node: Node, every: int) -> PlannedProbe:
     block = made.blocks[node[0]]
-    port = block.outputs[node[1]]
+    port = type(block).outputs[node[1]]
     return PlannedProbe(
         signal,
         node,
         made.stride(node) * every,
         held_as(port.dtype),
-        block.shape_of(port),
-        block.unit_of(port),
+        shape_of(block, port),
+        unit_of(block, port),
         port.doc,
-        block.format_of(port.name) if port.dtype is FixedValue else None,
+        format_of(block, port.name) if port.dtype is FixedValue else None,
     )

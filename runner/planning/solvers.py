@@ -164,14 +164,16 @@ class _Choice:
         """Why the group is not linear in states and inputs, held factors apart; empty when it is."""
         blocks = self.plan.blocks
         nonlinear = [
-            name for name in self.group.blocks if "derivative" in blocks[name].functions and not blocks[name].linear
+            name
+            for name in self.group.blocks
+            if "derivative" in type(blocks[name]).functions and not type(blocks[name]).linear
         ]
         if nonlinear:
             return f"{_listed(nonlinear)} not linear"
         if self.group.events:
             return f"{_listed(sorted({name for name, _ in self.group.events}))} subject to events"
         if any(Meaning.TIME in _meanings(blocks, name, port) for name, port in self.group.nodes) or any(
-            Meaning.TIME in blocks[name].functions["derivative"].meanings for name in self.group.blocks
+            Meaning.TIME in type(blocks[name]).functions["derivative"].meanings for name in self.group.blocks
         ):
             return "a function of it depends on the time"
         size = len(self.group.states) + len(self.group.inputs)
@@ -210,7 +212,7 @@ def spectral_radius(matrix: Matrix) -> float:
 
 
 def _meanings(blocks: Mapping[str, Block], name: str, port: str) -> tuple[Meaning, ...]:
-    return blocks[name].output_functions[port].meanings if port else ()
+    return type(blocks[name]).output_functions[port].meanings if port else ()
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language.forms import form_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.pieces import fields
+from proofmass.runner.program.slots import fields
 
 
 def watched(plan: Plan) -> frozenset[Node]:
@@ -18,13 +18,13 @@ def watched(plan: Plan) -> frozenset[Node]:
     order = [node for node in plan.schedule.order if node[1]]
     solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
     kept = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
-    floats = {node for node in order if plan.blocks[node[0]].outputs[node[1]].dtype is float}
+    floats = {node for node in order if type(plan.blocks[node[0]]).outputs[node[1]].dtype is float}
     passed = set[Node]()
     for node in floats - solved:
         block, stride = plan.blocks[node[0]], plan.stride(node)
-        if block.outputs[node[1]].shape or block.digital():
+        if type(block).outputs[node[1]].shape or type(block).digital():
             continue
-        for argument in block.output_functions[node[1]].arguments:
+        for argument in type(block).output_functions[node[1]].arguments:
             driver = plan.schedule.drivers.get((node[0], argument))
             if (
                 driver in floats - solved
@@ -37,9 +37,9 @@ def watched(plan: Plan) -> frozenset[Node]:
 
 def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     """Whether an output is not finite whenever that argument is not, whatever the other floats are."""
-    output, known = block.output_functions[port], block.constants_class()
+    output, known = type(block).output_functions[port], type(block).constants_class()
     held = {f: _Number() if kind is float or constants is None else getattr(constants, f) for f, kind in fields(known)}
-    state = block.state_class()
+    state = type(block).state_class()
     x = state and state(*(_Number() for _ in fields(state)))
     given = {name: _Number() for name in output.arguments} | {"x": x, argument: _NotFinite()}
     form = form_of(type(block), output, compiled=True)

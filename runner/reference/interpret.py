@@ -7,7 +7,9 @@ from typing import Any, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.plan.bindings import (
@@ -69,7 +71,7 @@ class Interpreter:
         self._updates = [
             (name, divisors[name], self._bound(name, "update"))
             for name, block in plan.blocks.items()
-            if "update" in block.functions
+            if "update" in type(block).functions
         ]
         self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
@@ -174,7 +176,7 @@ class Interpreter:
         return self._output(name, port) if port else self._driven(name)
 
     def _output(self, name: str, port: str) -> Callable[[int], Any]:
-        shape = self.plan.blocks[name].shape_of(self.plan.blocks[name].outputs[port])
+        shape = shape_of(self.plan.blocks[name], type(self.plan.blocks[name]).outputs[port])
         compute = self._bound(name, port)
 
         def fill(tick: int) -> Any:
@@ -186,9 +188,9 @@ class Interpreter:
     def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
         """An output, checked where a converter makes mantissas: no trace answers for their range."""
         block = self.plan.blocks[name]
-        if block.outputs[port].dtype is not FixedValue or block.digital():
+        if type(block).outputs[port].dtype is not FixedValue or type(block).digital():
             return compute
-        format = block.format_of(port)
+        format = format_of(block, port)
 
         def checked(tick: int) -> Any:
             value = compute(tick)
@@ -201,11 +203,11 @@ class Interpreter:
     def _driven(self, name: str) -> Callable[[int], Any]:
         """Constants made anew from the wires that drive parameters."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
-        made = block.parameters_class()
+        made = type(block).parameters_class()
         period = self.plan.block_period(name)
         bounded = [
             (p, declared, drivers[name, p])
-            for p, declared in block.parameters.items()
+            for p, declared in type(block).parameters.items()
             if (name, p) in drivers and declared.bounds()
         ]
 
@@ -224,7 +226,7 @@ class Interpreter:
     def _bound(self, name: str, function: str) -> Callable[[int], Any]:
         """A function of a block with every argument looked up in the tick."""
         block = self.plan.blocks[name]
-        behaviour = block.output_functions.get(function) or block.functions[function]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         getters = [self._getter(binding) for binding in self.plan.bindings(name, function)]
         call = self._counted(name, function) if name in self.plan.digital else self._callable(block, behaviour)
 
@@ -293,7 +295,7 @@ class Interpreter:
 
     def _source(self, name: str, port: str) -> Callable[..., Any]:
         block = self.plan.blocks[name]
-        return in_python(block, block.output_functions[port])
+        return in_python(block, type(block).output_functions[port])
 
     def _following(self, binding: Binding, tick: int, following: Mapping[Node, float]) -> float:
         """What an argument of a source is in the next tick."""

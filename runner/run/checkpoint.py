@@ -108,8 +108,8 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, kept:
 
 def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     """What a run to the same bits must agree in."""
-    from proofmass.runner.program.generate import generate
-    from proofmass.runner.targets.compile import content_of
+    from proofmass.runner.program.tick import write_tick
+    from proofmass.runner.targets.content import content_of
 
     recordings = hashlib.sha256()
     for node in sorted(planned.recorded):
@@ -119,7 +119,7 @@ def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
         "the seed": seed,
         "the number of ticks": ticks,
         "the recordings": recordings.hexdigest(),
-        "the program or the code of a block": content_of(generate(planned)),
+        "the program or the code of a block": content_of(write_tick(planned).program),
     }
 
 
@@ -147,7 +147,7 @@ def _lines(text: str) -> list[str]:
 def _memory(data: dict[str, Any], planned: Plan) -> Memory:
     states: dict[str, Any] = {}
     for name, block in planned.blocks.items():
-        made: Any = block.state_class()
+        made: Any = type(block).state_class()
         states[name] = None if made is None else made(*map(_number, data["states"][name]))
     buffers = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
     buffers |= {node: planned.buffers[node] for node in planned.recorded}

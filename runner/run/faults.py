@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.language.forms import is_own
 from proofmass.graphs.model.graph import split
@@ -55,7 +56,7 @@ def failed(planned: Plan, fault: TickError) -> Problem:
     at = f"in tick {fault.tick}, t = {float(fault.tick / planned.schedule.base_rate):.9g} s"
     drivers = planned.schedule.drivers
     block = planned.blocks.get(name)
-    ports = [*block.inputs, *block.parameters] if block else []
+    ports = [*type(block).inputs, *type(block).parameters] if block else []
     inputs = [f"{port} = {'.'.join(drivers[name, port])}" for port in ports if (name, port) in drivers]
     hint = "the loop may be unstable, or a parameter of the wrong size"
     if isinstance(fault.value, IntegrationError) and fault.value.hint:
@@ -66,12 +67,12 @@ def failed(planned: Plan, fault: TickError) -> Problem:
     if own:
         hint = f"{own} raises it"
     expected = ""
-    no_value = block.outputs[port].no_value if block and port in block.outputs else ""
+    no_value = type(block).outputs[port].no_value if block and port in type(block).outputs else ""
     if no_value and fault.value != fault.value:
         message, got, hint = f"has no value {at}", "nan", no_value
     elif isinstance(fault.value, OutOfBoundsError) and block:
-        declared = block.parameters[port]
-        unit = block.unit_of(declared)
+        declared = type(block).parameters[port]
+        unit = unit_of(block, declared)
         message, got, expected = f"leaves its bounds {at}", f"{fault.value} {unit}", declared.expected(unit)
         hint = f"limit what drives it, {'.'.join(drivers[name, port])}, for example by a Saturation"
     elif isinstance(fault.value, Exception):

@@ -37,7 +37,7 @@ def _method(solver: Solver) -> str:
 
 def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
     """Facts to repeat a run: what ran, where, when."""
-    libraries = ("numpy", "numba", "llvmlite") if engine == "compiled" else ("numpy",)
+    libraries = ("numpy", "llvmlite") if engine == "compiled" else ("numpy",)
     return {
         "graph_hash": graph_hash(graph),
         "engine": engine,

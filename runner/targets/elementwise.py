@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.program.generate import Generated
-from proofmass.runner.program.pieces import Slots
-from proofmass.runner.targets.compile import load
+from proofmass.runner.program.build import Builder
+from proofmass.runner.program.form import FLOAT, INTEGER
+from proofmass.runner.program.lower import call, program
+from proofmass.runner.program.lower_numbers import as_kind
+from proofmass.runner.targets.machine_code import Settings, load
 from proofmass.runner.targets.native import Array, dtype_of
 
-_RESULT = "result"
+_KINDS = {float: FLOAT, int: INTEGER, bool: INTEGER}
 
 
 class Elementwise:
@@ -31,17 +33,11 @@ class Elementwise:
 
     @cached_property
     def _loop(self) -> Any:
-        names = [*self._arguments, _RESULT]
-        call = f"apply({', '.join(f'{name}[entry]' for name in self._arguments)})"
-        lines = [
-            f"def loop(count, {', '.join(names)}):",
-            *(f"    {name} = carray({name}, (count,))" for name in names),
-            "    for entry in range(count):",
-            f"        {_RESULT}[entry] = {call}",
-        ]
-        nothing, source = Slots[Any](""), "\n".join(lines) + "\n"
-        called = {"apply": self._function}
-        # As with lanes, in vectors as wide as the processor has them.
-        generated = Generated(source, called, nothing, {}, nothing, (), (), 0, (), frozenset(), (), lanes=1)
-        kinds = (*self._arguments.values(), self._result)
-        return load(generated, ("int", *(f"{kind.__name__}*" for kind in kinds)))
+        builder = Builder("loop", self._function.__name__)
+        count = builder.parameter(INTEGER, "count")
+        given = [builder.array(_KINDS[kind], None, name) for name, kind in self._arguments.items()]
+        result = builder.array(_KINDS[self._result], None, "result", writable=True)
+        with builder.counted(0, count, 1, "entry") as entry:
+            value = call(builder, self._function, [builder.load(array, entry) for array in given])
+            builder.store(result, entry, as_kind(builder, value, result.entry))
+        return load(program(builder.function()), Settings(wide=True))

@@ -106,6 +106,23 @@ def _function(name: str, result: str, kinds: tuple[str, ...], lines: tuple[str, 
     return Template(f"%s = call {result} {symbol}({', '.join(f'{kind} %s' for kind in kinds)})", (text,))
 
 
+def _portable() -> dict[str, Template]:
+    """Operations on scalars for processors that do not say whether a product fits; others would call a library."""
+    lines = (
+        "%product = mul i64 %a, %b",
+        "%next = add i64 %b, 1",
+        "%special = icmp ult i64 %next, 2",  # 0 or -1
+        "%by = select i1 %special, i64 1, i64 %b",
+        "%back = sdiv i64 %product, %by",
+        "%other = icmp ne i64 %back, %a",
+        "%opposite = icmp eq i64 %b, -1",
+        f"%lowest = icmp eq i64 %a, {-(2**63)}",
+        "%too_low = and i1 %opposite, %lowest",
+        "%out = select i1 %special, i1 %too_low, i1 %other",
+    )
+    return {"multiply_overflows": _function("multiply_overflows", "i1", ("i64", "i64"), lines, 0)}
+
+
 def select(kind: Kind, lanes: int = 0, condition_lanes: int = 0) -> str:
     """Text of a selection among two of a kind; the condition may be of one for all lanes."""
     of = _type(kind, lanes)
@@ -128,3 +145,7 @@ def constant(operand: Constant) -> str:
     if operand.kind is TRUTH:
         return "true" if operand.value else "false"
     return str(operand.value)
+
+
+NATIVE = templates()
+PORTABLE = NATIVE | _portable()

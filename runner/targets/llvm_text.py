@@ -4,7 +4,7 @@ A variable is a place on the stack, which LLVM's first passes make a value of; a
 away. Nothing is contracted or reordered: no instruction has a flag for that.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from proofmass.runner.program.form import (
@@ -36,14 +36,13 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
-from proofmass.runner.targets.llvm_operations import TYPES, ZEROS, constant, select, templates
+from proofmass.runner.targets.llvm_operations import NATIVE, TYPES, ZEROS, Template, constant, select
 
 ENTRY = "proofmass_program"
-_STORED = {FLOAT: "double", INTEGER: "i64", TRUTH: "i8"}  # in arrays
-_BYTES = {FLOAT: 8, INTEGER: 8, TRUTH: 1}
-_OPERATIONS = templates()
+STORED = {FLOAT: "double", INTEGER: "i64", TRUTH: "i8"}  # in arrays
+BYTES = {FLOAT: 8, INTEGER: 8, TRUTH: 1}
 _SELECTS = {kind: select(kind) for kind in (FLOAT, INTEGER, TRUTH)}
-_ATTRIBUTES = (
+ATTRIBUTES = (
     "attributes #0 = { nounwind }",
     "attributes #1 = { alwaysinline nounwind }",
     "attributes #2 = { nounwind willreturn memory(none) }",
@@ -73,20 +72,26 @@ def externals(program: Program) -> dict[str, External]:
     return found
 
 
-def llvm_text(program: Program, triple: str = "", layout: str = "") -> str:
+def llvm_text(program: Program, triple: str = "", layout: str = "", operations: Mapping[str, Template] = NATIVE) -> str:
     """The module of a program; its entry is called `ENTRY`."""
     beside: dict[str, None] = {}  # declarations and helpers
     entry = program.entry
-    functions = [_FunctionText(f, f is entry, beside).text() for f in program.functions.values()]
+    functions = [FunctionText(f, f is entry, beside, operations).text() for f in program.functions.values()]
     head = [f'target triple = "{triple}"', f'target datalayout = "{layout}"'] if triple else []
-    return "\n".join([*head, *beside, *functions, *_ATTRIBUTES, ""])
+    return "\n".join([*head, *beside, *functions, *ATTRIBUTES, ""])
 
 
-class _FunctionText:
+class FunctionText:
     """One function; `beside` takes in what it needs of others."""
 
-    def __init__(self, function: Function, is_entry: bool, beside: dict[str, None]) -> None:
-        self.function, self.is_entry, self.beside = function, is_entry, beside
+    def __init__(
+        self,
+        function: Function,
+        is_entry: bool,
+        beside: dict[str, None],
+        operations: Mapping[str, Template] = NATIVE,
+    ) -> None:
+        self.function, self.is_entry, self.beside, self.operations = function, is_entry, beside, operations
         self.lines: list[str] = []
         self.names: dict[Value | Variable | Array, str] = {}
         self.count = 0
@@ -119,11 +124,11 @@ class _FunctionText:
         if isinstance(parameter, Value):
             extended = "zeroext " if self.is_entry and parameter.kind is TRUTH else ""
             return f"{TYPES[parameter.kind]} {extended}{name}"
-        size = (parameter.length or 0) * _BYTES[parameter.entry]
+        size = (parameter.length or 0) * BYTES[parameter.entry]
         facts = "noalias " if self.is_entry else ""
         facts += "" if parameter.writable else "readonly "
         facts += f"dereferenceable({size}) " if size else ""
-        return f"ptr {facts}nonnull align {_BYTES[parameter.entry]} {name}"
+        return f"ptr {facts}nonnull align {BYTES[parameter.entry]} {name}"
 
     # -- names and numbers -----------------------------------------------------------------------------------------
 
@@ -179,11 +184,11 @@ class _FunctionText:
         read = [self._operand(operand) for operand in s.operands]
         if s.operation == "select":
             text = _SELECTS[s.result.kind]
-        elif s.operation in ("floor_divide", "modulo") and (shift := _power_of_two(s.operands[1])) is not None:
+        elif s.operation in ("floor_divide", "modulo") and (shift := power_of_two(s.operands[1])) is not None:
             text = "%s = ashr i64 %s, %s" if s.operation == "floor_divide" else "%s = and i64 %s, %s"
             read[1] = str(shift) if s.operation == "floor_divide" else str((1 << shift) - 1)
         else:
-            text, needs = _OPERATIONS[s.operation]
+            text, needs = self.operations[s.operation]
             if needs:
                 self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))
@@ -201,7 +206,7 @@ class _FunctionText:
         if isinstance(index, Constant) and not index.value:
             return base
         place = self._fresh()
-        self.lines.append(f"{place} = getelementptr inbounds {_STORED[array.entry]}, ptr {base}, {self._typed(index)}")
+        self.lines.append(f"{place} = getelementptr inbounds {STORED[array.entry]}, ptr {base}, {self._typed(index)}")
         return place
 
     def load(self, s: Load) -> None:
@@ -233,7 +238,7 @@ class _FunctionText:
         if isinstance(s.function, External):
             how, symbol = "", f"@{symbol_of(s.function)}"
             returned = "void" if s.function.result is None else TYPES[s.function.result]
-            self._need((_declared(s.function),))
+            self._need((declared(s.function),))
         else:
             how, symbol, returned = "fastcc ", self._symbol(s.function), result_type(s.function.results)
         read = ", ".join(f"ptr {self.names[a]}" if isinstance(a, Array) else self._typed(a) for a in s.arguments)
@@ -278,7 +283,7 @@ class _FunctionText:
         self.loops.pop()
         self._jump(turn)
         self._begin(turn)
-        if _cannot_overflow(s):
+        if cannot_overflow(s):
             self.lines.append(f"{next_counter} = add nsw i64 {counter}, {s.step}")
             self.lines.append(f"{more} = icmp {below} i64 {next_counter}, {last}")
         else:
@@ -327,20 +332,20 @@ class _FunctionText:
         self.block = ""
 
 
-_WRITERS: dict[type[Statement], Callable[[_FunctionText, Any], None]] = {
-    Compute: _FunctionText.compute,
-    Get: _FunctionText.get,
-    Set: _FunctionText.set,
-    Load: _FunctionText.load,
-    Store: _FunctionText.store,
-    View: _FunctionText.view,
-    Call: _FunctionText.call,
-    If: _FunctionText.if_,
-    For: _FunctionText.for_,
-    While: _FunctionText.while_,
-    Break: _FunctionText.break_,
-    Continue: _FunctionText.continue_,
-    Return: _FunctionText.return_,
+_WRITERS: dict[type[Statement], Callable[[FunctionText, Any], None]] = {
+    Compute: FunctionText.compute,
+    Get: FunctionText.get,
+    Set: FunctionText.set,
+    Load: FunctionText.load,
+    Store: FunctionText.store,
+    View: FunctionText.view,
+    Call: FunctionText.call,
+    If: FunctionText.if_,
+    For: FunctionText.for_,
+    While: FunctionText.while_,
+    Break: FunctionText.break_,
+    Continue: FunctionText.continue_,
+    Return: FunctionText.return_,
 }
 
 
@@ -352,19 +357,19 @@ def result_type(results: tuple[Kind, ...]) -> str:
     return kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}"
 
 
-def _declared(external: External) -> str:
+def declared(external: External) -> str:
     returned = "void" if external.result is None else TYPES[external.result]
     kinds = ", ".join(TYPES[kind] for kind in external.parameters)
     return f"declare {returned} @{symbol_of(external)}({kinds}) {'#2' if external.pure else '#3'}"
 
 
-def _power_of_two(operand: Operand) -> int | None:
+def power_of_two(operand: Operand) -> int | None:
     """The exponent of a constant that is a power of two."""
     value = operand.value if isinstance(operand, Constant) else 0
     return int(value).bit_length() - 1 if value > 0 and not int(value) & (int(value) - 1) else None
 
 
-def _cannot_overflow(loop: For) -> bool:
+def cannot_overflow(loop: For) -> bool:
     """Whether 64 bits surely hold the first counter that is not below the last."""
     if loop.step in (1, -1):
         return True

@@ -17,8 +17,9 @@ import llvmlite.binding as llvm
 
 from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.host.versions import version
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program, Value
 from proofmass.runner.program.listing import listing
+from proofmass.runner.targets.lane_text import LanesOf, lane_text
 from proofmass.runner.targets.llvm_text import ENTRY, externals, llvm_text
 
 _C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
@@ -36,24 +37,46 @@ class Settings(NamedTuple):
 
 
 ALONE = Settings()
+SIDE_BY_SIDE = Settings(wide=True)
 
 
 def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
     """The program as a function of numbers and addresses of arrays; made and kept when it is not there yet."""
-    text = llvm_text(program)
+    return _function(program, llvm_text(program), settings, frozenset())
+
+
+def load_lanes(
+    program: Program, lanes: int, of_entry: LanesOf, settings: Settings = SIDE_BY_SIDE
+) -> Callable[..., Any]:
+    """The program for several runs side by side; numbers that differ are given as addresses of rows."""
+    return _function(program, lane_text(program, lanes, of_entry), settings, of_entry.numbers)
+
+
+def _function(program: Program, text: str, settings: Settings, rows: frozenset[Value]) -> Callable[..., Any]:
     key = key_of(text, settings)
     with _loading:
         if key not in _loaded:
             _name_externals(externals(program))
             code = kept(f"{key}.o")
-            function = _linked(code, program.entry) if code else None
+            prototype = _prototype(program.entry, rows)
+            function = _linked(code, prototype) if code else None
             if function is None:
                 code = object_code(text, settings)
                 keep(f"{key}.o", code, {f"{key}.txt": listing(program)})
-                function = _linked(code, program.entry)
+                function = _linked(code, prototype)
             _loaded[key] = function
     function_of_c: Callable[..., Any] = _loaded[key][1]
     return function_of_c
+
+
+def _prototype(entry: Function, rows: frozenset[Value]) -> Any:
+    """The type of the entry in C; what differs between lanes is given by its address."""
+    by_address = (isinstance(p, Array) or p in rows for p in entry.parameters)
+    kinds = [
+        ctypes.c_void_p if address else _C_TYPES[p.kind]  # type: ignore[union-attr]
+        for address, p in zip(by_address, entry.parameters, strict=True)
+    ]
+    return ctypes.CFUNCTYPE(_C_TYPES[entry.results[0]] if entry.results else None, *kinds)
 
 
 def is_cached(key: str) -> bool:
@@ -72,7 +95,7 @@ def key_of(text: str, settings: Settings = ALONE) -> str:
 
 def object_code(text: str, settings: Settings = ALONE) -> bytes:
     """Object file of a module, for the processor at hand."""
-    machine = _machine(settings.wide)
+    machine = machine_of(settings)
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     optimise(module, machine, settings)
@@ -80,26 +103,44 @@ def object_code(text: str, settings: Settings = ALONE) -> bytes:
 
 
 def optimise(module: Any, machine: Any, settings: Settings = ALONE) -> None:
-    """Run LLVM's passes over a module."""
+    """Run LLVM's passes over a module.
+
+    Small functions are taken into their callers before all else: passes that look at the whole program take time with
+    the square of its calls.
+    """
     tuning = llvm.create_pipeline_tuning_options(speed_level=settings.level)
     tuning.slp_vectorization = settings.rows
     tuning.loop_vectorization = settings.loops
     passes = llvm.create_pass_builder(machine, tuning)
+    first = llvm.create_new_module_pass_manager()
+    first.add_always_inliner_pass()
+    first.add_global_dead_code_eliminate_pass()
+    first.add_sroa_pass()
+    first.add_simplify_cfg_pass()
+    first.run(module, passes)
     passes.getModulePassManager().run(module, passes)
 
 
-def _machine(wide: bool = False) -> Any:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
+def machine_of(settings: Settings = ALONE) -> Any:
+    _begin()
     features = llvm.get_host_cpu_features()
     return llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(),
-        features=features.flatten() + (",-prefer-256-bit" if wide and features.get("avx512f") else ""),
+        features=features.flatten() + (",-prefer-256-bit" if settings.wide and features.get("avx512f") else ""),
         opt=3,
         reloc="pic",
         codemodel="jitdefault",
         jit=True,
     )
+
+
+@cache
+def _begin() -> None:
+    """Set LLVM up, once in a process; a second scheduler of instructions is of no use to processors of today, and takes
+    time with the square of a tick's length."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    llvm.set_option("proofmass", "-disable-post-ra")
 
 
 def _name_externals(called: Mapping[str, External]) -> None:
@@ -117,10 +158,8 @@ def _address_in_c(name: str) -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
-def _linked(code: bytes, entry: Function) -> tuple[Any, Callable[..., Any]]:
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())  # which takes the machine over
+def _linked(code: bytes, prototype: Any) -> tuple[Any, Callable[..., Any]]:
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine_of())  # which takes the machine over
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    kinds = [ctypes.c_void_p if isinstance(p, Array) else _C_TYPES[p.kind] for p in entry.parameters]
-    returned = _C_TYPES[entry.results[0]] if entry.results else None
-    return engine, ctypes.CFUNCTYPE(returned, *kinds)(engine.get_function_address(ENTRY))
+    return engine, prototype(engine.get_function_address(ENTRY))

@@ -9,9 +9,10 @@ from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.plan.keys import ConstantOf, Given, Moving, OverflowsOf, ParameterOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.generate import Generated, generate
-from proofmass.runner.program.pieces import FLOATS, INTEGERS, K, Slots, fields, numbers_of
-from proofmass.runner.targets.compile import is_cached, key_of, load
+from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, fields, numbers_of
+from proofmass.runner.program.tick import TickLoop, write_tick
+from proofmass.runner.targets.llvm_text import llvm_text
+from proofmass.runner.targets.machine_code import Settings, is_cached, key_of, load
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -19,14 +20,14 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class CompiledPlan:
     """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
 
-    def __init__(self, plan: Plan, generated: Generated | None = None) -> None:
-        self.plan, self.generated = plan, generated or generate(plan)
-        self.loop = load(self.generated, argument_kinds(self.generated, plan))
+    def __init__(self, plan: Plan, written: TickLoop | None = None) -> None:
+        self.plan, self.written = plan, written or write_tick(plan)
+        self.loop = load(self.written.program, settings(self.written))
 
     def constant_values(self, plan: Plan) -> Mapping[Given, Any]:
         """The numbers of the loop for a plan with some blocks changed."""
         changed = (name for name, block in plan.blocks.items() if block is not self.plan.blocks[name])
-        values = dict(self.generated.constant_values)
+        values = dict(self.written.constant_values)
         for name in changed:
             values |= block_values(plan, name)
         return values
@@ -47,7 +48,7 @@ class CompiledLoop:
     ) -> None:
         self.plan, self.seed, self.run = plan, seed, run
         compiled = compiled or CompiledPlan(plan)
-        made = self._generated = compiled.generated
+        made = self._written = compiled.written
         self._loop = compiled.loop
         memory = memory or start(plan)
         self.tick = memory.tick
@@ -85,11 +86,11 @@ class CompiledLoop:
         return lambda: self._memory(tick, state, vectors)
 
     def _memory(self, tick: int, state: dict[str, Array], vectors: dict[Node, Array]) -> Memory:
-        kinds, plan = self._generated.memory.kinds, self.plan
+        kinds, plan = self._written.memory.kinds, self.plan
         values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
         states: dict[str, Any] = {}
         for name, block in plan.blocks.items():
-            made: Any = block.state_class()
+            made: Any = type(block).state_class()
             states[name] = None if made is None else made(*(values[StateField(name, f)] for f in made._fields))
         wires: dict[Node, Any] = {
             (key.block, key.port): value for key, value in values.items() if isinstance(key, WireOf)
@@ -102,11 +103,13 @@ class CompiledLoop:
         return Memory(tick, states, buffers, wires, overflows)
 
 
-def argument_kinds(generated: Generated, plan: Plan) -> tuple[str, ...]:
-    """C types of the loop's arguments."""
-    vectors = [_pointer(float if kind is float else int) for kind in generated.vector_kinds]
-    probes = [_pointer(probe.dtype) for probe in plan.probes]
-    return ("int", "int", "int", "int", "float*", "int*", "float*", "int*", "float*", *vectors, *probes)
+def settings(written: TickLoop) -> Settings:
+    """How LLVM is to compile a loop of one run.
+
+    Only with vectors among the wires are numbers gathered into short vectors: it makes correlation cells fast, and the
+    chain of operations round a loop of scalars slow.
+    """
+    return Settings(rows=bool(written.vectors))
 
 
 def block_values(plan: Plan, name: str) -> dict[Given, Any]:
@@ -114,7 +117,7 @@ def block_values(plan: Plan, name: str) -> dict[Given, Any]:
     made, block = plan.constants[name], plan.blocks[name]
     if made is not None:
         return numbers_of(made, lambda field: ConstantOf(name, field))
-    kind, drivers = block.parameters_class(), plan.schedule.drivers
+    kind, drivers = type(block).parameters_class(), plan.schedule.drivers
     given = numbers_of(kind(*(getattr(block, p) for p, _ in fields(kind))), lambda p: ParameterOf(name, p))
     driven = {ParameterOf(name, p) for p, _ in fields(kind) if (name, p) in drivers}
     return {key: value for key, value in given.items() if key not in driven}
@@ -122,8 +125,8 @@ def block_values(plan: Plan, name: str) -> dict[Given, Any]:
 
 def already_compiled(plan: Plan) -> bool:
     """Whether the loop of a plan is in the cache."""
-    generated = generate(plan)
-    return is_cached(key_of(generated, argument_kinds(generated, plan)))
+    written = write_tick(plan)
+    return is_cached(key_of(llvm_text(written.program), settings(written)))
 
 
 def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, Array]:
@@ -150,7 +153,3 @@ def moving(memory: Memory, key: Moving) -> Any:
 
 def dtype_of(kind: type) -> Any:
     return np.float64 if kind is float else np.int64
-
-
-def _pointer(kind: type) -> str:
-    return f"{kind.__name__}*"

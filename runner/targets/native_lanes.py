@@ -12,15 +12,18 @@ from proofmass.runner.host.interrupts import StoppedError
 from proofmass.runner.plan.keys import ConstantOf, Moving, ParameterOf, StateField
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.lanes import generate_lanes, settled_before
-from proofmass.runner.program.pieces import FLOATS, INTEGERS, K, Slots
-from proofmass.runner.program.pieces import array as array_of
-from proofmass.runner.targets.compile import load
-from proofmass.runner.targets.native import Array, argument_kinds, block_values, dtype_of, moving
+from proofmass.runner.program.form import Array as ProgramArray
+from proofmass.runner.program.form import Value
+from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, array_of
+from proofmass.runner.program.tick import TickLoop, settled_before, write_tick
+from proofmass.runner.program.varying import ALL
+from proofmass.runner.targets.lane_text import LanesOf
+from proofmass.runner.targets.machine_code import load_lanes
+from proofmass.runner.targets.native import Array, block_values, dtype_of, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
 _LINE = 64  # bytes of a cache line, and of the widest vector
-_RUN_ARGUMENT = 3  # of the loop: first, last, seed, run
+_RUN = 3  # the place of the run's number among the arguments: first, last, seed, run
 
 
 class CompiledLanes:
@@ -29,10 +32,8 @@ class CompiledLanes:
     def __init__(self, plan: Plan, varied: Collection[Node], lanes: int) -> None:
         self.plan, self.lanes = plan, lanes
         self.settled = settled_before(plan, varied)  # blocks of which a run brings constants, start and buffers
-        made = self.generated = generate_lanes(plan, varied, lanes)
-        kinds = list(argument_kinds(made, plan))
-        kinds[_RUN_ARGUMENT] = "int*"
-        self.loop = load(made, tuple(kinds))
+        made = self.written = write_tick(plan, varied, lanes=True)
+        self.loop = load_lanes(made.program, lanes, _differing(plan, made, varied, self.settled))
         memory = start(plan)
         self.constants = _rows(made.constants, made.constant_values, lanes)
         self.state = _rows(made.memory, {key: moving(memory, key) for key in made.memory.kinds}, lanes)
@@ -51,7 +52,7 @@ class CompiledLanes:
 
     def _vector(self, memory: Memory, node: Node, kind: type) -> Array:
         held = np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=dtype_of(kind))
-        return held if node in self.plan.recorded else np.tile(held, (self.lanes, 1))
+        return held if node in self.plan.recorded else np.repeat(held[:, None], self.lanes, axis=1)
 
 
 class Lanes:
@@ -77,7 +78,7 @@ class Lanes:
         recorded = compiled.plan.recorded
         own = self._copied({node: rows for node, rows in compiled.vectors.items() if node not in recorded})
         self._vectors = {node: own.get(node, rows) for node, rows in compiled.vectors.items()}
-        self._scratch = aligned((compiled.generated.scratch * compiled.lanes + 1,), np.dtype(float))
+        self._scratch = aligned((compiled.written.scratch * compiled.lanes + 1,), np.dtype(float))
         self._set(values)
         if compiled.settled:
             for number, plan in enumerate(plans):
@@ -100,7 +101,7 @@ class Lanes:
 
     def _set(self, values: Mapping[Node, Array]) -> None:
         """The varied parameters."""
-        places = self._compiled.generated.constants.kinds
+        places = self._compiled.written.constants.kinds
         for node, given in values.items():
             if node[0] not in self._compiled.settled:
                 place = places.get(ParameterOf(*node)) or places[ConstantOf(*node)]
@@ -108,7 +109,7 @@ class Lanes:
 
     def _settle(self, group: int, lane: int, plan: Plan) -> None:
         """Constants, start and buffers of the blocks that are settled before a run."""
-        memory, made = start(plan), self._compiled.generated
+        memory, made = start(plan), self._compiled.written
         for name in self._compiled.settled:
             for given, value in block_values(plan, name).items():
                 kind, place = made.constants.kinds[given]
@@ -118,7 +119,7 @@ class Lanes:
                     self._state[array_of(kind)][group, place, lane] = moving(memory, key)
             for node, rows in self._vectors.items():
                 if node[0] == name and node not in plan.recorded:
-                    rows[group, lane] = memory.buffers.get(node, memory.wires.get(node))
+                    rows[group, :, lane] = memory.buffers.get(node, memory.wires.get(node))
 
     def advance(self, last: int, stop: threading.Event | None = None) -> None:
         """Run all of them up to, not including, the tick `last`, group after group.
@@ -142,17 +143,41 @@ class Lanes:
 
     def sound(self) -> Array:
         """Of each run, whether its numbers were finite and fitted their formats, so far."""
-        refused = self._state[INTEGERS][:, self._compiled.generated.memory.counts[INTEGERS]]
+        refused = self._state[INTEGERS][:, self._compiled.written.memory.counts[INTEGERS]]
         finite = np.isfinite(self._state[FLOATS][:, self._compiled.watched]).all(axis=1)
         return self._of_runs(finite & (refused == 0))
 
     def value(self, key: Moving) -> Array:
         """Of each run, a wire that a measure reads, or a field of a state."""
-        kind, place = self._compiled.generated.memory.kinds[key]
+        kind, place = self._compiled.written.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
 
     def _of_runs(self, rows: Array) -> Array:
         return rows.reshape(-1)[: self._count]
+
+
+def _differing(plan: Plan, written: TickLoop, varied: Collection[Node], settled: Collection[str]) -> LanesOf:
+    """What differs from run to run when the first tick begins: noise, varied parameters, and what follows from them in
+    blocks that are settled before."""
+    entry = written.program.entry.parameters
+    arrays = [parameter for parameter in entry if isinstance(parameter, ProgramArray)]
+    given, moving_, vectors = arrays[:2], arrays[2:4], dict(zip(written.vectors, arrays[5:], strict=True))
+    entries = dict.fromkeys(arrays, 0)
+    for key, (kind, place) in written.constants.kinds.items():
+        if isinstance(key, ConstantOf | ParameterOf):
+            name = key.field if isinstance(key, ConstantOf) else key.parameter
+            if key.block in settled or (key.block, name) in varied:
+                entries[given[kind is not float]] |= 1 << place
+    for moves, (kind, place) in written.memory.kinds.items():
+        if moves.block in settled:
+            entries[moving_[kind is not float]] |= 1 << place
+    for (name, _), array in vectors.items():
+        if name in settled:
+            entries[array] = ALL
+    shared = frozenset(vectors[node] for node in vectors if node in plan.recorded)
+    run = entry[_RUN]
+    assert isinstance(run, Value)
+    return LanesOf(frozenset({run}), shared, {a: bits for a, bits in entries.items() if a not in shared})
 
 
 def aligned(shape: tuple[int, ...], dtype: Any) -> Array:

@@ -13,6 +13,7 @@ import pytest
 from proofmass.blocks.declaration.catalog import all_blocks, facts, family_of, find
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.families import families, homes
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.output.describe import block_text
 
@@ -73,10 +74,10 @@ def test_everything_is_documented_with_units(kind: type[Block]) -> None:
             assert re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name)
     block = kind()
     for port in (*kind.inputs.values(), *kind.outputs.values()):
-        assert block.unit_of(port)
+        assert unit_of(block, port)
     for name, parameter in kind.parameters.items():
         if parameter.kind is float:
-            assert block.unit_of(parameter), f"{name} has no unit"
+            assert unit_of(block, parameter), f"{name} has no unit"
 
 
 @every_block

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from proofmass.blocks import AnalogToDigital, FixedQuantiser, ImpulseResponseEstimator, ShiftRegister
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.declare import Block, param
+from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph, Place
@@ -55,9 +56,9 @@ def graph_around(tested: Mapping[str, Block], folder: Path) -> Graph:
     wires = []
     sources: dict[tuple[Any, ...], str] = {}
     for name, block in tested.items():
-        for number, port in enumerate(block.inputs.values()):
-            fixed = block.format_of(port.name) if port.dtype is FixedValue else None
-            key = (number, port.dtype, block.unit_of(port), block.shape_of(port), fixed)
+        for number, port in enumerate(type(block).inputs.values()):
+            fixed = format_of(block, port.name) if port.dtype is FixedValue else None
+            key = (number, port.dtype, unit_of(block, port), shape_of(block, port), fixed)
             if key not in sources:
                 sources[key] = _source(blocks, wires, *key)
             wires.append(f"{sources[key]} -> {name}.{port.name}")
@@ -66,7 +67,7 @@ def graph_around(tested: Mapping[str, Block], folder: Path) -> Graph:
         rate=RATE,
         blocks=blocks,
         wires=wires,
-        probes=[f"{name}.{port}" for name, block in tested.items() for port in block.outputs],
+        probes=[f"{name}.{port}" for name, block in tested.items() for port in type(block).outputs],
         seed=7,
         place=Place(folder=str(folder)),
     )
@@ -84,7 +85,7 @@ def _source(
     """The signal of a new source."""
     name = f"source_{len(blocks)}"
     if dtype is bool:
-        blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 + number)
+        blocks[name] = ShiftRegister(length=9, taps=0x110, seed=1 << 4 * number % 9)  # each independent of the others
         return f"{name}.bit"
     unit = "V" if dtype is int else unit
     seed = 123456789 * (1 + len(blocks)) % 2**31

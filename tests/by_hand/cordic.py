@@ -7,11 +7,11 @@ import functools
 from typing import Any
 
 import mpmath
-import numba
 import numpy as np
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.fixed.digital import digital_block
+from tests.by_hand.compiled import over_columns
 
 mpmath.mp.dps = 60
 
@@ -74,18 +74,10 @@ def swept(block: Block, output: str, *columns: Any, compiled: bool = False) -> A
     """
     made = digital_block("block", block, 1.0)
     step = made.steps[output]
-    before = (made.constants, *(None for name in block.output_functions[output].arguments if name == "p"))
+    before = (made.constants, *(None for name in type(block).output_functions[output].arguments if name == "p"))
     flagged = step.overflows or step.refuses
 
-    def over(function: Any, first: Any, last: Any, found: Any) -> None:
-        for i in range(len(first)):
-            result = function(*before, first[i]) if single else function(*before, first[i], last[i])
-            found[i] = result[0] if flagged else result
-
-    single = len(columns) == 1
-    found = np.empty(len(columns[0]), dtype=np.int64)
     if compiled:
-        numba.njit(over, error_model="numpy")(numba.njit(step.code.function), columns[0], columns[-1], found)
-    else:
-        over(step.code.function, columns[0].tolist(), columns[-1].tolist(), found)
-    return found
+        return over_columns(step.code.function, *columns, before=before)[0]
+    rows = (step.code.function(*before, *row) for row in zip(*(column.tolist() for column in columns), strict=True))
+    return np.array([row[0] if flagged else row for row in rows], dtype=np.int64)

@@ -7,7 +7,8 @@ from fractions import Fraction
 import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.fixed.digital import digital_block
 
 ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
@@ -41,8 +42,8 @@ def drive_fixed(block: Block, samples: Iterable[Mapping[str, int]], period: floa
 
 def _functions(block: Block) -> dict[str, Behaviour]:
     """Outputs, then the update, as in a tick."""
-    update = {"update": block.functions["update"]} if "update" in block.functions else {}
-    return dict(block.output_functions) | update
+    update = {"update": type(block).functions["update"]} if "update" in type(block).functions else {}
+    return dict(type(block).output_functions) | update
 
 
 def cast(value: Fraction, target: Fixed, rounding: str, overflow: str) -> int:

@@ -1,10 +1,9 @@
 """Drive one block by hand, without graph or runner: its registered functions, called in the order of a tick."""
 
-import functools
-import types
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import shape_of
 
 
 def drive(
@@ -16,17 +15,17 @@ def drive(
 ) -> list[dict[str, Any]]:
     """Outputs of a discrete block in each tick, for the inputs of each tick; `recorded` are its recordings."""
     constants: Any = block
-    if "constants" in block.functions:
-        constants = block.functions["constants"].function(block, period)
+    if "constants" in type(block).functions:
+        constants = type(block).functions["constants"].function(block, period)
     known: dict[str, Any] = dict(recorded or {})
     known |= {
-        name: [0 if buffer.dtype is int else 0.0] * block.shape_of(buffer)[0]
-        for name, buffer in block.buffers.items()
+        name: [0 if buffer.dtype is int else 0.0] * shape_of(block, buffer)[0]
+        for name, buffer in type(block).buffers.items()
         if name not in known
     }
-    state_class = block.state_class()
-    if "start" in block.functions:
-        start = block.functions["start"]
+    state_class = type(block).state_class()
+    if "start" in type(block).functions:
+        start = type(block).functions["start"]
         known["x"] = start.function(block, *(known[name] for name in start.arguments))
     elif state_class is not None:
         known["x"] = state_class(*(kind(0) for kind in state_class.__annotations__.values()))
@@ -34,26 +33,14 @@ def drive(
     for tick, inputs in enumerate(samples):
         known |= inputs | {"tick": tick, "time": tick * period, "normal": normal}
         row = {}
-        for name, behaviour in block.output_functions.items():
-            shape = block.shape_of(block.outputs[name])
+        for name, behaviour in type(block).output_functions.items():
+            shape = shape_of(block, type(block).outputs[name])
             out = [0] * (shape[0] if shape else 0)
             arguments = [out if a == "out" else known[a] for a in behaviour.arguments]
             value = behaviour.function(constants, *arguments)
             row[name] = out if shape else value
         rows.append(row)
-        if "update" in block.functions:
-            update = block.functions["update"]
+        if "update" in type(block).functions:
+            update = type(block).functions["update"]
             known["x"] = update.function(constants, *(known[a] for a in update.arguments))
     return rows
-
-
-@functools.cache
-def compiled(function: Any) -> Any:
-    """A function of a block, and all it calls from the blocks, compiled by Numba one by one."""
-    import numba
-
-    called = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
-    for name, value in called.items():
-        if isinstance(value, types.FunctionType) and value.__module__.startswith("proofmass.blocks"):
-            called[name] = compiled(value)
-    return numba.njit(types.FunctionType(function.__code__, called, function.__name__), error_model="numpy")

@@ -3,12 +3,13 @@
 from pathlib import Path
 
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph, read_table
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.studies.check_file import check_file, check_text
 from proofmass.graphs.studies.study_reader import is_study
 
-_FILES = sorted((Path(__file__).parents[2] / "graphs" / "library").glob("*.toml"))
+_FILES = [file for name, file in library_files().items() if name.endswith(".toml")]
 LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
 STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their own, beside the graph
 ALONE = [path for path in LIBRARY if runs_alone(read_graph(path))]  # the others are parts, with open inputs

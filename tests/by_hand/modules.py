@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import shape_of
 from proofmass.runner.fixed.digital import digital_block
 from proofmass.runner.fixed.step_formats import filled, mantissas, reference_step
 from proofmass.runner.plan.constants import constants_of, start_of
@@ -16,12 +17,12 @@ PERIOD = 1.0 / 4800.0
 def module_of(block: Block, ranges: Mapping[str, Word] | None = None, period: float = PERIOD) -> Module:
     """The module of a block, as a graph would make it."""
     constants: Any = block
-    if "constants" in block.functions:
-        constants = block.functions["constants"].function(block, period)
-    if block.digital():
+    if "constants" in type(block).functions:
+        constants = type(block).functions["constants"].function(block, period)
+    if type(block).digital():
         made = digital_block("block", block, period, wide=True)
         return make_module("block", block, constants, made.start, made.buffers, {})
-    buffers: dict[str, list[Any]] = {name: [0] * block.shape_of(b)[0] for name, b in block.buffers.items()}
+    buffers: dict[str, list[Any]] = {name: [0] * shape_of(block, b)[0] for name, b in type(block).buffers.items()}
     constants_of(block, block, period)
     return make_module("block", block, constants, start_of(block, buffers), buffers, ranges or {})
 
@@ -40,7 +41,7 @@ class Reference:
         outputs: dict[str, int] = {}
         following: dict[str, int] = {}
         for name, traced in module.steps.items():
-            functions = {**module.block.output_functions, **module.block.functions}
+            functions = {**type(module.block).output_functions, **type(module.block).functions}
             step = reference_step(functions[name].function, traced.formats)
             given = {
                 argument: filled(traced.formats[argument], argument, lambda text, format: known.get(text, 0))
@@ -49,7 +50,7 @@ class Reference:
             result = step(*given.values())
             if name == "update":
                 following |= dict(mantissas(traced.formats["return"], result, "x"))
-                for buffer in module.block.buffers:
+                for buffer in type(module.block).buffers:
                     if buffer in given:
                         following |= dict(mantissas(traced.formats[buffer], given[buffer], buffer))
             elif "out" in given:

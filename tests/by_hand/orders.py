@@ -56,14 +56,16 @@ def needs(flat: Graph) -> dict[Node, set[Node]]:
 
     Under the port "" stand the constants of a block with driven parameters, which all outputs need that name them.
     """
-    needed: dict[Node, set[Node]] = {(n, port): set() for n, block in flat.blocks.items() for port in block.outputs}
+    needed: dict[Node, set[Node]] = {
+        (n, port): set() for n, block in flat.blocks.items() for port in type(block).outputs
+    }
     for wire in flat.wires:
         source, (name, port) = split(wire.source), split(wire.target)
         block = flat.blocks[name]
-        if port in block.parameters:
+        if port in type(block).parameters:
             needed.setdefault((name, ""), set()).add(source)
-        for output, behaviour in block.output_functions.items():
-            if port in block.parameters and names_its_constants(behaviour.function):
+        for output, behaviour in type(block).output_functions.items():
+            if port in type(block).parameters and names_its_constants(behaviour.function):
                 needed[name, output].add((name, ""))
             elif port in behaviour.arguments:
                 needed[name, output].add(source)

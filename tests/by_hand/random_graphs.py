@@ -19,6 +19,7 @@ from proofmass.blocks import (
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.graphs.model.graph import Graph, Place
 from tests.by_hand.around import SIZES, random_block
 from tests.by_hand.parts import cut
@@ -59,13 +60,13 @@ class _Dealt:
         dice = self.dice
         self.dealt = {self.new_name(n): random_block(kind, dice, self.folder) for n, kind in enumerate(kinds)}
         for block_name, block in self.dealt.items():
-            for port in block.inputs.values():
+            for port in type(block).inputs.values():
                 if port.default is None or dice.random() < 0.5:
                     self.wires.append(f"{self.source(block, port.name)} -> {block_name}.{port.name}")
-            for parameter in block.parameters.values():
-                if block.drivable(parameter.name) and dice.random() < 0.15:
+            for parameter in type(block).parameters.values():
+                if type(block).drivable(parameter.name) and dice.random() < 0.15:
                     value = getattr(block, parameter.name)
-                    driver = self.add(Ramp(offset=value, slope=value, unit=block.unit_of(parameter)))
+                    driver = self.add(Ramp(offset=value, slope=value, unit=unit_of(block, parameter)))
                     self.wires.append(f"{driver}.output -> {block_name}.{parameter.name}")
             self.blocks[block_name] = block
         rates = dice.sample(RATES, dice.randint(2, 3))
@@ -73,9 +74,9 @@ class _Dealt:
             name=name,
             rate=rates[0],
             blocks=self.blocks,
-            rates={n: dice.choice(rates) for n, b in self.blocks.items() if not b.continuous()},
+            rates={n: dice.choice(rates) for n, b in self.blocks.items() if not type(b).continuous()},
             wires=self.wires,
-            probes=[f"{n}.{port}" for n, block in self.blocks.items() for port in block.outputs],
+            probes=[f"{n}.{port}" for n, block in self.blocks.items() for port in type(block).outputs],
             seed=dice.randrange(2**62),
             place=Place(folder=str(self.folder)),
         )
@@ -94,13 +95,13 @@ class _Dealt:
 
     def source(self, block: Block, port: str) -> str:
         """A signal for the input of a block."""
-        declared = block.inputs[port]
-        unit = block.unit_of(declared)
+        declared = type(block).inputs[port]
+        unit = unit_of(block, declared)
         if declared.dtype is FixedValue:
-            quantiser = FixedQuantiser(output_format=block.format_of(port), unit=unit)
+            quantiser = FixedQuantiser(output_format=format_of(block, port), unit=unit)
             return self.added(quantiser, self.signal(float, unit), "output")
         if declared.shape:
-            cells = self.add(ImpulseResponseEstimator(cells=block.shape_of(declared)[0], chips=3, unit=unit))
+            cells = self.add(ImpulseResponseEstimator(cells=shape_of(block, declared)[0], chips=3, unit=unit))
             self.wires += [
                 f"{self.signal(bool, '1')} -> {cells}.bit",
                 f"{self.signal(float, unit)} -> {cells}.response",
@@ -138,15 +139,15 @@ class _Dealt:
     def added(self, block: Block, signal: str, output: str) -> str:
         """The output of a new block with one input, which the signal feeds."""
         name = self.add(block)
-        self.wires.append(f"{signal} -> {name}.{next(iter(block.inputs))}")
+        self.wires.append(f"{signal} -> {name}.{next(iter(type(block).inputs))}")
         return f"{name}.{output}"
 
 
 def _outputs(blocks: Mapping[str, Block], dtype: type) -> list[tuple[str, str]]:
     """Scalar outputs of a type, each with its unit."""
     return [
-        (f"{name}.{port.name}", block.unit_of(port))
+        (f"{name}.{port.name}", unit_of(block, port))
         for name, block in blocks.items()
-        for port in block.outputs.values()
+        for port in type(block).outputs.values()
         if port.dtype is dtype and not port.shape
     ]

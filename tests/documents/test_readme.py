@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from proofmass.graphs.files.library import library_file
+
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
@@ -136,5 +138,5 @@ def test_picture_is_what_draw_makes() -> None:
     from proofmass.graphs.drawing.diagram import svg
     from proofmass.graphs.files.toml_reader import read_graph
 
-    drawn = svg(read_graph(ROOT / "graphs" / "library" / "pn_self_test_accelerometer.toml"))
+    drawn = svg(read_graph(library_file("pn_self_test_accelerometer.toml")))
     assert (ROOT / "docs" / "pictures" / "pn_self_test_accelerometer.svg").read_text(encoding="utf-8") == drawn

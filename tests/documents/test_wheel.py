@@ -32,7 +32,7 @@ def test_wheel_holds_only_proofmass(wheel: Path) -> None:
     assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"proofmass"}
     for expected in ("blocks/signals/gain.py", "graphs/model/graph.py", "runner/run/simulate.py", "py.typed"):
         assert f"proofmass/{expected}" in names
-    library = sorted(path.name for path in (ROOT / "graphs" / "library").iterdir() if path.suffix in (".toml", ".csv"))
+    library = sorted(path.name for path in (ROOT / "graphs" / "library").rglob("*") if path.suffix in (".toml", ".csv"))
     assert sorted(name.split("/")[-1] for name in names if "/library/" in name and not name.endswith(".py")) == library
 
 

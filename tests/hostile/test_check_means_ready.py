@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_files
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.studies.check_file import check_file
 from proofmass.runner.command_line import main
@@ -46,7 +47,7 @@ def number_changed(data: bytes, draw: random.Random) -> bytes:
 def test_what_check_passes_a_run_does_not_refuse(
     damage: Callable[[bytes, random.Random], bytes], tmp_path: Path
 ) -> None:
-    for path in LIBRARY[0].parent.iterdir():
+    for path in library_files().values():
         shutil.copy(path, tmp_path)
     passed = 0
     for seed in range(COPIES):

@@ -72,7 +72,7 @@ def test_the_library_is_the_only_other_place(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(using("library:closed_loop_accelerometer.toml") + 'rate = "10 kHz"\n')
     assert "part.dac" in {f"part.{name}" for name in read_graph(tmp_path / "a.toml").subgraphs["part"].blocks}
     (tmp_path / "a.toml").write_text(using("library:../check.py"))
-    assert "outside the folder" in refused(tmp_path / "a.toml")[0].message
+    assert refused(tmp_path / "a.toml")[0].message == "the library has no file ../check.py"
 
 
 @pytest.mark.parametrize(

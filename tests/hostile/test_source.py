@@ -24,22 +24,18 @@ FORBIDDEN_MODULES = {
 FORBIDDEN_CALLS = {"eval", "__import__", "execfile", "breakpoint", "input"}
 FORBIDDEN_METHODS = {("os", "system"), ("os", "popen"), ("builtins", "exec")}
 
-# Where a name may run: the block catalog imports blocks and the caller's own file, the compiler its
-# generated loop, the integer code its generated steps; functions of own blocks are written anew from their own trees,
-# and compiled to be told apart, which runs nothing.
+# Where a name may run: the block catalog imports blocks and the caller's own file; functions of own blocks are written
+# anew from their own trees, integer code from what was traced, and files are compiled to tell functions apart, which
+# runs nothing.
 KNOWN = {
     ("blocks/declaration/catalog.py", "find", "importlib.import_module"),
     ("blocks/declaration/catalog.py", "all_blocks", "importlib.import_module"),
     ("blocks/declaration/catalog.py", "load_own_blocks", "importlib.util.spec_from_file_location"),
     ("blocks/declaration/catalog.py", "load_own_blocks", "importlib.util.module_from_spec"),
     ("blocks/declaration/catalog.py", "load_own_blocks", "spec.loader.exec_module"),
-    ("blocks/language/functions.py", "_defined", "exec"),
-    ("blocks/language/functions.py", "_defined", "compile"),
+    ("blocks/declaration/source.py", "define", "exec"),
+    ("blocks/declaration/source.py", "define", "compile"),
     ("blocks/declaration/source.py", "_definitions", "compile"),
-    ("runner/targets/compile.py", "_compiled", "exec"),
-    ("runner/targets/compile.py", "_compiled", "compile"),
-    ("runner/fixed/integer_code.py", "compile_traced", "exec"),
-    ("runner/fixed/integer_code.py", "compile_traced", "compile"),
 }
 
 

@@ -1,18 +1,17 @@
 """Many devices: three axes calibrated at once, none wrong without a word, and what a self-test gets wrong."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from docs import pn_runs
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.whole.study import run_study
 
-LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
-UNIT = read_study(LIBRARY / "imu_3dof.toml")
+UNIT = read_study(library_file("imu_3dof.toml"))
 TRUTHS = {"x": (51.48, 4.57e-3), "y": (48.1, 3.9e-3), "z": (137.7, 7.12e-5)}
 
 
@@ -53,7 +52,7 @@ def test_of_200_gyroscopes_at_the_papers_chip_rate_all_converge_by_two_fits() ->
 
 @pytest.fixture(scope="module")
 def population() -> Any:
-    study = read_study(LIBRARY / "self_test_population.toml")
+    study = read_study(library_file("self_test_population.toml"))
     return study, run_study(study, runs=100, engine="compiled")
 
 

@@ -2,17 +2,17 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from proofmass.blocks import DriftRamp, Ramp
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.run.simulate import EngineName, simulate
 
-GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml"
+GRAPH = library_file("closed_loop_accelerometer.toml")
 SAMPLES = 1_000_000
 
 
@@ -64,7 +64,7 @@ def test_every_output_code_with_a_drifting_reference_of_the_converter_in_the_fee
 ) -> None:
     """20 % in 20 s, on the analog-to-digital converter: by its value and relative to it."""
     graph = read_graph(GRAPH)
-    output = next(iter(ramp.outputs))
+    output = next(iter(type(ramp).outputs))
     graph = replace(
         graph,
         blocks={**graph.blocks, "drift": ramp},

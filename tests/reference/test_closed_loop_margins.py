@@ -3,20 +3,20 @@
 import cmath
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from proofmass.blocks import DiscreteTransferFunction
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph, Wire
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.run.simulate import simulate
 
-GRAPH = read_graph(Path(__file__).parents[2] / "graphs" / "library" / "closed_loop_accelerometer.toml")
+GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 PERIOD = 1.0 / 50e3
 
 

@@ -1,15 +1,14 @@
 """The study of a compensation whose accelerometer ages: its measures against the law in NumPy, and its yield."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.whole.study import run_study
 
-FILE = Path(__file__).parents[2] / "graphs" / "library" / "temperature_compensation_drift.toml"
+FILE = library_file("temperature_compensation_drift.toml")
 STUDY = read_study(FILE)
 YEAR = 365.25 * 86400.0
 

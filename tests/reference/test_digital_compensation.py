@@ -5,7 +5,6 @@ lengths than theirs, what their blocks compute.
 """
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.arithmetic.cordic import hyperbolic_growth
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.design.fit.fit import fit
@@ -28,7 +28,6 @@ from proofmass.runner.run.simulate import EngineName, simulate
 from tests.by_hand.cordic import chain, growth, scaled, swept
 from tests.by_hand.temperature_sets import DEVICES, TEMPERATURE
 
-LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 LAWS = {name: fit(device.readings()).fits[0].values for name, device in DEVICES.items()}
 
 each = pytest.mark.parametrize("name", DEVICES)
@@ -88,11 +87,11 @@ def errors(name: str, further: int, preload: bool = False, bits: int = 16) -> tu
 
 def compensator(name: str, term: str = "exponential_term") -> Graph:
     """The compensator of the library with the coefficients of a device, over a ramp of its temperature."""
-    text, changes = (LIBRARY / "temperature_compensator.toml").read_text(encoding="utf-8"), dict(LAWS[name])
+    text, changes = library_file("temperature_compensator.toml").read_text(encoding="utf-8"), dict(LAWS[name])
     text = text.replace("exponential_term.toml", f"{term}.toml")
     if term == "exponential_term_preloaded":
         changes["memory.growth"] = hyperbolic_growth(16)
-    digital = read_graph_text(text, folder=str(LIBRARY)).with_parameters(changes)
+    digital = read_graph_text(text, folder=str(FOLDER / "parts")).with_parameters(changes)
     sources = {"warming": Ramp(offset=0.6, slope=1.2, unit="V"), "bias": Ramp(offset=0.006, slope=-0.004, unit="V")}
     return Graph(
         name="a ramp of the temperature",

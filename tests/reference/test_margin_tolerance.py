@@ -2,12 +2,12 @@
 
 import math
 import shutil
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.draws.factors import Drawn
@@ -15,7 +15,6 @@ from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.sensitivities import regression
 from proofmass.runner.studies.whole.study import run_study
 
-LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 PERIOD = 1.0 / 50e3
 RUNS = 24
 
@@ -24,10 +23,10 @@ RUNS = 24
 def result(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
     """The study on a shorter run, which its margins at 0 s do not see."""
     folder = tmp_path_factory.mktemp("margins")
-    text = (LIBRARY / "scale_factor_drift.toml").read_text()
+    text = library_file("scale_factor_drift.toml").read_text()
     short = text.replace('duration = "0.3 s"', 'duration = "1 ms"').replace('from = "0.25 s"', 'from = "0 s"')
     (folder / "scale_factor_drift.toml").write_text(short)
-    shutil.copy(LIBRARY / "margin_tolerance_study.toml", folder / "study.toml")
+    shutil.copy(library_file("margin_tolerance_study.toml"), folder / "study.toml")
     return run_study(read_study(folder / "study.toml"), runs=RUNS, engine="python")
 
 

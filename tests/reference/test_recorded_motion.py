@@ -1,14 +1,13 @@
 """What the low-g accelerometer makes of a recorded earthquake: the figures that the graph's description states."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.run.simulate import simulate
 
-GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "recorded_motion.toml"
+GRAPH = library_file("recorded_motion.toml")
 MILLI_G = 9.80665e-3
 
 

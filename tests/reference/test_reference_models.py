@@ -6,7 +6,6 @@ The rules and rates of the paper's integrators are not known; the table of biase
 import math
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.functions import drive
 
-LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 G0 = 9.80665
 STEPS = (64, 256, 1024, 4096)
 DEVICE = {  # mass, stiffness, damping, chip rate; readout is no matter

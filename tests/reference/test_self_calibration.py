@@ -5,7 +5,6 @@ periods are assumed, and the periods compared with come from a separate NumPy co
 """
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +14,10 @@ from scipy.signal import butter
 
 from docs import pn_pictures, pn_runs
 from docs.pn_runs import IDEAL, WANDER, calibrate, library, sense_amplitude
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.run.simulate import simulate
 
-LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 ACCELEROMETER, GYROSCOPE = "self_calibration_accelerometer.toml", "self_calibration_gyroscope.toml"
 DEVICE = {  # mass, stiffness, damping, chip rate, readout
     ACCELEROMETER: (50.43e-9, 51.48, 4.57e-3, 4800.0, 3.5301e8),
@@ -154,7 +153,7 @@ class TestThePapersLoop:
 
     def test_with_a_gap_closing_actuator_it_finds_the_softened_spring(self) -> None:
         """k - 2 C0 (Vdc^2 + v^2) / d^2 with 0.1 pF, 4 um, 20 V and 1 V, which is 1 uN; within 2e-4 of it."""
-        text = (LIBRARY / ACCELEROMETER).read_text(encoding="utf-8")
+        text = (library_file(ACCELEROMETER)).read_text(encoding="utf-8")
         comb = text[text.index("[blocks.comb]") : text.index("[blocks.acceleration]")]
         plates = '[integration]\nsubsteps = 16\n\n[blocks.comb]\nkind = "GapClosingActuator"\n\n'
         wire = '"accelerometer.displacement -> comb.displacement",\n    "comb.force ->'
@@ -169,7 +168,7 @@ class TestAtTheChipRateOfThePaper:
     """8.5 kHz, 34 Hz from the resonance of the calibrated sense mode."""
 
     def test_the_scalar_controllers_settle_on_a_wrong_pair_that_looks_right_to_them(self) -> None:
-        text = (LIBRARY / GYROSCOPE).read_text(encoding="utf-8")
+        text = (library_file(GYROSCOPE)).read_text(encoding="utf-8")
         slower = read_graph_text(text.replace("8.75 kHz", "8.5 kHz").replace("8750/1023", "8500/1023"))
         found = calibrate(slower.with_parameters(IDEAL), 80)
         stiffness, damping = found.stiffness[-1], found.damping[-1]

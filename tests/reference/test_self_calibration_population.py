@@ -3,22 +3,21 @@
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.whole.study import run_study
-from tests.by_hand.graph_texts import LIBRARY
 
-FOLDER = LIBRARY[0].parent
 STIFFNESS, DAMPING = 51.48, 4.57e-3  # of the device of Sarraf et al. (2012), table 1
 DESIGNED = 3.4e-3
 
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    return read_study(FOLDER / "self_calibration_population.toml")
+    return read_study(library_file("self_calibration_population.toml"))
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +26,7 @@ def result(study: Study) -> StudyResult:
 
 
 def test_the_published_device_is_calibrated_as_in_its_own_graph(study: Study) -> None:
-    alone = simulate(read_graph(FOLDER / "self_calibration_accelerometer.toml"), seed=7, engine="compiled")
+    alone = simulate(read_graph(library_file("self_calibration_accelerometer.toml")), seed=7, engine="compiled")
     one = Study(
         study.graph, runs=1, seed=7, sweep={"true_stiffness.value": [STIFFNESS], "true_damping.value": [DAMPING]}
     )

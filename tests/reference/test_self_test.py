@@ -1,16 +1,13 @@
 """The PN self-test graphs against straight-line programs and the analytic response."""
 
-from pathlib import Path
-
 import mpmath
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.commands.demo import GRAPH, judge
 from proofmass.runner.run.simulate import simulate
-
-LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 
 
 def straight_line_program(periods: int) -> np.ndarray:  # type: ignore[type-arg]
@@ -41,7 +38,7 @@ def _hold(m: float, c: float, k: float, period: float) -> list[list[float]]:
 
 
 def test_minimal_self_test_equals_the_straight_line_program() -> None:
-    result = simulate(read_graph(LIBRARY / "pn_self_test_minimal.toml"), engine="compiled")
+    result = simulate(read_graph(library_file("pn_self_test_minimal.toml")), engine="compiled")
     sums = result["correlator.impulse_response"].values[1:]
     assert np.array_equal(sums, straight_line_program(1000))
     # Published checksums of the workload.
@@ -52,7 +49,7 @@ def test_minimal_self_test_equals_the_straight_line_program() -> None:
 
 def test_estimated_response_is_within_one_percent_of_the_analytic_one() -> None:
     """Sarraf et al. 2012, eq. 2 and 3, cells 1 to 10 without noise; measured 0.53 % at worst, in cell 3."""
-    verdict = judge(simulate(read_graph(LIBRARY / GRAPH), samples=1023 * 20 + 1))
+    verdict = judge(simulate(read_graph(library_file(GRAPH)), samples=1023 * 20 + 1))
     assert np.abs(verdict.error[1:11]).max() < 0.01
     # The constant of the autocorrelation alone explains cell 0 and the tail.
     assert verdict.measured[0] == pytest.approx(verdict.constant, rel=1e-4)
@@ -61,6 +58,6 @@ def test_estimated_response_is_within_one_percent_of_the_analytic_one() -> None:
 
 def test_what_is_left_is_rounding_to_codes() -> None:
     """With a converter of 32 bits the sums are the analytic ones to six digits, in every cell."""
-    graph = read_graph(LIBRARY / GRAPH).with_parameters({"adc.bits": 32})
+    graph = read_graph(library_file(GRAPH)).with_parameters({"adc.bits": 32})
     verdict = judge(simulate(graph, samples=1023 * 4 + 1))
     assert np.abs(verdict.error[1:11]).max() < 1e-6

@@ -1,18 +1,17 @@
 """Liu, Li and Shen's temperature compensation: their figures, on sets and graphs built to give them."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.design.fit.data import run_cycle
 from proofmass.runner.design.fit.fit import FitReport, fit
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.temperature_sets import DEVICES, Device
 
-LIBRARY = Path(__file__).parents[2] / "graphs" / "library"
 REPORTS = {name: fit(device.readings(), start=(-1.0, 1.0)) for name, device in DEVICES.items()}
 
 each = pytest.mark.parametrize(("device", "report"), [(DEVICES[n], REPORTS[n]) for n in DEVICES], ids=DEVICES)
@@ -57,7 +56,7 @@ def test_the_way_of_the_alternation_depends_on_the_origin(coldest: float, iterat
 
 @pytest.mark.parametrize("name", DEVICES)
 def test_graph_calibrated_in_one_cycle_and_compensated_in_others(name: str) -> None:
-    graph, device = read_graph(LIBRARY / f"temperature_compensation_{name}.toml"), DEVICES[name]
+    graph, device = read_graph(library_file(f"temperature_compensation_{name}.toml")), DEVICES[name]
     report = fit(run_cycle(graph, "thermometer.voltage", "noisy.output"), tolerance=1e-3)
     assert report.before == pytest.approx(device.before, rel=1e-3)
     assert report.fits[0].after == pytest.approx(device.after, rel=1e-3)

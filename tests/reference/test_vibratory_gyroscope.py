@@ -1,19 +1,19 @@
 """The two-mode gyroscope of separate blocks against SciPy's DOP853, and what coupling one tick late would do to it."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import ode, solve_ivp
 
 from proofmass.blocks import Gain, MassSpringDamper, Step, Sum
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate
 
-GRAPH = Path(__file__).parents[2] / "graphs" / "library" / "vibratory_gyroscope.toml"
+GRAPH = library_file("vibratory_gyroscope.toml")
 MASS, GAP, BIAS, CAPACITANCE = 48.67e-9, 4e-6, 15.0, 0.05e-12
 OMEGA, TURN = 2.0 * math.pi * 7963.0, 2.0 * math.pi * 20.0
 

@@ -1,4 +1,4 @@
-"""Describing functions: the gain of a nonlinear block for a sine of some amplitude, of which the fundamental counts.
+"""Describing functions: the gain of a nonlinear block for a sine of some amplitude, from the fundamental of its output.
 
     N(A) = 1 / (pi A) integral over a turn of y(A sin t) (sin t + j cos t) dt
 
@@ -25,7 +25,7 @@ _POINTS = 1 << 10  # of a turn, for blocks without a closed form
 
 
 def relay(amplitude: float, size: float, hysteresis: float = 0.0) -> complex:
-    """Of a relay of +-size that switches at +-hysteresis; 0 where the amplitude does not reach that.
+    """Return N(A) of a relay of +-size that switches at +-hysteresis; 0 if the amplitude does not reach it.
 
     >>> abs(relay(1.0, math.pi / 4.0))
     1.0
@@ -37,7 +37,7 @@ def relay(amplitude: float, size: float, hysteresis: float = 0.0) -> complex:
 
 
 def saturation(amplitude: float, limit: float, slope: float = 1.0) -> float:
-    """Of a gain that is limited to inputs of +-limit.
+    """Return N(A) of a gain that is limited to inputs of +-limit.
 
     >>> saturation(0.5, 1.0), round(saturation(2.0, 1.0), 6)
     (1.0, 0.608998)
@@ -49,7 +49,7 @@ def saturation(amplitude: float, limit: float, slope: float = 1.0) -> float:
 
 
 def dead_zone(amplitude: float, width: float, slope: float = 1.0) -> float:
-    """Of a gain that lets nothing through between +-width: what a saturation leaves.
+    """Return N(A) of a gain that passes nothing between +-width: the complement of a saturation.
 
     >>> dead_zone(0.5, 1.0), round(dead_zone(2.0, 1.0), 6)
     (0.0, 0.391002)
@@ -58,7 +58,7 @@ def dead_zone(amplitude: float, width: float, slope: float = 1.0) -> float:
 
 
 def quantiser(amplitude: float, step: float, levels: float = math.inf) -> float:
-    """Of a quantiser with a level at zero: relays that switch at odd halves of a step, at most `levels` to each side.
+    """Return N(A) of a quantiser with a level at zero: relays at odd halves of a step, `levels` at most on each side.
 
     >>> quantiser(0.4, 1.0), round(quantiser(100.0, 1.0), 3)
     (0.0, 1.0)
@@ -69,7 +69,7 @@ def quantiser(amplitude: float, step: float, levels: float = math.inf) -> float:
 
 
 def describing_function(block: Block, input: str, output: str, period: float) -> Describing:
-    """N(A) of a block from an input to an output; raises ValueError where it has none."""
+    """Return N(A) of a block from an input to an output; raises `ValueError` if it has none."""
     if isinstance(block, Relay):
         size, width = 0.5 * (block.on - block.off), 0.5 * (block.upper - block.lower)
         return lambda amplitude: relay(amplitude, size, width)
@@ -77,11 +77,11 @@ def describing_function(block: Block, input: str, output: str, period: float) ->
         return lambda amplitude: relay(amplitude, 1.0, 0.5 * block.hysteresis)
     if isinstance(block, Saturation) and block.lowest == -block.highest:
         return lambda amplitude: saturation(amplitude, block.highest)
-    behaviour = block.output_functions[output]
-    if block.continuous() or block.state_class() is not None or {*behaviour.meanings} - {Meaning.INPUT}:
-        raise ValueError("has a memory, so that its describing function is not known")
+    behaviour = type(block).output_functions[output]
+    if type(block).continuous() or type(block).state_class() is not None or {*behaviour.meanings} - {Meaning.INPUT}:
+        raise ValueError("has a memory, so its describing function is not known")
     constants = constants_of(block, block, period)
-    given = [block.inputs[name].default or 0.0 for name in behaviour.arguments]
+    given = [type(block).inputs[name].default or 0.0 for name in behaviour.arguments]
     place, function = behaviour.arguments.index(input), behaviour.function
     before, after = given[:place], given[place + 1 :]
     t = (np.arange(_POINTS) + 0.5) * (2.0 * math.pi / _POINTS)

@@ -3,7 +3,7 @@
     N(A) L(j w) = -1
 
 L is the rest of the loop, linearised with the block as a gain of one. In a sampled loop w goes to half the rate, where
-the samples of a sine are +-A and a relay's fundamental is that of them: N(A) = y(A) / A.
+a sampled sine is +-A, so that the fundamental of a relay is its output itself: N(A) = y(A) / A.
 """
 
 import cmath
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, Probe
 from proofmass.runner.analysis.limit_cycles.describing import Describing
@@ -25,14 +26,14 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.planning.plan import plan
 
-_AMPLITUDES = np.geomspace(1e-9, 1e9, 1801)  # that are tried
+_AMPLITUDES = np.geomspace(1e-9, 1e9, 1801)  # to try
 PERIODS = 200  # of a simulated limit cycle
 _brentq: Any = scipy.optimize.brentq
 
 
 @dataclass(frozen=True)
 class LimitCycle:
-    """An oscillation of the input of a block: its amplitude, in the unit of that, and its frequency."""
+    """An oscillation at the input of a block: its amplitude, in the unit of the input, and its frequency."""
 
     amplitude: float
     frequency: float  # Hz
@@ -43,7 +44,7 @@ class LimitCycle:
 
 
 def predicted(graph: Graph, name: str) -> list[LimitCycle]:
-    """All that the describing function of a block admits, the slowest first; raises `ModelError`."""
+    """Return the limit cycles that the describing function of a block predicts, slowest first; raises `ModelError`."""
     flat = flatten(graph)
     describing = describing_of(flat, name)
     linear = plan(replaced(flat, {name: 1.0}))
@@ -61,17 +62,17 @@ def predicted(graph: Graph, name: str) -> list[LimitCycle]:
     return apart
 
 
-def unit_of(graph: Graph, name: str) -> str:
-    """Unit of the amplitudes."""
+def amplitude_unit(graph: Graph, name: str) -> str:
+    """Return the unit of the amplitudes."""
     flat = flatten(graph)
     block = flat.blocks[name]
-    return block.unit_of(block.inputs[ends(flat, name)[0]])
+    return unit_of(block, type(block).inputs[ends(flat, name)[0]])
 
 
 def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = None) -> LimitCycle | None:
-    """That of a run from tick 0: the fundamental of the input of a block in the second half; None where it rests.
+    """Return the limit cycle of a run: the fundamental at the input of a block in its second half; None if at rest.
 
-    The run is as long as the graph says, or `PERIODS` of the slowest of some predicted cycles.
+    The run starts at tick 0. It lasts as long as the graph says, or for `PERIODS` of the slowest predicted cycle.
     """
     from proofmass.runner.run.simulate import simulate
 
@@ -103,14 +104,14 @@ def _fields(graph: Graph) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Branch:
-    """A range of amplitudes in which |N| falls, or rises, so that each size of it is there once."""
+    """A range of amplitudes in which |N| is monotonic, so that it takes each value once."""
 
     describing: Describing
     amplitudes: Array
     values: Complex
 
     def amplitude(self, size: float) -> float | None:
-        """Where |N| is of a size."""
+        """Return the amplitude at which |N| has this size."""
         apart = np.abs(self.values) - size
         at = np.flatnonzero(apart[:-1] * apart[1:] <= 0.0)
         if not len(at):
@@ -122,7 +123,7 @@ class _Branch:
         return float(math.exp(_brentq(lambda x: abs(self.describing(math.exp(x))) - size, low, high)))
 
     def angles(self, sizes: Array) -> Array:
-        """arg N where |N| is of some sizes, by interpolation; NaN where it is not."""
+        """Return arg N at the amplitudes where |N| has these sizes, by interpolation; NaN where it never has."""
         order = np.argsort(np.abs(self.values))
         known = np.log(np.abs(self.values[order]))
         return np.interp(np.log(sizes), known, np.angle(self.values[order]), left=np.nan, right=np.nan)
@@ -130,20 +131,20 @@ class _Branch:
 
 def _branches(describing: Describing) -> Iterator[_Branch]:
     values = np.array([describing(float(a)) for a in _AMPLITUDES], dtype=complex)
-    told = np.flatnonzero(np.abs(values) > 0.0)
-    sizes = np.abs(values[told])
+    nonzero = np.flatnonzero(np.abs(values) > 0.0)
+    sizes = np.abs(values[nonzero])
     steps = np.sign(np.round(np.diff(sizes) / sizes[:-1], 12))
     begin = 0
     for i in range(1, len(steps) + 1):
         if i == len(steps) or steps[i] != steps[begin]:
             if steps[begin]:
-                kept = told[begin : i + 1]
+                kept = nonzero[begin : i + 1]
                 yield _Branch(describing, _AMPLITUDES[kept], values[kept])
             begin = i
 
 
 def _crossed(system: OpenLoop, w: Array, branch: _Branch) -> Iterator[LimitCycle]:
-    """Where the phase of N L is -180 deg once the amplitude makes its size 1."""
+    """Yield the cycles where the phase of N L is -180 deg, with the amplitude at which its size is 1."""
     response = system.response(w)
     with np.errstate(divide="ignore"):
         turns = np.angle(-response) + branch.angles(1.0 / np.abs(response))
@@ -165,7 +166,7 @@ def _crossed(system: OpenLoop, w: Array, branch: _Branch) -> Iterator[LimitCycle
 
 
 def _at_half_the_rate(system: OpenLoop, describing: Describing) -> Iterator[LimitCycle]:
-    """The cycle of two samples of a relay: the fundamental of +-y is y itself, not 4 y / pi."""
+    """Yield the cycle of two samples of a relay: the fundamental of +-y is y itself, not 4 y / pi."""
     w = math.pi / system.sample
     value = complex(system.response(w)).real
     if value >= 0.0 or not math.isfinite(value):

@@ -1,10 +1,11 @@
-"""Graphs in which nonlinear blocks count as gains: stated ones, or those for a sine of a stated amplitude."""
+"""Graphs whose nonlinear blocks are replaced by gains: stated ones, or those for a sine of a stated amplitude."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import UnitError, convert
 from proofmass.blocks.signals.gain import Gain
@@ -16,34 +17,37 @@ from proofmass.runner.analysis.limit_cycles.describing import Describing, descri
 
 
 def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mapping[str, float | str]) -> Graph:
-    """The graph with blocks replaced by gains: stated ones, or describing functions for amplitudes of their input.
+    """Return the graph with blocks replaced by stated gains, or by describing functions at amplitudes of their input.
 
-    Raises `ModelError` where a block has no number to multiply, or its describing function turns the phase.
+    Raises `ModelError` if a block has no number to multiply, or its describing function shifts the phase.
     """
     flat = flatten(graph)
-    found: dict[str, float] = {}
+    factors: dict[str, float] = {}
     for name, stated in gains.items():
-        found[name] = _number(flat, name, stated, _unit(flat, name, "{out}") + "/" + _unit(flat, name, "{in}"))
+        factors[name] = _number(flat, name, stated, _unit(flat, name, "{out}") + "/" + _unit(flat, name, "{in}"))
     for name, stated in amplitudes.items():
         amplitude = _number(flat, name, stated, _unit(flat, name, "{in}"))
         if not amplitude > 0.0:
-            raise _refused(flat, name, "an amplitude is above zero", str(stated))
+            raise _refused(flat, name, "the amplitude must be above zero", str(stated))
         gain = complex(describing_of(flat, name)(amplitude))
         if abs(gain.imag) > 1e-6 * abs(gain):
-            hint = "--limit-cycle finds the amplitude and the frequency with that turn"
-            raise _refused(flat, name, "turns the phase for this amplitude: it is no gain", f"{gain:.6g}", hint)
-        found[name] = gain.real
-    return replaced(flat, found)
+            hint = "--limit-cycle finds the amplitude and the frequency with this phase shift"
+            raise _refused(flat, name, "shifts the phase at this amplitude, so it is not a gain", f"{gain:.6g}", hint)
+        factors[name] = gain.real
+    return replaced(flat, factors)
 
 
 def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:
-    """A flat graph with blocks replaced by gains of the same units."""
+    """Return a flat graph with blocks replaced by gains of the same units."""
     if not gains:
         return flat
     blocks, wires = dict(flat.blocks), []
     for name, gain in gains.items():
         block, (entry, port) = flat.blocks[name], ends(flat, name)
-        units = {"input_unit": block.unit_of(block.inputs[entry]), "output_unit": block.unit_of(block.outputs[port])}
+        units = {
+            "input_unit": unit_of(block, type(block).inputs[entry]),
+            "output_unit": unit_of(block, type(block).outputs[port]),
+        }
         blocks[name] = Gain(gain=gain, **units)
     for wire in flat.wires:
         (source, port), (target, entry) = split(wire.source), split(wire.target)
@@ -61,10 +65,10 @@ def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:
 
 
 def describing_of(flat: Graph, name: str) -> Describing:
-    """N(A) of a block of a flat graph; raises `ModelError` where it has none."""
+    """Return N(A) of a block of a flat graph; raises `ModelError` if it has none."""
     entry, port = ends(flat, name)
     block = flat.blocks[name]
-    period = 1.0 if block.continuous() else float(1 / block_rate(flat, name))
+    period = 1.0 if type(block).continuous() else float(1 / block_rate(flat, name))
     try:
         return describing_function(block, entry, port, period)
     except ValueError as error:
@@ -72,15 +76,15 @@ def describing_of(flat: Graph, name: str) -> Describing:
 
 
 def ends(flat: Graph, name: str) -> tuple[str, str]:
-    """The wired input and the output, both one number, between which a block counts as a gain."""
-    block = _block(flat, name)
+    """Return the wired input and the output, both single numbers, between which a block counts as a gain."""
+    kind = type(_block(flat, name))
     read = {split(wire.source)[1] for wire in flat.wires if split(wire.source)[0] == name}
     driven = [split(wire.target)[1] for wire in flat.wires if split(wire.target)[0] == name]
-    entries = [entry for entry in driven if entry in block.inputs and _is_number(block.inputs[entry])]
-    outputs = [port for port, made in block.outputs.items() if _is_number(made) and port in read]
+    entries = [entry for entry in driven if entry in kind.inputs and _is_number(kind.inputs[entry])]
+    outputs = [port for port, made in kind.outputs.items() if _is_number(made) and port in read]
     if len(entries) != 1 or len(outputs) != 1:
         got = f"inputs {', '.join(entries) or 'none'}; outputs {', '.join(outputs) or 'none'}"
-        raise _refused(flat, name, "is no gain between one wired input and one output that is read", got)
+        raise _refused(flat, name, "is not a gain: that needs one wired input and one output that is read", got)
     return entries[0], outputs[0]
 
 
@@ -90,7 +94,7 @@ def _is_number(port: Any) -> bool:
 
 def _unit(flat: Graph, name: str, side: str) -> str:
     block, (entry, port) = _block(flat, name), ends(flat, name)
-    unit = block.unit_of(block.inputs[entry] if side == "{in}" else block.outputs[port])
+    unit = unit_of(block, type(block).inputs[entry] if side == "{in}" else type(block).outputs[port])
     return f"({unit})"
 
 

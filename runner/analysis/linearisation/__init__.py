@@ -1,1 +1,1 @@
-"""Operating points, exact period maps, and the open loops made of them."""
+"""Operating points, exact period maps, and open loops."""

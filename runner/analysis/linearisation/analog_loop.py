@@ -2,8 +2,8 @@
 
     x' = A x + B u,   y = C x + D u
 
-u is what readers of the wire are given, y what its source makes of it; A, B, C and D are the exact derivatives of the
-functions of the group at the operating point. What discrete blocks give the group is held: loops through them are open.
+u is the signal at the readers of the wire, y the signal of its source; A, B, C and D are the exact derivatives of the
+functions of the group at the operating point. Signals from discrete blocks are held: loops through them are open.
 """
 
 from collections.abc import Mapping
@@ -27,11 +27,11 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.stages import Context
 from proofmass.runner.reference.interpret import Interpreter, TickError
 
-_MOVED = 1e-6  # relative change of a linearisation from one tick to the next, from which on it is noted
+_MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
 
 
 def analog_group(plan: Plan, node: Node) -> Group | None:
-    """The group within which a wire is read; None where only discrete blocks read it."""
+    """Return the group within which a wire is read; None if only discrete blocks read it."""
     for solver in plan.solvers:
         inside = set(solver.group.nodes)
         readers = {(name, "") for (name, _), source in plan.schedule.drivers.items() if source == node}
@@ -42,25 +42,25 @@ def analog_group(plan: Plan, node: Node) -> Group | None:
 
 
 def analog_map(plan: Plan, group: Group, node: Node, tick: int) -> PeriodMap:
-    """The loop opened at a wire within a group, about what the graph is like in a tick; its `period` is 0.
+    """Return the loop opened at a wire within a group, about the state of the graph in a tick; its `period` is 0.
 
-    Raises `ModelError` where the group cannot be linearised, or the wire be cut.
+    Raises `ModelError` if the group cannot be linearised, or the wire cannot be cut.
     """
     for loop in group.loops:
         if node in loop.nodes:
             raise ModelError([plan.graph.placed(_within(node, loop.tears[0]))])
     memory = memory_at(plan, tick)
-    found = _linearised(plan, group, node, memory)
+    analog = _linearised(plan, group, node, memory)
     later = _linearised(plan, group, node, Forward(plan, memory).to(tick + 1))
-    size = np.maximum(np.abs(found.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
-    moved = np.abs(found.matrix - later.matrix)[:, :-1]
+    size = np.maximum(np.abs(analog.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
+    moved = np.abs(analog.matrix - later.matrix)[:, :-1]
     change = float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
     notes = [_moving(tick, change)] if change > _MOVED else []
-    behind = _behind(plan, node)
+    behind = _downstream(plan, node)
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
         notes.append(f"loops through discrete blocks are open here: held are {', '.join(held)}")
-    return replace(found, notes=tuple(notes))
+    return replace(analog, notes=tuple(notes))
 
 
 class _Instant(Interpreter):
@@ -72,7 +72,7 @@ class _Instant(Interpreter):
 
 
 class _CutStages(DualStages):
-    """The functions of a group, one of whose wires is cut: `back` is what its source gives."""
+    """The functions of a group with one wire cut: `back` is the signal of its source."""
 
     def __init__(self, plan: Plan, group: Group, node: Node, column: int) -> None:
         super().__init__(plan, group, by_parameters=False)
@@ -117,8 +117,8 @@ def _linearised(plan: Plan, group: Group, node: Node, memory: Memory) -> PeriodM
     return PeriodMap(states, ((*node, 0),), ((*node, 0),), matrix, {}, 0.0, tick=memory.tick, time=time)
 
 
-def _behind(plan: Plan, node: Node) -> set[str]:
-    """Blocks that a wire acts on, at once or by way of others."""
+def _downstream(plan: Plan, node: Node) -> set[str]:
+    """Return the blocks that a wire acts on, directly or through others."""
     import networkx
 
     from proofmass.runner.analysis.linearisation.period_map import plan_graph
@@ -128,7 +128,9 @@ def _behind(plan: Plan, node: Node) -> set[str]:
 
 def _moving(tick: int, change: float) -> str:
     if tick == 0:
-        return 'tick 0 is a start-up, from which the loop changes: ask for --at settled, or a time, as in --at "0.1 s"'
+        return (
+            'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
+        )
     return f"the operating point moves: the linearisation changes by {100.0 * change:.1g} % in a tick"
 
 
@@ -138,7 +140,7 @@ def _within(node: Node, tear: Node) -> Problem:
         message=f"{signal} lies in a loop that Newton's method solves: its value follows from the others",
         key=signal,
         expected="an output that is not solved together with others",
-        hint=f"open the loop elsewhere, or put a LowPass behind {'.'.join(tear)}",
+        hint=f"open the loop elsewhere, or put a LowPass after {'.'.join(tear)}",
         path=("blocks", node[0]),
     )
 
@@ -149,7 +151,7 @@ def _not_linear(at: str, got: str) -> Problem:
         message=f"cannot be linearised: {what} has no derivative here",
         key=f"blocks.{name}",
         got=got,
-        expected="arithmetic, comparisons and functions of math on what signals move",
+        expected="arithmetic, comparisons and functions of math on values that signals change",
         hint="linearise at another time",
         path=("blocks", name),
     )

@@ -1,6 +1,6 @@
-"""States scaled by powers of two so that rows and columns of a transition matrix are alike: metres beside codes.
+"""States scaled by powers of two, so that metres and codes in one transition matrix are of similar size.
 
-Parlett and Reinsch, Numerische Mathematik 13, 1969, 293. LAPACK is asked itself, since `scipy.linalg.matrix_balance`
+Parlett and Reinsch, Numerische Mathematik 13, 1969, 293. LAPACK is called directly, since `scipy.linalg.matrix_balance`
 takes scales beyond 2^63 for integers.
 """
 
@@ -16,7 +16,7 @@ _gebal = _lapack.dgebal
 
 
 def balanced(a: Array) -> tuple[Array, Array]:
-    """S^-1 A S and the diagonal of S."""
+    """Return S^-1 A S and the diagonal of S."""
     if len(a) < 2:
         return a, np.ones(len(a))
     value, _, _, scale, _ = _gebal(a, scale=1, permute=0)

@@ -10,43 +10,43 @@ from proofmass.runner.plan.planned import Plan
 
 
 @dataclass(frozen=True)
-class Found:
-    """Outputs that lie in loops with each other, and those of them that all of these loops go through, best first."""
+class LoopGroup:
+    """Outputs in loops that share wires, and those at which all of these loops can be opened, best first."""
 
     ports: tuple[str, ...]
     open_at: tuple[str, ...]
 
 
-def find_loops(plan: Plan) -> list[Found]:
-    """All loops, those that share wires together."""
+def find_loops(plan: Plan) -> list[LoopGroup]:
+    """Return all loops, grouped by shared wires."""
     wiring = _port_graph(plan)
-    found = []
+    groups = []
     for part in networkx.strongly_connected_components(wiring):
         inner = wiring.subgraph(part)
         if len(part) > 1 or networkx.number_of_selfloops(inner):
             cuts = sorted((node for node in part if _opens(plan, inner, node)), key=lambda n: (-plan.stride(n), n))
-            found.append(Found(_texts(sorted(part)), _texts(cuts)))
-    return sorted(found, key=lambda loop: loop.ports)
+            groups.append(LoopGroup(_texts(sorted(part)), _texts(cuts)))
+    return sorted(groups, key=lambda loop: loop.ports)
 
 
 def _port_graph(plan: Plan) -> Any:
-    """An edge from each output to the outputs that its value reaches through one block, at once or later."""
+    """Return a graph with an edge from each output to those that it reaches through one block, at once or later."""
     wiring: Any = networkx.DiGraph()
     for (name, entry), source in plan.schedule.drivers.items():
-        block = plan.blocks[name]
-        later = block.state_class() is not None or bool(block.buffers) or entry in block.parameters
+        kind = type(plan.blocks[name])
+        later = kind.state_class() is not None or bool(kind.buffers) or entry in kind.parameters
         wiring.add_edges_from(
-            (source, (name, port)) for port in block.outputs if later or entry in block.feedthrough(port)
+            (source, (name, port)) for port in kind.outputs if later or entry in kind.feedthrough(port)
         )
     return wiring
 
 
 def _opens(plan: Plan, part: Any, node: Node) -> bool:
-    """Whether no loop is left without the output, which must be one number.
+    """Return whether cutting this output, which must be one number, leaves no loop.
 
-    It must be sampled or held, or all of the loop lie among continuous blocks.
+    It must be sampled or held, unless the whole loop lies among continuous blocks.
     """
-    port = plan.blocks[node[0]].outputs[node[1]]
+    port = type(plan.blocks[node[0]]).outputs[node[1]]
     if port.shape or port.dtype is bool:
         return False
     groups = [set(solver.group.nodes) for solver in plan.solvers if node in solver.group.nodes]

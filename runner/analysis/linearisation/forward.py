@@ -1,4 +1,4 @@
-"""A graph run to its operating point: in plain Python at first, in machine code once that takes long."""
+"""Runs to an operating point: in plain Python at first, in machine code once that takes long."""
 
 import time
 from collections.abc import Callable
@@ -24,7 +24,7 @@ _CHUNK = 0.05  # seconds from one report of progress to the next
 
 
 class Forward:
-    """A run that goes on as far as it is wanted. Plain Python and machine code give the same bits."""
+    """A run that can be continued. Plain Python and machine code give the same bits."""
 
     def __init__(self, plan: Plan, memory: Memory | None = None, progress: Progress | None = None) -> None:
         self._original, self._plan, self._progress = plan, replace(plan, probes=()), progress
@@ -35,11 +35,11 @@ class Forward:
 
     @property
     def engine(self) -> str:
-        """Name of the engine that runs it now."""
+        """The name of the engine that runs it now."""
         return self._engine.name
 
     def to(self, last: int, of: int = 0) -> Memory:
-        """What moves at the start of the tick `last`; raises `TickError` in a tick before it that fails."""
+        """Run to the start of the tick `last` and return the memory there; raises `TickError` if a tick fails."""
         if self._engine.name == "python" and choose(self._plan, last - self.tick, "auto") == "compiled":
             self._compile()
         while self.tick < last:
@@ -62,7 +62,7 @@ class Forward:
         return self._engine.memory().copy()
 
     def _compile(self) -> None:
-        if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # what has values of over 64 bits cannot
+        if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # values beyond 64 bits prevent it
             self._engine = self._machine_code(self._engine.memory())
 
     def _python(self, memory: Memory) -> Engine:
@@ -97,7 +97,7 @@ class _WithoutNoise(Interpreter):
 
 
 class _Latest:
-    """The last plan that was run, with its machine code, and where it got to: it is most often asked for again."""
+    """The last plan that was run, its machine code and how far it got, since it is often run further."""
 
     plan: Plan | None = None
     memory: Memory | None = None
@@ -105,7 +105,7 @@ class _Latest:
 
 
 def memory_at(plan: Plan, tick: int, progress: Progress | None = None) -> Memory:
-    """The memory at the start of a tick, after a run from tick 0; raises `ModelError` where that fails."""
+    """Return the memory at the start of a tick, after a run from tick 0; raises `ModelError` if the run fails."""
     if _Latest.plan is not plan:
         _Latest.plan, _Latest.memory, _Latest.compiled = plan, None, None
     if tick == 0:
@@ -120,7 +120,7 @@ def memory_at(plan: Plan, tick: int, progress: Progress | None = None) -> Memory
 
 
 def keep(plan: Plan, memory: Memory) -> None:
-    """Remember where a plan has got to."""
+    """Remember how far a plan has run."""
     if _Latest.plan is not plan:
         _Latest.plan, _Latest.compiled = plan, None
     _Latest.memory = memory

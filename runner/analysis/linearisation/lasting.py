@@ -1,6 +1,6 @@
 """The modes of a linear map that do not decay, and the map without them.
 
-They are told apart with the projector on their invariant subspaces, V (W V)^-1 W (Golub and Van Loan, Matrix
+They are separated by the projector on their invariant subspaces, V (W V)^-1 W (Golub and Van Loan, Matrix
 Computations, 7.6).
 """
 
@@ -15,7 +15,7 @@ from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.poles import judged
 
-_UNSEEN = 1e-9  # of what a mode could pass on, if it passed on all
+_UNSEEN = 1e-9  # part of the largest possible coupling below which a mode counts as unseen
 _schur: Any = scipy.linalg.schur
 
 
@@ -39,21 +39,21 @@ class Lasting:
         self.others = np.eye(len(a)) - within * scale[:, None] / scale
 
     def passes(self, into: Array, out: Array) -> bool:
-        """Whether they pass anything on from one of some inputs to one of some outputs."""
+        """Return whether they couple any of these inputs to any of these outputs."""
         out = np.atleast_2d(out)
         if not self._right.shape[1]:
             return False
-        reached, shown = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
+        reached, observed = self._left.T @ (into / self._scale[:, None]), (out * self._scale) @ self._right
         within = self._left.T @ self._alike @ self._right
         most = np.outer(np.linalg.norm(out * self._scale, axis=1), np.linalg.norm(into / self._scale[:, None], axis=0))
         for _ in range(len(within)):
-            if np.any(np.abs(shown @ reached) > _UNSEEN * most):
+            if np.any(np.abs(observed @ reached) > _UNSEEN * most):
                 return True
             reached = within @ reached
         return False
 
     def without(self, a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
-        """The system of the other modes, in coordinates of their invariant subspace."""
+        """Return the system of the other modes, in coordinates of their invariant subspace."""
         if not self._right.shape[1]:
             return a, b, c
         alike = self.others / self._scale[:, None] * self._scale
@@ -62,14 +62,14 @@ class Lasting:
         return basis.T @ self._alike @ basis, into, (c * self._scale) @ basis
 
     def holders(self, names: Sequence[str]) -> list[str]:
-        """The blocks that move in them."""
+        """Return the blocks that take part in them."""
         part = np.linalg.norm(self._right, axis=1)
         order = np.argsort(-part, kind="stable")
         return list(dict.fromkeys(names[int(i)] for i in order if part[i] >= 0.1 * part[order[0]]))
 
 
 def _invariant(a: Array, least: float) -> Complex:
-    """An orthonormal basis of what belongs to eigenvalues beyond a size."""
+    """Return an orthonormal basis of the invariant subspace of eigenvalues above a size."""
     _, turned, count = _schur(a, output="complex", sort=lambda value: abs(value) > least)
     basis: Complex = turned[:, :count]
     return basis

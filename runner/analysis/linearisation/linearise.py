@@ -16,7 +16,7 @@ from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.loops import SETTLED, Loop
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
-from proofmass.runner.analysis.linearisation.find_loops import Found, find_loops
+from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at, variation
@@ -41,20 +41,20 @@ def linearise(
     at: str | float | Fraction = 0.0,
     minimal: bool = False,
 ) -> "control.StateSpace":
-    """The linearised sampled system of a graph, for python-control, exact for what is held between ticks.
+    """Return the linearised sampled system of a graph as a `control.StateSpace`, exact for signals held between ticks.
 
-    `inputs` are outputs of blocks, "acceleration.output", to whose values the inputs of the system are added; `outputs`
-    are what is observed. With `loop`, the name of a loop or an output at which to open one, the system is the open
-    loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after which all
-    blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
+    `inputs` are outputs of blocks, such as "acceleration.output"; inputs of the system are added to their values.
+    `outputs` are the observed signals. With `loop`, the name of a loop or an output at which to open one, the system
+    is the open loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after
+    which all blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
 
-    The operating point is what the graph is like at the time `at`, by a run from tick 0, or where its loops have
-    "settled". Quantisers count as gain one, limits as what they are at the operating point. States that do not lie
-    between inputs and outputs are left out. With `minimal`, modes that do not decay are too, where no input reaches
-    them or no output shows them: an integrator behind a difference, the phase of an oscillation. The states that are
-    left are then not those of blocks.
+    The operating point is the graph's state at time `at`, after a run from tick 0, or where its loops have "settled".
+    Quantisers count as gain one, limits as their slope at the operating point. States that do not lie between inputs
+    and outputs are left out. With `minimal`, so are modes that do not decay and that no input reaches or no output
+    shows: an integrator after a difference, the phase of an oscillation. The remaining states are then not those of
+    blocks.
 
-    Raises `ModelError` with the block that cannot be linearised.
+    Raises `ModelError` that names the block that cannot be linearised.
     """
     planned = plan(graph)
     if loop:
@@ -64,27 +64,28 @@ def linearise(
     return to_control(map_at(planned, *wires, tick=tick_at(planned, at)).between(), minimal=minimal)
 
 
-def to_control(found: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
-    """The map as a StateSpace; its names have colons, since python-control takes no dots: `dac:voltage`."""
+def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
+    """Return the map as a StateSpace. Names have colons, since python-control allows no dots: `dac:voltage`."""
     import control
 
     states, inputs, outputs = (
-        [name.replace(".", ":") for name in found.names(ends)] for ends in (found.states, found.inputs, found.outputs)
+        [name.replace(".", ":") for name in period_map.names(ends)]
+        for ends in (period_map.states, period_map.inputs, period_map.outputs)
     )
 
-    a, b, c, d = found.parts()
-    if minimal and found.period:
+    a, b, c, d = period_map.parts()
+    if minimal and period_map.period:
         lasting = Lasting(a)
         if not lasting.passes(b, c):
             a, b, c = lasting.without(a, b, c)
-            states = states if len(a) == found.order else []
+            states = states if len(a) == period_map.order else []
     sign = -1.0 if negated else 1.0
     return control.StateSpace(
         a,
         b,
         sign * c,
         sign * d,
-        found.period,
+        period_map.period,
         states=states or None,
         inputs=inputs,
         outputs=[f"{name} back" for name in outputs] if negated else outputs,
@@ -93,7 +94,7 @@ def to_control(found: PeriodMap, negated: bool = False, minimal: bool = False) -
 
 
 def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = False) -> OpenLoop:
-    """The loop through an output, opened there; in continuous time where only continuous blocks lie in it."""
+    """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
     group = analog_group(planned, node)
     if group is not None:
         analog = analog_map(planned, group, node, tick).between()
@@ -101,47 +102,49 @@ def open_loop(planned: Plan, node: Node, tick: int = 0, by_parameters: bool = Fa
             raise ModelError([planned.graph.placed(_not_within(planned, group, node))])
         return OpenLoop(analog, continuous=True)
     whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
-    found = replace(whole.between(), later=())
-    if not any(part.any() for part in (found.parts()[1], found.parts()[3])):
+    between = replace(whole.between(), later=())
+    if not any(part.any() for part in (between.parts()[1], between.parts()[3])):
         signal = ".".join(node)
         problem = Problem(
             message=f"what goes in at {signal} does not come back",
             key=signal,
             expected="a loop in which every block passes small changes on",
-            hint="a limit may be reached there, or a signal be compared, not computed with; another time may do: --at",
+            hint="a limit may be reached there, or a signal only compared; try another time with --at",
             path=("blocks", node[0]),
         )
         raise ModelError([planned.graph.placed(problem)])
     if not whole.later or any(later.states != whole.states for later in whole.later):
-        return OpenLoop(found)
-    kept = [whole.states.index(state) for state in found.states]
-    closed, *after = (np.real(OpenLoop(one).closed()) for one in (found, *(later.kept(kept) for later in whole.later)))
-    return OpenLoop(found, variation=variation(closed, after))
+        return OpenLoop(between)
+    kept = [whole.states.index(state) for state in between.states]
+    closed, *after = (
+        np.real(OpenLoop(one).closed()) for one in (between, *(later.kept(kept) for later in whole.later))
+    )
+    return OpenLoop(between, variation=variation(closed, after))
 
 
 def loops_of(planned: Plan) -> dict[str, Loop]:
-    """The loops of a graph, those that it names or else all that are found in its wires; refused where they cross."""
+    """Return the loops of a graph: those that it names, else all in its wires; raises `ModelError` if these cross."""
     if planned.graph.loops:
         return dict(planned.graph.loops)
-    found = find_loops(planned)
-    problems = [_crossing(part) for part in found if not part.open_at]
-    if not found:
-        hint = "margins are those of a loop: wire the output of a controller back to what it controls"
+    groups = find_loops(planned)
+    problems = [_crossing(part) for part in groups if not part.open_at]
+    if not groups:
+        hint = "margins need a loop: wire the output of a controller back to what it controls"
         problems = [Problem(message="the graph has no loop", key="wires", hint=hint, path=("wires",))]
     if problems:
         raise ModelError([planned.graph.placed(problem) for problem in problems])
-    return {part.open_at[0]: Loop(open_at=part.open_at[0]) for part in found}
+    return {part.open_at[0]: Loop(open_at=part.open_at[0]) for part in groups}
 
 
-def one_loop(planned: Plan, graph: Graph, wanted: str) -> tuple[str, Node]:
+def one_loop(planned: Plan, graph: Graph, name: str) -> tuple[str, Node]:
     """Name and output of the loop of a name, or opened at an output."""
     loops = planned.graph.loops
-    if wanted in loops:
-        return wanted, node_of(planned, graph, loops[wanted].open_at)
-    if "." in wanted:
-        return wanted, node_of(planned, graph, wanted)
-    hint = like(wanted, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
-    raise ModelError([Problem(message="there is no such loop", key="loops", got=wanted, hint=hint)])
+    if name in loops:
+        return name, node_of(planned, graph, loops[name].open_at)
+    if "." in name:
+        return name, node_of(planned, graph, name)
+    hint = like(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
+    raise ModelError([Problem(message="there is no such loop", key="loops", got=name, hint=hint)])
 
 
 def node_of(planned: Plan, graph: Graph, signal: str) -> Node:
@@ -168,7 +171,7 @@ def tick_at(planned: Plan, at: str | float | Fraction) -> int:
         ) from None
 
 
-def _crossing(found: Found) -> Problem:
+def _crossing(found: LoopGroup) -> Problem:
     """Loops that share wires: which one is meant must be said."""
     first, more = found.ports[0], len(found.ports) - _NAMED
     some = ", ".join([*found.ports[:_NAMED], *([f"and {more} more"] if more > 0 else [])])
@@ -176,7 +179,7 @@ def _crossing(found: Found) -> Problem:
         message="loops share wires here, and no wire opens them all",
         key="loops",
         got=some,
-        expected="one output for each loop that margins are wanted of; the other loops stay closed meanwhile",
+        expected="one output for each loop to analyse; the other loops stay closed",
         hint=f'add [loops.NAME] with open_at = "{first}", or say --loop {first}',
         path=("wires",),
     )

@@ -1,7 +1,7 @@
 """A loop opened at a wire, as a sampled system: frequency response, closed-loop poles, sensitivity.
 
-L is what comes back to the wire for what goes in, with the sign turned, as is usual for negative feedback: the loop is
-stable where the zeros of det(I + L) lie inside the unit circle. Where slower blocks lie in the loop, L is lifted: one
+L is minus the signal from the wire's source over the signal at its readers, as is usual for negative feedback: the loop
+is stable if the zeros of det(I + L) lie inside the unit circle. Where slower blocks lie in the loop, L is lifted: one
 period of the loop holds `per_period` values of the wire.
 """
 
@@ -97,7 +97,7 @@ class OpenLoop:
         return self._open_transfer(self._points(w))
 
     def response(self, w: Array | float) -> Complex:
-        """What comes back at the frequency that goes in, as a network analyser measures it; w in rad/s."""
+        """Return the response at the input's own frequency, as a network analyser measures it; w in rad/s."""
         w = np.asarray(w, dtype=float)
         times = np.arange(self.per_period) * self.sample
         turn = np.exp(1j * w.reshape(-1, 1) * times)
@@ -109,7 +109,7 @@ class OpenLoop:
         return self._closed_transfer(self._points(w))
 
     def _points(self, w: Array) -> Complex:
-        """Where on the boundary of stability the frequencies lie."""
+        """Return the points on the boundary of stability at these frequencies."""
         s: Complex = 1j * np.asarray(w, dtype=float)
         return s if self.continuous else np.asarray(np.exp(s * self.map.period), dtype=complex)
 

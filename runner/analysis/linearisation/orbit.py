@@ -1,14 +1,14 @@
 """Linear maps about operating points that are what they claim: the orbit closes, moves slowly, or makes no difference.
 
 A map of one common period is linear and time-invariant where the graph is the same in every period. Where carriers are
-mixed it depends on how they stand, and repeats only if they fit the period. So the map is compared with those of later
+mixed it depends on their phases, and repeats only if they fit the period. So the map is compared with those of later
 periods. Where they differ, it may be taken
 
-- over k periods, where the orbit comes back after so many: that is exact, the map of k periods does not change; or
-- over one, where it changes little in 1 / w, w being the lowest gain crossover: a loop that is frozen in its motion.
+- over k periods, if the orbit closes after k: this is exact, since the map of k periods does not change; or
+- over one, if it changes little in 1 / w, w being the lowest gain crossover: a loop frozen in its motion.
 
-Else the time-invariant map would be that of no loop, and is refused. Tick 0 is not refused, since a graph starts there
-from what it is given: what is not at rest is noted.
+Otherwise no time-invariant map describes the loop, and it is refused. Tick 0 is not refused, since a graph starts there
+from its initial values; a note says if it is not at rest.
 """
 
 import math
@@ -66,15 +66,15 @@ def map_at(
     noise: Collection[str] = (),
     tick: int = 0,
 ) -> PeriodMap:
-    """As `period_map`, over as many periods as its orbit takes to close; raises `ModelError` where it does not."""
+    """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
     wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
     if _Latest.plan is not plan or _Latest.wanted != wanted:
         point = _Search(plan, inputs, outputs, cut, everything, noise, tick).point()
         _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, point
     point = _Latest.point
-    found = point.map
+    exact = point.map
     if by_parameters:
-        found = period_map(
+        exact = period_map(
             plan,
             inputs,
             outputs,
@@ -85,7 +85,7 @@ def map_at(
             tick=tick,
             periods=point.periods,
         )
-    return replace(found, notes=point.notes, later=point.later)
+    return replace(exact, notes=point.notes, later=point.later)
 
 
 class _Latest:
@@ -125,29 +125,29 @@ class _Search:
 
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
-        found = self._map(self._after(0))
+        first = self._map(self._after(0))
         if not self._moves():
-            return _Point(found, 1)
+            return _Point(first, 1)
         maps = dict[int, PeriodMap]()
         for look in _LOOKS:
             maps[look] = self._map(self._after(look))
-            if look == 1 and _change(found, maps[look]) <= SAME:
-                return _Point(found, 1)
-        change, later = self._drift(found, maps, 1, found), tuple(maps.values())
+            if look == 1 and _change(first, maps[look]) <= SAME:
+                return _Point(first, 1)
+        change, later = self._drift(first, maps, 1, first), tuple(maps.values())
         if change <= NOTED:
-            return _Point(found, 1, (), later)
+            return _Point(first, 1, (), later)
         if self._first == 0:
-            return _Point(found, 1, (self._start_up(),), later)
+            return _Point(first, 1, (self._start_up(),), later)
         if change <= FROZEN:
-            return _Point(found, 1, _moving(change), later)
+            return _Point(first, 1, _moving(change), later)
         orbit = self._orbit()
-        closed = self._closed(found, orbit)
+        closed = self._closed(first, orbit)
         if closed is None:
-            raise ModelError([self._plan.graph.placed(self._refused(orbit, found))])
+            raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
 
     def _drift(self, found: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
-        """By how much the map of a period, `first` and `later`, changes in the time of the lowest crossover of `found`.
+        """Return the change between the maps `first` and `later` of a period, in the time of the lowest crossover.
 
         Between wires it is the time of the slowest pole.
         """
@@ -162,7 +162,7 @@ class _Search:
         return speed / float(np.min(rates, where=rates > SAME, initial=1.0))
 
     def _after(self, periods: int) -> Memory:
-        """What moves, so many periods after the operating point."""
+        """Return the memory some periods after the operating point."""
         while len(self._memories) <= periods:
             self._memories.append(self._run.to(self._first + len(self._memories) * self._ticks))
         return self._memories[periods]
@@ -180,17 +180,17 @@ class _Search:
         )
 
     def _moves(self) -> bool:
-        """Whether anything that the map could depend on changes: states, or wires in the last tick of a period."""
+        """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self._after, range(3))
         if dict(_states(once, self._names)) != dict(_states(before, self._names)):
             return True
         return dict(_wires(once, self._names)) != dict(_wires(twice, self._names))
 
-    def _crossovers(self, found: PeriodMap) -> list[float]:
-        """Where |L| of a loop is about 1, in Hz."""
+    def _crossovers(self, of_period: PeriodMap) -> list[float]:
+        """Return where |L| of a loop is about 1, in Hz."""
         if not self._cut:
             return []
-        system = OpenLoop(found.between())
+        system = OpenLoop(of_period.between())
         w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
@@ -198,13 +198,13 @@ class _Search:
     def _closed(self, first: PeriodMap, orbit: "_Orbit") -> _Point | None:
         """The map over so many periods that the orbit comes back."""
         for periods in orbit.returns():
-            found = self._map(self._after(0), periods)
-            change = self._drift(found, {periods: self._map(self._after(periods))}, periods, first)
+            closed = self._map(self._after(0), periods)
+            change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
             if change <= FROZEN:
                 once, whole = _time(self._period), _time(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
                 later = self._map(self._after(periods), periods)
-                return _Point(found, periods, (note, *_moving(change)), (later,))
+                return _Point(closed, periods, (note, *_moving(change)), (later,))
         return None
 
     def _orbit(self) -> "_Orbit":
@@ -212,7 +212,9 @@ class _Search:
         return _Orbit([dict(_states(m, self._names)) | dict(_wires(m, self._names)) for m in later])
 
     def _start_up(self) -> str:
-        return 'tick 0 is a start-up, from which the loop changes: ask for --at settled, or a time, as in --at "0.1 s"'
+        return (
+            'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
+        )
 
     def _refused(self, orbit: "_Orbit", found: PeriodMap) -> Problem:
         name, part, step = orbit.fastest()
@@ -284,15 +286,15 @@ def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, st
 
 
 def variation(closed: Array, later: Sequence[Array]) -> Array:
-    """By how much the entries of a closed transition matrix change, as far as that moves its poles near the boundary.
+    """Return the changes of the entries of a closed transition matrix, as far as they move poles near the boundary.
 
     An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
     vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
     """
-    moved = np.abs(later[0] - closed)
+    change = np.abs(later[0] - closed)
     eigen: Any = scipy.linalg.eig
     poles, left, right = eigen(closed, left=True, right=True)
-    bounds = np.einsum("ki,kl,li->i", np.abs(left), moved, np.abs(right))
+    bounds = np.einsum("ki,kl,li->i", np.abs(left), change, np.abs(right))
     shifts = np.max(
         [
             np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - closed, right)) / periods
@@ -303,11 +305,11 @@ def variation(closed: Array, later: Sequence[Array]) -> Array:
     distances = np.abs(1.0 - np.abs(poles))
     near = distances <= max(_NEAR, float(np.min(distances, initial=1.0)))
     parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
-    return np.asarray(moved * min(float(np.max(parts, initial=0.0)), 1.0))
+    return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
 
 
 def _change(first: PeriodMap, second: PeriodMap) -> float:
-    """How far two maps differ: the largest relative change of what one block does to another, in balanced units."""
+    """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
     kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]
@@ -317,11 +319,11 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     one, two = first.matrix[:, :-1] - eye, second.matrix[:, :-1] - eye
     size = np.maximum(np.abs(one), np.abs(two))
     rows, columns = _scales(size, n)
-    size, moved = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
+    size, difference = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
     whole = float(np.linalg.norm(size))
     down, across = _groups(first.states, first.outputs), _groups(first.states, first.inputs)
     changes = [
-        float(np.linalg.norm(moved[np.ix_(r, c)])) / part
+        float(np.linalg.norm(difference[np.ix_(r, c)])) / part
         for r in down
         for c in across
         if (part := float(np.linalg.norm(size[np.ix_(r, c)]))) > _NEGLIGIBLE * whole

@@ -46,9 +46,9 @@ class PeriodMap:
     period: float  # seconds
     tick: int = 0  # of the operating point, in base ticks
     time: float = 0.0  # the same in seconds
-    undefined: tuple[str, ...] = ()  # parameters by which there is no finite derivative
-    notes: tuple[str, ...] = ()  # what is to be said of the operating point
-    later: "tuple[PeriodMap, ...]" = ()  # maps that follow it, where they are others
+    undefined: tuple[str, ...] = ()  # parameters without a finite derivative
+    notes: tuple[str, ...] = ()  # on the operating point
+    later: "tuple[PeriodMap, ...]" = ()  # maps of later periods, where they differ
 
     @property
     def order(self) -> int:
@@ -97,13 +97,13 @@ class PeriodMap:
 
 def _reached(edges: Array, order: int) -> set[int]:
     """States from which the entries behind the states can be reached, where row i depends on column j."""
-    found = np.zeros(len(edges), dtype=bool)
-    found[order:] = True
+    reached = np.zeros(len(edges), dtype=bool)
+    reached[order:] = True
     while True:
-        grown = found | (edges[found] != 0.0).any(axis=0)
-        if (grown == found).all():
-            return set(np.flatnonzero(found[:order]).tolist())
-        found = grown
+        grown = reached | (edges[reached] != 0.0).any(axis=0)
+        if (grown == reached).all():
+            return set(np.flatnonzero(reached[:order]).tolist())
+        reached = grown
 
 
 def period_map(
@@ -121,14 +121,14 @@ def period_map(
 ) -> PeriodMap:
     """Linearise what lies between some wires, at what the graph is like in a base tick (or the period it lies in).
 
-    The map is that of so many common `periods`. With a `memory` the tick is that of it.
+    The map covers this many common `periods`. With a `memory` it starts at its tick.
 
-    `inputs` are added to what their wires carry, or replace it where they are `cut`. The states are those of the blocks
-    on paths from inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the deviates
-    and the errors of quantisers are further inputs, and what these quantisers are given is a further output (`NoisyTicks`);
-    the states are then those of the paths from there too.
+    `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
+    inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
+    deviates and the errors of quantisers are further inputs, what these quantisers are given is a further output
+    (`NoisyTicks`), and the states are those of blocks on paths from there too.
 
-    Raises `ModelError` with the block that cannot be linearised.
+    Raises `ModelError` that names the block that cannot be linearised.
     """
     upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
@@ -136,7 +136,7 @@ def period_map(
     ticks *= periods
     if by_parameters:
         plan = differentiated(plan)
-    counted: set[str] = set()  # blocks whose integers are bits or indices, not numbers: they keep their values
+    counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     while True:
         begin = _with_start_slopes(memory, plan) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted)
@@ -181,7 +181,7 @@ def blocks_of_map(
 
 
 def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
-    """Which block is read by which, driven parameters included."""
+    """Return the graph of blocks that read each other, driven parameters included."""
     wiring: networkx.DiGraph[str] = networkx.DiGraph()
     wiring.add_nodes_from(plan.blocks)
     wiring.add_edges_from((source, target) for (target, _), (source, _) in plan.schedule.drivers.items())
@@ -201,7 +201,7 @@ def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Node]) -> int:
     strides = {plan.stride(node) for node in (*read, *ends) if node[0] in blocks or node in ends}
     ticks = math.lcm(*strides, *(plan.schedule.divisors[name] for name in blocks))
     if ticks > LONGEST_PERIOD:
-        message = "the blocks tick together too seldom to be linearised over one common period"
+        message = "the blocks tick together too rarely to be linearised over one common period"
         expected, hint = f"at most {LONGEST_PERIOD:,} base ticks", "make the rates ratios of small numbers"
         raise ModelError([Problem(message=message, key="rate", got=f"{ticks:,}", expected=expected, hint=hint)])
     return ticks
@@ -237,7 +237,7 @@ def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) ->
             kinds = state.__annotations__
             made = (moved(getattr(state, field), kinds[field], (name, field, -1)) for field in state._fields)
             begin.states[name] = type(state)(*made)
-        for buffer, declared in plan.blocks[name].buffers.items():
+        for buffer, declared in type(plan.blocks[name]).buffers.items():
             if (name, buffer) not in plan.recorded:
                 held = begin.buffers[name, buffer]
                 begin.buffers[name, buffer] = [moved(v, declared.dtype, (name, buffer, i)) for i, v in enumerate(held)]
@@ -293,7 +293,7 @@ def _not_linear(name: str, what: str, got: str) -> Problem:
         message=f"cannot be linearised: {what} has no derivative here",
         key=f"blocks.{name}",
         got=got,
-        expected="arithmetic, comparisons and functions of math on what signals move",
+        expected="arithmetic, comparisons and functions of math on values that signals change",
         hint="open the loop so that this block lies outside, or linearise at another time",
         path=("blocks", name),
     )

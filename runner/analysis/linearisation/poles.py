@@ -1,11 +1,11 @@
 """Poles, their distance from the boundary of stability, and how well that is known.
 
 A pole p moves by w dA v / (w v) when the numbers of its matrix change by dA, v and w its right and left vectors (Golub
-and Van Loan, Matrix Computations, 7.2.2). What each number may be off is its rounding, and, at an operating point that
-is not at rest, by as much as it moves until it is. A verdict within that is "marginal", neither stable nor unstable.
+and Van Loan, Matrix Computations, 7.2.2). The error of each number is its rounding and, at an operating point that is
+not at rest, its change until it is. A verdict within that error is "marginal", neither stable nor unstable.
 
-Roundings are taken as if each number had its own; where numbers belong together, as those of an integrator and of the
-difference that takes it back, that is far too much. So they count up to 1e-12 only.
+Roundings are taken as independent. Where numbers belong together, as in an integrator and the difference that undoes
+it, that is far too much; so they count up to 1e-12 only.
 """
 
 import math
@@ -22,11 +22,11 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
 
 Verdict = Literal["stable", "marginal", "unstable"]
-_ROUNDINGS = 8  # by which each number of a loop may be off
-_EXACT_BITS = 12  # a number of so few bits is one that was meant: 0, 1, 1/2, not the result of arithmetic
+_ROUNDINGS = 8  # error of each number of a loop
+_EXACT_BITS = 12  # a number of so few bits is exact: 0, 1, 1/2, not the result of arithmetic
 _SETTLING = 10.0  # time constants of the slowest other mode, within which an operating point may still move
 _EPSILON = float(np.finfo(float).eps)
-_LARGEST = 1e-12  # that roundings move a pole
+_LARGEST = 1e-12  # by which roundings move a pole
 _SLOWEST = 1e-5  # distance of a mode by which an operating point settles
 _MOVING = 1e-2  # the same of an operating point that moves
 _APART = 2.0**-150  # from a pole, to solve for its vectors
@@ -46,7 +46,7 @@ class Pole:
 
     @property
     def verdict(self) -> Verdict:
-        """What this pole makes of the loop."""
+        """The verdict on a loop with this pole."""
         if abs(self.distance) <= self.uncertainty:
             return "marginal"
         return "stable" if self.distance > 0.0 else "unstable"
@@ -60,18 +60,18 @@ def together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
 
 
 def judged(closed: Array, sampled: bool, variation: Array | None = None) -> tuple[Verdict, tuple[Pole, ...]]:
-    """Verdict and poles of a closed transition matrix, hidden modes and all."""
+    """Return verdict and poles of a closed transition matrix, hidden modes included."""
     if len(closed) > LARGEST_ORDER:
         return together(_computed(closed, sampled))
     return together(judge(roots(characteristic(closed)), closed, sampled, variation))
 
 
-def judge(found: Sequence[Any], closed: Array, sampled: bool, variation: Array | None = None) -> list[Pole]:
-    """The poles at roots, balls, of a closed transition matrix.
+def judge(balls: Sequence[Any], closed: Array, sampled: bool, variation: Array | None = None) -> list[Pole]:
+    """Return the poles of a closed transition matrix from its roots as balls.
 
     `variation` is by how much its entries change from one period to the next; None where they do not.
     """
-    distances = [_distance(root, sampled) for root in found]
+    distances = [_distance(root, sampled) for root in balls]
     alike, scale = balanced(closed)
     rounding = _ROUNDINGS * _EPSILON * np.abs(alike) * _inexact(alike)
     reach, moving = _LARGEST, np.zeros_like(rounding)
@@ -79,17 +79,17 @@ def judge(found: Sequence[Any], closed: Array, sampled: bool, variation: Array |
         slowest = min((distance for distance in distances if distance > _SLOWEST), default=1.0)
         reach, moving = _MOVING, np.abs(variation) / scale[:, None] * scale * (1.0 + _SETTLING / slowest)
     poles: list[Pole] = []
-    for root, distance in zip(found, distances, strict=True):
+    for root, distance in zip(balls, distances, strict=True):
         size = 1.0 if sampled else max(abs(complex(root)), 1e-300)
         uncertainty = _EPSILON * size
         if abs(distance) <= reach * size and len(closed):
             right, left = _vectors(alike, root)
             between = abs(np.sum(left * right))
-            moved = [float(np.abs(left) @ change @ np.abs(right)) for change in (rounding, moving)]
+            shifts = [float(np.abs(left) @ change @ np.abs(right)) for change in (rounding, moving)]
             limits = (_LARGEST * size, _MOVING * size)
             uncertainty += sum(
                 min(change / float(between), limit) if between > change / limit else limit
-                for change, limit in zip(moved, limits, strict=True)
+                for change, limit in zip(shifts, limits, strict=True)
                 if change > 0.0
             )
         poles.append(Pole(complex(root), distance, uncertainty))
@@ -104,30 +104,30 @@ def _distance(root: Any, sampled: bool) -> float:
 
 
 def _vectors(a: Array, root: Any) -> tuple[Array, Array]:
-    """Right and left vectors of the largest entry 1, by inverse iteration in balls."""
+    """Return right and left eigenvectors with largest entry 1, by inverse iteration in balls."""
     precise()
     shift = root.mid() + flint.acb(_APART, _APART)
     matrix = flint.acb_mat([[flint.acb(value) for value in row] for row in a.tolist()])
     matrix -= flint.acb_mat(len(a), len(a), [shift if i % (len(a) + 1) == 0 else 0 for i in range(len(a) ** 2)])
-    found = []
+    vectors = []
     for turned in (matrix, matrix.transpose()):
         vector = [1.0 + i / (i + 7.0) + 0j for i in range(len(a))]
         for _ in range(2):
             solved = [value.mid() for value in turned.solve(flint.acb_mat(len(a), 1, vector)).entries()]
             largest = max(solved, key=lambda value: float(abs(value).log()) if value != 0 else -math.inf)
             vector = [complex(value / largest) for value in solved]
-        found.append(np.array(vector))
-    return found[0], found[1]
+        vectors.append(np.array(vector))
+    return vectors[0], vectors[1]
 
 
 def _inexact(matrix: Array) -> Array:
-    """One where a number is the result of arithmetic, zero where it was meant: of few bits."""
+    """Return one where a number is the result of arithmetic, zero where it is exact: of few bits."""
     fractions = np.frexp(matrix)[0] * 2.0**_EXACT_BITS
     return np.asarray(fractions != np.round(fractions), dtype=float)
 
 
 def _computed(closed: Array, sampled: bool) -> Iterable[Pole]:
-    """Poles of a large matrix by floating point, with the error of that."""
+    """Yield the poles of a large matrix in floating point, with their errors."""
     alike, _ = balanced(closed)
     values, left, right = _eig(alike, left=True, right=True)
     with np.errstate(divide="ignore"):

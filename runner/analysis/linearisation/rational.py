@@ -5,7 +5,7 @@ A double is a fraction with a power of two below, so that N and D are known exac
     D(z) = det(z - A),   N(z) = det(z - A + B C) - (1 - d) D(z).
 
 Sampled loops are turned onto the axis s = j t by z = (1 + s) / (1 - s), t = tan(w T / 2), as in Franklin, Powell and
-Workman, Digital Control of Dynamic Systems, 6.3, so that all that follows is said once, for both kinds of loops. The
+Workman, Digital Control of Dynamic Systems, 6.3, so that the rest is written once, for both kinds of loops. The
 integers have thousands of bits; FLINT (flintlib.org) does their arithmetic.
 """
 
@@ -21,8 +21,8 @@ from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.period_map import Array
 
 Polynomial = Any  # flint.fmpz_poly, which has no types of its own
-LARGEST_ORDER = 160  # of systems whose polynomials are looked at; that takes ten seconds
-BITS = 512  # of all that is not exact; far beyond what cancels in loops of some hundred states
+LARGEST_ORDER = 160  # of systems whose polynomials are used; that takes ten seconds
+BITS = 512  # of inexact numbers; far beyond the cancellation in loops of some hundred states
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Transfer:
         return self.numerator + self.denominator
 
     def on_axis(self, sampled: bool) -> Rational:
-        """The same on the frequency axis."""
+        """Return the quotient on the frequency axis."""
         degree = max(self.numerator.degree(), self.denominator.degree(), 0)
         if not sampled:
             return Rational(self.numerator, self.denominator, degree, False)
@@ -61,7 +61,7 @@ class Transfer:
 
 
 def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer:
-    """The quotient of a single input and a single output; common factors are left in."""
+    """Return the quotient of a single input and output; common factors stay in it."""
     n = len(a)
     scaled, into, out = _scaled(a, b.reshape(n), c.reshape(n))
     matrix, below = _integers(scaled)
@@ -80,32 +80,32 @@ def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer:
 
 
 def characteristic(a: Array) -> Polynomial:
-    """det(z - A), but for a power of two."""
+    """Return det(z - A) up to a power of two."""
     matrix, bits = _integers(_scaled(a, np.zeros(len(a)), np.zeros(len(a)))[0])
     return _unscaled(matrix.charpoly(), bits) if len(a) else flint.fmpz_poly([1])
 
 
 def fraction_of(value: float) -> tuple[int, int]:
-    """An integer m and k >= 0 with value = m / 2^k."""
+    """Return integers m and k >= 0 with value = m / 2^k."""
     numerator, denominator = float(value).as_integer_ratio()
     return numerator, denominator.bit_length() - 1
 
 
 def even_and_odd(polynomial: Polynomial) -> tuple[Polynomial, Polynomial]:
-    """e and o in p(j t) = e(t^2) + j t o(t^2)."""
+    """Return e and o in p(j t) = e(t^2) + j t o(t^2)."""
     coefficients = polynomial.coeffs()
     parts = [flint.fmpz_poly([value * (-1) ** i for i, value in enumerate(coefficients[start::2])]) for start in (0, 1)]
     return parts[0], parts[1]
 
 
 def square(polynomial: Polynomial) -> Polynomial:
-    """|p(j t)|^2 as a polynomial in t^2."""
+    """Return |p(j t)|^2 as a polynomial in t^2."""
     even, odd = even_and_odd(polynomial)
     return even * even + odd * odd * flint.fmpz_poly([0, 1])
 
 
 def positive_roots(polynomial: Polynomial) -> list[Any]:
-    """The real roots above zero, each once, smallest first, as balls that are proved to hold one root each."""
+    """Return the distinct real roots above zero, smallest first, as balls proved to hold one root each."""
     if polynomial.degree() < 1:
         return []
     precise()
@@ -114,7 +114,7 @@ def positive_roots(polynomial: Polynomial) -> list[Any]:
 
 
 def roots(polynomial: Polynomial) -> list[Any]:
-    """All roots, as often as they are, as balls that are proved to hold them."""
+    """Return all roots with their multiplicity, as balls proved to hold them."""
     if polynomial.degree() < 1:
         return []
     precise()
@@ -122,7 +122,7 @@ def roots(polynomial: Polynomial) -> list[Any]:
 
 
 def coprime(first: Polynomial, second: Polynomial) -> tuple[Polynomial, Polynomial, Polynomial]:
-    """Both without their common factor, and that factor."""
+    """Return both without their common factor, and that factor."""
     common = first.gcd(second)
     if common.degree() < 1:
         return first, second, flint.fmpz_poly([1])
@@ -130,12 +130,12 @@ def coprime(first: Polynomial, second: Polynomial) -> tuple[Polynomial, Polynomi
 
 
 def precise() -> None:
-    """Set the precision of balls; always the same, so that it matters to nobody who sets it."""
+    """Set the precision of balls; it is always the same, so any caller may set it."""
     flint.ctx.prec = BITS
 
 
 def _scaled(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
-    """The same system with states scaled by powers of two: no bit of the result changes, and integers stay short."""
+    """Return the system with states scaled by powers of two: the result keeps its bits, and integers stay short."""
     if len(a) < 2:
         return a, b, c
     alike, scale = balanced(a)
@@ -145,7 +145,7 @@ def _scaled(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
 
 
 def _integers(matrix: Array) -> tuple[Any, int]:
-    """The matrix as integers over one power of two."""
+    """Return the matrix as integers over one power of two."""
     parts: Sequence[Sequence[tuple[int, int]]] = [[fraction_of(value) for value in row] for row in matrix]
     bits = max((below for row in parts for _, below in row), default=0)
     return flint.fmpz_mat(
@@ -154,7 +154,7 @@ def _integers(matrix: Array) -> tuple[Any, int]:
 
 
 def _unscaled(characteristic: Polynomial, bits: int) -> Polynomial:
-    """det(z - M), but for a power of two, from det(x - 2^bits M)."""
+    """Return det(z - M) up to a power of two, from det(x - 2^bits M)."""
     return flint.fmpz_poly([value << (bits * i) for i, value in enumerate(map(int, characteristic.coeffs()))])
 
 

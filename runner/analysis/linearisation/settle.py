@@ -1,14 +1,12 @@
 """The operating point at which the loops of a graph have come to rest.
 
-The graph runs for 1, 2, 4, 8, 16, 31, 59, ... of its common periods, by 15/8 longer each time so that no period of a
-signal hides in them. It is settled when twice in a row no number that blocks in loops hold has moved by more than
-`TOLERANCE` of the largest it has been, which leaves room for the dither of converters. What decays with a time constant
-has then done so to the 3.5th power of that, however long the constant is and however short the ticks. Integers and
-switches, which count, are not looked at.
+The graph runs for 1, 2, 4, 8, 16, 31, 59, ... of its common periods, 15/8 as long each time so that no periodic signal
+can hide. It has settled when twice in a row no state of blocks in loops has changed by more than `TOLERANCE` of its
+largest value, which leaves room for the dither of converters. A decaying mode has then decayed to the 3.5th power of
+`TOLERANCE`, whatever its time constant and the length of a tick. Integers and switches are left out.
 
-Loops whose linearisation is unstable in tick 0 may settle all the same, where a limit is reached. They are given up
-where they are unstable three times in a row, each time after the growth of a million, or have moved for so long that
-what grows in tick 0 would have grown by 1e60.
+Loops that are unstable in tick 0 may still settle at a limit. They are given up if they are unstable three times in a
+row, each time after growth by a million, or if they still move when the mode of tick 0 would have grown by 1e60.
 """
 
 import math
@@ -32,7 +30,7 @@ Number = tuple[str, str, int]  # block, field or buffer, and index in the buffer
 
 
 def settled_tick(plan: Plan, progress: Progress | None = None) -> int:
-    """The base tick by which the loops have settled; raises `ModelError` with what still moves, and by how much."""
+    """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
     names = sorted(_in_loops(plan))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
     memory, run, periods, still, got = start(plan), Forward(plan, None, progress), 0, 0, ""
@@ -46,15 +44,15 @@ def settled_tick(plan: Plan, progress: Progress | None = None) -> int:
             raise ModelError([plan.graph.placed(_restless(str(error)))]) from error
         now = dict(_numbers(memory, names))
         largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
-        moved = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
-        worst = max(moved, key=lambda key: moved[key], default=None)
-        still = still + 1 if worst is None or moved[worst] <= TOLERANCE else 0
+        change = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
+        worst = max(change, key=lambda key: change[key], default=None)
+        still = still + 1 if worst is None or change[worst] <= TOLERANCE else 0
         if still >= 2 and memory.tick >= FEWEST:
             keep(plan, memory)
             return memory.tick
         if worst is not None:
             what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")
-            share = f"{moved[worst]:.2g} of its largest value"
+            share = f"{change[worst]:.2g} of its largest value"
             got = f"{what} moves by {share}, from {earlier:,} ticks to {memory.tick:,}"
             if not still and unstable.again(memory):
                 raise ModelError([plan.graph.placed(unstable.told(got))])
@@ -63,14 +61,14 @@ def settled_tick(plan: Plan, progress: Progress | None = None) -> int:
 
 
 class _Unstable:
-    """Whether the loops, linearised where they are, are unstable again and again."""
+    """Watches whether the loops, linearised on the way, are unstable again and again."""
 
     def __init__(self, plan: Plan, names: list[str], ticks: int, memory: Memory) -> None:
         self._plan, self._names, self._ticks, self._times = plan, names, ticks, 0
         self._first = self._largest_pole(memory) if names and ticks <= LONGEST_LOOK else 0.0
 
     def again(self, memory: Memory) -> bool:
-        """Look once more; true where they are to be given up."""
+        """Linearise again; return whether to give up."""
         grown = self._grown(self._first, memory.tick)
         if grown > GROWN:
             pole = self._largest_pole(memory)
@@ -78,22 +76,22 @@ class _Unstable:
         return self._times >= 3 or grown > ENOUGH
 
     def _grown(self, pole: float, ticks: int) -> float:
-        """Logarithm of what a pole grows by in some ticks."""
+        """Return the logarithm of the growth of a pole in some ticks."""
         return math.log(max(pole, 1.0)) * ticks / self._ticks
 
     def told(self, got: str) -> Problem:
-        """What is said of them."""
+        """Return the problem to report."""
         period = f"{self._ticks * self._plan.period:.3g} s"
         return Problem(
             message="the loops do not settle: they are unstable",
             key="at",
             got=f"a mode that grows by {self._first:.6g} in {period} at the start; {got}",
             expected="closed-loop poles inside the unit circle",
-            hint="without --at the margins are those of tick 0, which say how far they are from being stable",
+            hint="without --at the margins are those of tick 0; they show how far the loops are from being stable",
         )
 
     def _largest_pole(self, memory: Memory) -> float:
-        """Size of the largest closed-loop pole over the common period of the loops; 0 where it is not known."""
+        """Return the size of the largest closed-loop pole over the loops' common period; 0 if it is not known."""
         ports = [(name, _first_number(self._plan, name)) for name in self._names]
         outputs = [(name, port) for name, port in ports if port]
         try:
@@ -105,20 +103,20 @@ class _Unstable:
 
 
 def _first_number(plan: Plan, name: str) -> str:
-    """An output of a block that is one number; empty where it has none."""
-    ports = plan.blocks[name].outputs.items()
+    """Return an output of a block that is one number; empty if it has none."""
+    ports = type(plan.blocks[name]).outputs.items()
     return next((port for port, declared in ports if not declared.shape and declared.dtype is not bool), "")
 
 
 def _in_loops(plan: Plan) -> set[str]:
-    """Blocks that act on themselves, at once or by way of others."""
+    """Return the blocks that act on themselves, directly or through others."""
     wiring = plan_graph(plan)
     parts = networkx.strongly_connected_components(wiring)
     return {name for part in parts for name in part if len(part) > 1 or wiring.has_edge(name, name)}
 
 
 def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Number, float]]:
-    """The real numbers that blocks hold."""
+    """Yield the real numbers in the states of blocks."""
     for name in names:
         state = memory.states[name]
         if state is not None:
@@ -135,5 +133,5 @@ def _restless(got: str) -> Problem:
         key="at",
         got=got,
         expected=f"{TOLERANCE:g} at most, in {MOST:,} base ticks",
-        hint="take out noise and what goes on changing, or name a time instead, as in 20 ms",
+        hint="remove noise and signals that keep changing, or name a time instead, such as 20 ms",
     )

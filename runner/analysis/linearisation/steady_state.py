@@ -1,8 +1,8 @@
 """The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
 
-x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay, and that the input and the
-constants do not reach or that the output does not show, are projected out first (`lasting`): an integrator behind a
-difference, the phase of an oscillation.
+x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay are
+projected out first if input and constants do not reach them or the output does not show them (`lasting`): an integrator
+after a difference, the phase of an oscillation.
 """
 
 import numpy as np
@@ -15,56 +15,56 @@ from proofmass.runner.plan.planned import Plan
 
 
 class SteadyState:
-    """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
+    """Scale factor and bias from one output to another; raises `ModelError` if there is no steady state."""
 
-    def __init__(self, planned: Plan, found: PeriodMap, target: Node) -> None:
-        n = found.order
-        moved = found.matrix.copy()
+    def __init__(self, planned: Plan, period_map: PeriodMap, target: Node) -> None:
+        n = period_map.order
+        moved = period_map.matrix.copy()
         moved[:n, :n] -= np.eye(n)
-        slopes = sum((np.abs(slope[:n]) for slope in found.slopes.values()), np.zeros_like(moved[:n]))
+        slopes = sum((np.abs(slope[:n]) for slope in period_map.slopes.values()), np.zeros_like(moved[:n]))
         moving = np.flatnonzero(((moved[:n] != 0.0) | (slopes != 0.0)).any(axis=1))
-        self._found = found.kept([int(i) for i in moving])
-        self._rows = sum(entry[:2] == target for entry in found.outputs)
-        a, b, c, _, step, _, given = self._parts(self._found.matrix)
+        self._map = period_map.kept([int(i) for i in moving])
+        self._rows = sum(entry[:2] == target for entry in period_map.outputs)
+        a, b, c, _, step, _, at_input = self._parts(self._map.matrix)
         lasting = Lasting(a)
-        if lasting.passes(np.column_stack([b, step - b * given]), c):
+        if lasting.passes(np.column_stack([b, step - b * at_input]), c):
             raise ModelError([planned.graph.placed(self._does_not_settle(target, lasting))])
         rest = lasting.others
         self._inverse = rest @ np.linalg.inv(np.eye(len(a)) - rest @ a)
         self._by_input = self._inverse @ b
-        self._at_zero = self._inverse @ (step - b * given)
+        self._at_zero = self._inverse @ (step - b * at_input)
 
     def values(self) -> tuple[float, float]:
-        """Scale factor and bias."""
-        _, _, c, d, _, level, given = self._parts(self._found.matrix)
-        return float(c @ self._by_input) + d, float(c @ self._at_zero) + level - d * given
+        """Return scale factor and bias."""
+        _, _, c, d, _, level, at_input = self._parts(self._map.matrix)
+        return float(c @ self._by_input) + d, float(c @ self._at_zero) + level - d * at_input
 
     @property
     def size(self) -> float:
-        """Of what the bias is the difference: the output at the operating point, and the input's part of it."""
-        _, _, _, _, _, level, given = self._parts(self._found.matrix)
-        return abs(level) + abs(self.values()[0] * given)
+        """The sum of the sizes whose difference is the bias: the output at the operating point and the input's part."""
+        _, _, _, _, _, level, at_input = self._parts(self._map.matrix)
+        return abs(level) + abs(self.values()[0] * at_input)
 
     def slopes(self, parameter: str) -> tuple[float, float]:
-        """Derivatives of scale factor and bias."""
-        _, b, c, d, _, _, given = self._parts(self._found.matrix)
-        da, db, dc, dd, dstep, dlevel, dgiven = self._parts(self._found.slopes[parameter])
+        """Return the derivatives of scale factor and bias by a parameter."""
+        _, b, c, d, _, _, at_input = self._parts(self._map.matrix)
+        da, db, dc, dd, dstep, dlevel, dinput = self._parts(self._map.slopes[parameter])
         by_input = self._inverse @ (da @ self._by_input + db)
-        at_zero = self._inverse @ (da @ self._at_zero + dstep - db * given - b * dgiven)
+        at_zero = self._inverse @ (da @ self._at_zero + dstep - db * at_input - b * dinput)
         scale = dc @ self._by_input + c @ by_input + dd
-        bias = dc @ self._at_zero + c @ at_zero + dlevel - dd * given - d * dgiven
+        bias = dc @ self._at_zero + c @ at_zero + dlevel - dd * at_input - d * dinput
         return float(scale), float(bias)
 
     def _parts(self, matrix: Array) -> tuple[Array, Array, Array, float, Array, float, float]:
         """A, B for all values of the input alike, C, D, step and level of the mean output, and the input itself."""
-        n, rows = self._found.order, self._rows
+        n, rows = self._map.order, self._rows
         mean = matrix[n : n + rows].mean(axis=0)
         whole = matrix[:n, n:-1].sum(axis=1)
-        given = float(matrix[n + rows :, -1].mean())
-        return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), given
+        at_input = float(matrix[n + rows :, -1].mean())
+        return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), at_input
 
     def _does_not_settle(self, target: Node, lasting: Lasting) -> Problem:
-        signal, holders = ".".join(target), lasting.holders([entry[0] for entry in self._found.states])
+        signal, holders = ".".join(target), lasting.holders([entry[0] for entry in self._map.states])
         return Problem(
             message=f"{signal} does not settle: it has no scale factor and no bias",
             key=signal,

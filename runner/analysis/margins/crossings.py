@@ -1,4 +1,4 @@
-"""Where something happens on the frequency axis: crossovers and peaks as real roots, proved to be all.
+"""Crossovers and peaks on the frequency axis as real roots, proved to be complete.
 
 On the axis s = j t a polynomial is e(y) + j t o(y), y = t^2, so that |N|^2 - |D|^2, the imaginary part of N conj(D) and
 the slope of |D|^2 / |N + D|^2 are polynomials in y with integer coefficients. Their positive roots are separated by
@@ -35,9 +35,9 @@ class Crossing:
 
 
 def gain_crossings(loop: Rational) -> list[Crossing]:
-    """Where |L| = 1, between rest and half the rate.
+    """Return where |L| = 1, between rest and half the rate.
 
-    A first crossover up to which |L| is 1 but for rounding is none: filters pass what is slow unchanged.
+    A first crossover does not count if |L| is 1 to rounding all the way up to it, as in filters at low frequency.
     """
     difference = square(loop.numerator) - square(loop.denominator)
     found = positive_roots(difference)
@@ -49,7 +49,7 @@ def gain_crossings(loop: Rational) -> list[Crossing]:
 
 
 def phase_crossings(loop: Rational) -> list[Crossing]:
-    """Where L is negative, half the rate included."""
+    """Return where L is negative, half the rate included."""
     (ne, no), (de, do) = even_and_odd(loop.numerator), even_and_odd(loop.denominator)
     turned = no * de - ne * do
     real = ne * de + flint.fmpz_poly([0, 1]) * no * do
@@ -64,19 +64,19 @@ def phase_crossings(loop: Rational) -> list[Crossing]:
 
 
 def rest(loop: Rational) -> Crossing | None:
-    """L at rest, or None where it is infinite there."""
+    """Return L at rest, or None if it is infinite there."""
     bottom, top = int(loop.denominator[0]), int(loop.numerator[0])
     return None if bottom == 0 else _real(0.0, top, bottom)
 
 
 def half_rate(loop: Rational) -> Crossing | None:
-    """L at half the rate of a sampled loop, or None where it is infinite there or the loop is continuous."""
+    """Return L at half the rate of a sampled loop, or None if it is infinite there or the loop is continuous."""
     bottom, top = int(loop.denominator[loop.degree]), int(loop.numerator[loop.degree])
     return None if bottom == 0 or not loop.sampled else _real(math.pi, top, bottom)
 
 
 def largest_ratio(loop: Rational, above: Polynomial, below: Polynomial) -> tuple[float, float]:
-    """Frequency and value of the largest |above / below| on the axis, the ends included; infinite at a pole."""
+    """Return frequency and value of the largest |above / below| on the axis, the ends included; infinite at a pole."""
     precise()
     top, bottom, _ = coprime(square(above), square(below))
     poles = positive_roots(bottom)
@@ -95,7 +95,7 @@ def largest_ratio(loop: Rational, above: Polynomial, below: Polynomial) -> tuple
 
 
 def first_fall(loop: Rational, above: Polynomial, below: Polynomial) -> float | None:
-    """The first frequency at which |above / below| is 3 dB less than at rest."""
+    """Return the first frequency at which |above / below| is 3 dB less than at rest."""
     precise()
     at_rest = int(above[0]) ** 2, int(below[0]) ** 2
     if at_rest[0] == 0 or at_rest[1] == 0:

@@ -10,7 +10,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """What does not exist is None: a margin without limit, any margin of a loop that is not stable."""
+    """The figures; None for a margin without limit, and for any margin of a loop that is not stable."""
 
     gain_margin: float | None = None  # factor above 1
     gain_margin_frequency: float | None = (
@@ -33,11 +33,11 @@ class Figures:
     phase_crossover_gains: tuple[float, ...] = ()  # |L| there
 
     def with_values(self, **values: Any) -> "Figures":
-        """The same but for some of them."""
+        """Return the figures with some replaced."""
         return Figures(**{**vars(self), **values})
 
     def as_data(self) -> dict[str, Any]:
-        """The numbers as plain data, in the units of their names."""
+        """Return the numbers as plain data, in the units that their names say."""
         return {
             "gain_margin_db": decibels(self.gain_margin),
             "gain_margin_frequency_hz": self.gain_margin_frequency,
@@ -60,5 +60,5 @@ class Figures:
 
 
 def decibels(factor: float | None) -> float | None:
-    """20 log10 of a factor."""
+    """Return 20 log10 of a factor."""
     return None if factor is None else 20.0 * math.log10(factor)

@@ -1,4 +1,4 @@
-"""Frequencies at which something happens, refined until rounding ends it."""
+"""Frequencies of crossovers and peaks on a grid, refined to rounding; for pictures, lifted loops and as a check."""
 
 import math
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from proofmass.runner.analysis.margins.figures import Figures
 _PER_DECADE = 60
 _MOST_TURNS = 64  # of the circle that a picture shows in detail
 _DENSITIES = (4, 16)  # points for each pole and turn, evenly spaced: of many turns and of few
-_TOLD = 1e8  # condition number up to which floating point tells L well
+_TOLD = 1e8  # condition number up to which floating point gives L reliably
 _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
 _ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
@@ -49,10 +49,9 @@ def sweep(system: OpenLoop) -> Array:
 
 
 def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures) -> None:
-    """Compare the polynomials of a loop with its state space; raises `ArithmeticError` where they disagree.
+    """Compare the polynomials of a loop with its state space; raises `ArithmeticError` if they disagree.
 
-    Each is looked at between the crossovers and at some frequencies of the whole range; where floating point cannot
-    tell L there, it is not asked.
+    They are compared between the crossovers, at frequencies where floating point gives L reliably.
     """
     single = system.single()
     if single is None or not len(single[0]):
@@ -64,13 +63,13 @@ def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures
     angles = np.sqrt(marks[:-1] * marks[1:])
     z = 1j * angles if system.continuous else np.exp(1j * angles)
     matrices = z[:, None, None] * np.eye(len(a)) - a
-    told = np.linalg.cond(matrices) < _TOLD
-    if not np.any(told):
+    reliable = np.linalg.cond(matrices) < _TOLD
+    if not np.any(reliable):
         return
-    swept = np.linalg.solve(matrices[told], np.broadcast_to(b.reshape(-1, 1), (int(told.sum()), len(a), 1)))
+    swept = np.linalg.solve(matrices[reliable], np.broadcast_to(b.reshape(-1, 1), (int(reliable.sum()), len(a), 1)))
     states = swept[:, :, 0]
     values = states @ c + d
-    for angle, value in zip(angles[told], values, strict=True):
+    for angle, value in zip(angles[reliable], values, strict=True):
         t = angle if system.continuous else math.tan(0.5 * angle)
         exact = value_at(axis, t)
         if abs(exact - value) > _DISAGREEING * max(abs(value), abs(exact), 1e-3):
@@ -82,7 +81,7 @@ def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures
 
 @dataclass(frozen=True)
 class Samples:
-    """What a system answers on a grid of frequencies, and how it is found between them."""
+    """The response of a system on a grid of frequencies, with the function that gives it between them."""
 
     answer: Callable[[Array], Complex]
     w: Array
@@ -90,26 +89,28 @@ class Samples:
 
     @classmethod
     def on(cls, w: Array, answer: Callable[[Array], Complex]) -> "Samples":
-        """The answers on a grid."""
+        """Return the response on a grid."""
         return cls(answer, w, answer(w))
 
     def up_to(self, w: float) -> "Samples":
-        """The part below a frequency."""
+        """Return the part below a frequency."""
         return replace(self, w=self.w[self.w < w], values=self.values[self.w < w])
 
 
 def crossings(samples: Samples, measure: Measure) -> list[float]:
-    """Frequencies at which a measure of the answer is zero, those between two points where it only dips too."""
+    """Return the frequencies at which a measure of the response is zero, dips between two points included."""
     w, values = _with_dips(samples, measure)
     size = np.abs(samples.answer(w)) if samples.values.ndim == 1 else 1.0
-    told = np.flatnonzero((np.abs(values) > _ROUNDING * size) & np.isfinite(values))  # of the others no sign is known
+    told = np.flatnonzero(
+        (np.abs(values) > _ROUNDING * size) & np.isfinite(values)
+    )  # the sign of the others is rounding
     curve, w, values = _curve(samples, measure), w[told], values[told]
     places = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
     return [zero_between(curve, float(w[i]), float(w[i + 1])) for i in places]
 
 
 def highest(samples: Samples, measure: Measure) -> tuple[float, float]:
-    """Frequency and value at which a measure of the answer is largest."""
+    """Return frequency and value at which a measure of the response is largest."""
     w, values, curve = samples.w, measure(samples.values), _curve(samples, measure)
     best = int(np.argmax(values))
     found = (float(w[best]), float(values[best]))

@@ -2,11 +2,11 @@
 
 No single L exists: L is the matrix of the lifted system (`open_loop`), S and T are matrices whose size is the largest
 singular value. Gain and phase margin are the factor and the turn at the wire that put a pole of the closed period on
-the unit circle; the delay margin is the number of whole samples before the first that does, or 64. Crossovers are those
-of what comes back at the frequency that goes in, looked for by a sweep.
+the unit circle; the delay margin is the number of whole samples before the first that does, or 64. Crossovers
+are those of the response at the input's own frequency, found by a sweep.
 
 A factor f (1 + e) at the wire leaves the loop stable while |e| < 1 / max |T|, by the small-gain theorem (Zhou, Doyle
-and Glover, Robust and Optimal Control, 9.2): steps of that size miss nothing on the way to the first critical factor.
+and Glover, Robust and Optimal Control, 9.2): steps of that size cannot pass the first critical factor.
 """
 
 import cmath
@@ -25,7 +25,7 @@ from proofmass.runner.analysis.margins.frequencies import Samples, crossings, sw
 LARGEST_DELAY = 64  # samples
 MOST_VALUES = 128  # of the wire in a period
 _SURPLUS = 1e-2  # by which a norm is bounded from above
-_NEAR_AXIS = 1e-5  # of an eigenvalue that counts as imaginary; one too many does no harm
+_NEAR_AXIS = 1e-5  # of an eigenvalue that counts as imaginary; an extra one does no harm
 _PEAK = 1e-9  # to which the height of a peak is found
 _SHORTEST = 1e-11  # step towards a critical factor
 _MOST_STEPS = 2000
@@ -179,7 +179,7 @@ def _first_critical(
 
 
 def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
-    """Where the response is real and negative; at half the rate of the wire it is real by nature."""
+    """Return where the response is real and negative; at half the rate of the wire it is always real."""
     ends = [math.pi / system.sample]
     found = crossings(response.up_to(ends[0] * (1.0 - 1e-9)), lambda values: values.imag) + ends
     return [v for v in found if system.response(v).real < 0.0]
@@ -198,7 +198,7 @@ def _delayed_radius(system: OpenLoop, samples: int) -> float:
 
 
 def _bandwidth(system: OpenLoop, w: Any) -> float | None:
-    """Where the closed loop first falls by 3 dB from what it is at rest."""
+    """Return where the closed loop first falls 3 dB below its value at rest."""
 
     def size(matrices: Complex) -> Any:
         return np.linalg.norm(matrices, 2, axis=(1, 2))

@@ -45,7 +45,7 @@ class Margins(Figures):
 
     @property
     def stable(self) -> bool:
-        """Whether the verdict is "stable"."""
+        """True if the verdict is "stable"."""
         return self.verdict == "stable"
 
     @property
@@ -92,12 +92,12 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
         figures = lifted.figures_of(system, open_at, verdict == "stable")
     else:
         a, b, c, d = single
-        what = seen(transfer(a, b, c, d), system.matrices[:3], closed, system.map.states, sampled, system.variation)
-        verdict, poles, hidden = what.verdict, what.poles, what.hidden
-        figures = scalar.figures_of(what.transfer, sampled, period, verdict == "stable")
+        visible = seen(transfer(a, b, c, d), system.matrices[:3], closed, system.map.states, sampled, system.variation)
+        verdict, poles, hidden = visible.verdict, visible.poles, visible.hidden
+        figures = scalar.figures_of(visible.transfer, sampled, period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":
             figures = figures.with_values(delay_margin=lifted.delay_margin(system))
-        check_by_sweep(system, loop, what.transfer.on_axis(sampled), figures)
+        check_by_sweep(system, loop, visible.transfer.on_axis(sampled), figures)
     return Margins(
         **vars(figures),
         loop=loop,

@@ -1,13 +1,13 @@
-"""Which modes a loop sees, and what its closed-loop poles say of its stability.
+"""Modes that a loop sees, and its stability by their closed-loop poles.
 
-Two stages take out of the quotient N / D what the loop does not see:
+Two stages remove from the quotient N / D what the loop does not see:
 
 1. factors that N and D share to the last bit: modes that the wire does not reach, or that do not reach it, such as the
-   integrators of a CIC filter behind its combs;
-2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), that stand where the open loop has
-   a pole and a zero: no gain moves them, such as the phase of an oscillation, which is neutral.
+   integrators of a CIC filter before its combs;
+2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), at which the open loop has a
+   pole and a zero: no gain moves them, such as the neutral phase of an oscillation.
 
-A pole and a zero that are near to each other, but apart by more than rounding, both count.
+A pole and a zero that are close, but further apart than rounding, both count.
 """
 
 import math
@@ -34,7 +34,7 @@ class Mode:
     sampled: bool
 
     def __str__(self) -> str:
-        """What it is, in words: "an integrator that the loop does not see: ramp, delayed"."""
+        """Return the mode in words: "an integrator that the loop does not see: ramp, delayed"."""
         value, verdict = self.pole.value, self.pole.verdict
         at_rest = abs(value - 1.0) if self.sampled else abs(value)
         if verdict == "marginal" and at_rest <= max(self.pole.uncertainty, 1e-9):
@@ -48,7 +48,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a loop sees: its quotient and its closed-loop poles, the slowest first; and the modes that are hidden."""
+    """The visible part of a loop: its quotient and closed-loop poles, slowest first; and the hidden modes."""
 
     transfer: Transfer
     verdict: Verdict
@@ -144,7 +144,7 @@ def _blocks_of(
 
 
 def _unseen(a: Array, c: Array, pole: Pole, multiplicity: int) -> Array:
-    """How much each state moves in the modes at a pole that c does not show."""
+    """Return the part of each state in the modes at a pole that c does not show."""
     less = a - pole.value * np.eye(len(a))
     powers = [np.eye(len(a), dtype=complex)]
     for _ in range(multiplicity):

@@ -37,13 +37,14 @@ def plot_margins(margins: Margins) -> "Figure":
     return figure
 
 
-def plot_sensitivities(found: list[Sensitivity]) -> "Figure":
+def plot_sensitivities(sensitivities: list[Sensitivity]) -> "Figure":
     """A tornado for each quantity: its change when a parameter grows by one percent, the strongest on top."""
     import matplotlib
     from matplotlib.figure import Figure
 
     drawn = [
-        (quantity, [e for e in quantity.effects if e.of_one_percent is not None][:_MOST_BARS]) for quantity in found
+        (quantity, [e for e in quantity.effects if e.of_one_percent is not None][:_MOST_BARS])
+        for quantity in sensitivities
     ]
     heights = [0.8 + 0.24 * max(len(effects), 1) for _, effects in drawn]
     with matplotlib.rc_context(STYLE):
@@ -146,7 +147,7 @@ def _tick(margins: Margins) -> float:
 
 
 def step_response(margins: Margins) -> Array:
-    """What comes back to the wire, in each of its ticks, for a unit step that is added there."""
+    """Return the response at the wire, in each of its ticks, to a unit step that is added there."""
     system = margins.system
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)

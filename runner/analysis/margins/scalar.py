@@ -72,12 +72,12 @@ def _limits(axis: Rational, phases: list[Crossing]) -> list[_Limit]:
 
 def _stable_gains(loop: Transfer, sampled: bool, factors: list[float]) -> tuple[Interval, ...]:
     """The intervals between critical factors in which all poles are inside."""
-    found: list[Interval] = []
+    intervals: list[Interval] = []
     edges = [0.0, *factors]
     for low, high in zip(edges, [*factors, math.inf], strict=True):
         inner = 2.0 * low + 1.0 if math.isinf(high) else 0.5 * (low + high)
         top, bottom = inner.as_integer_ratio()
         closed = top * loop.numerator + bottom * loop.denominator
         if all((abs(root) < 1) if sampled else (root.real < 0) for root in roots(closed)):
-            found.append((low, high))
-    return tuple(found)
+            intervals.append((low, high))
+    return tuple(intervals)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.graph import split
@@ -26,7 +27,7 @@ from proofmass.runner.plan.planned import Plan
 
 @dataclass(frozen=True)
 class Effect:
-    """What a parameter does to a quantity: the derivative, and the change for one percent of the parameter.
+    """Effect of a parameter on a quantity: the derivative, and the change for one percent of the parameter.
 
     A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else there is none.
     """
@@ -58,32 +59,32 @@ class Sensitivity:
 
 def transfer_sensitivities(planned: Plan, source: Node, target: Node, tick: int = 0) -> tuple[Sensitivity, Sensitivity]:
     """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
-    found = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
-    settled = SteadyState(planned, found, target)
+    period_map = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
+    settled = SteadyState(planned, period_map, target)
     scale, bias = settled.values()
-    slopes = {name: settled.slopes(name) for name in found.slopes}
-    units = [planned.blocks[name].unit_of(planned.blocks[name].outputs[port]) for name, port in (target, source)]
+    slopes = {name: settled.slopes(name) for name in period_map.slopes}
+    units = [unit_of(planned.blocks[name], type(planned.blocks[name]).outputs[port]) for name, port in (target, source)]
     ratio = short_unit(f"({units[0]})/({units[1]})")
     by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
     return (
-        replace(_ranked(planned, "scale factor", ratio, scale, by_scale), undefined=found.undefined),
-        replace(_ranked(planned, "bias", units[0], bias, by_bias, settled.size), undefined=found.undefined),
+        replace(_ranked(planned, "scale factor", ratio, scale, by_scale), undefined=period_map.undefined),
+        replace(_ranked(planned, "bias", units[0], bias, by_bias, settled.size), undefined=period_map.undefined),
     )
 
 
 def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> list[Sensitivity]:
     """Gain, phase and delay margin of a loop; `system` is its open loop with the derivatives by parameters."""
-    found = []
+    slopes = []
     if margins.gain_margin is not None:
-        found.append(("gain margin", "dB", _by_gain(system, margins)))
+        slopes.append(("gain margin", "dB", _by_gain(system, margins)))
     if margins.phase_margin is not None and system.per_period == 1:
         phase, delay = _by_phase(system, margins)
-        found += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
+        slopes += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
     values = margins.as_data()
     keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
     ranked = [
         _ranked(planned, f"{margins.loop}: {name}", unit, values[keys[name]], {p: slope(p) for p in system.map.slopes})
-        for name, unit, slope in found
+        for name, unit, slope in slopes
     ]
     return [replace(quantity, undefined=system.map.undefined) for quantity in ranked]
 
@@ -181,6 +182,6 @@ def _effect(planned: Plan, key: str, slope: float) -> Effect:
     block = planned.blocks[name]
     value = getattr(block, parameter)
     value = float(value[int(index)] if index else value)
-    unit = short_unit(block.unit_of(block.parameters[parameter]))
+    unit = short_unit(unit_of(block, type(block).parameters[parameter]))
     one_percent = 0.01 * abs(value) if value else 0.01 if unit == "1" else None
     return Effect(key, value, unit, slope, None if one_percent is None else slope * one_percent)

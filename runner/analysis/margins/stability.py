@@ -22,14 +22,14 @@ def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -
     cannot be told or linearised.
     """
     planned = plan(graph)
-    found = all_margins(graph, planned, loop, at)
-    if len(found) > 1:
-        expected, hint = "the name of one", f'margins(graph, "{next(iter(found))}")'
-        message, got = "the graph has several loops", ", ".join(found)
+    loops = all_margins(graph, planned, loop, at)
+    if len(loops) > 1:
+        expected, hint = "the name of one", f'margins(graph, "{next(iter(loops))}")'
+        message, got = "the graph has several loops", ", ".join(loops)
         raise ModelError(
             [planned.graph.placed(Problem(message=message, key="loops", got=got, expected=expected, hint=hint))]
         )
-    return next(iter(found.values()))
+    return next(iter(loops.values()))
 
 
 def all_margins(graph: Graph, planned: Plan, loop: str = "", at: str | float | Fraction = 0.0) -> dict[str, Margins]:
@@ -51,7 +51,7 @@ def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:
 
 
 def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
-    for key, wanted in loop.requirements.items():
+    for key, limit in loop.requirements.items():
         path = ("loops", name, key)
         if not got.stable:
             yield Problem(
@@ -65,13 +65,13 @@ def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
             return
         value, unit = attained(got, key), REQUIREMENTS[key]
         peak = key == "sensitivity_peak"
-        if value <= wanted if peak else value >= wanted:
+        if value <= limit if peak else value >= limit:
             continue
         yield Problem(
             message=f"the {key.replace('_', ' ')} of the loop is not kept",
             key=f"loops.{name}.{key}",
             got=f"{value:.4g} {unit}",
-            expected=f"at {'most' if peak else 'least'} {wanted:g} {unit}",
+            expected=f"at {'most' if peak else 'least'} {limit:g} {unit}",
             hint=f"proofmass margins shows what limits it; it is opened at {got.open_at}",
             path=path,
         )
@@ -89,7 +89,7 @@ def _slowest(pole: Pole, sampled: bool) -> str:
 
 
 def _way_back(got: Margins) -> str:
-    """How a loop that is not stable could become so."""
+    """Return how a loop that is not stable could become stable."""
     if not got.stable_gains:
         return f"no factor at {got.open_at} makes it stable; proofmass margins shows its poles and crossovers"
     low, high = got.stable_gains[-1]

@@ -22,14 +22,14 @@ _TEMPERATURE = re.compile("temp|therm", re.IGNORECASE)
 
 @dataclasses.dataclass(frozen=True)
 class Readings:
-    """What was measured: a row per reading, in the order of time where there is one."""
+    """Measured readings, one in each row, in the order of time if there is one."""
 
     source: str
     temperature: Array
     output: Array
     temperature_name: str
     output_name: str
-    temperature_unit: str = ""  # empty where the source does not say
+    temperature_unit: str = ""  # empty if the source has none
     output_unit: str = ""
 
     def __post_init__(self) -> None:
@@ -38,7 +38,7 @@ class Readings:
             raise ModelError(problems)
 
     def less(self, offset: float) -> "Readings":
-        """The readings with a constant taken off the output."""
+        """Return the readings with a constant subtracted from the output."""
         return dataclasses.replace(self, output=self.output - offset)
 
     def _problems(self) -> Sequence[Problem]:
@@ -63,7 +63,7 @@ class Readings:
                     file=self.source,
                     key=self.temperature_name,
                     got=f"{np.ptp(t):g} about {t.mean():g}",
-                    hint="take a constant off the temperatures",
+                    hint="subtract a constant from the temperatures",
                 )
             ]
         if np.ptp(v) == 0.0:
@@ -73,9 +73,9 @@ class Readings:
 
 
 def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
-    """Readings from a CSV, Parquet or netCDF file.
+    """Return the readings of a CSV, Parquet or netCDF file.
 
-    Columns that are not named are the only two there are, beside one called time: first temperature, then output.
+    Without names, the file must have two columns besides time: first temperature, then output.
     Raises `ModelError` with file and line.
     """
     try:
@@ -88,12 +88,12 @@ def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
 
 
 def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Readings:
-    """Readings from a run of a graph, for example through a temperature cycle; options are those of `simulate`."""
+    """Return readings from a run of a graph, such as a temperature cycle; options are those of `simulate`."""
     probed = dataclasses.replace(graph, probes=tuple(Probe(s) for s in dict.fromkeys((temperature, output))))
     result = simulate(probed, **options)
     traces = (result[temperature], result[output])
     wrong: Mapping[str, bool] = {
-        "is no signal of numbers, one a row": any(trace.values.ndim > 1 for trace in traces),
+        "is not a signal of single numbers": any(trace.values.ndim > 1 for trace in traces),
         "has another rate than the temperature": traces[0].stride != traces[1].stride,
     }
     for message, found in wrong.items():
@@ -118,7 +118,7 @@ def _choose(names: Sequence[str], temperature: str, output: str) -> tuple[int, i
     missing = [not temperature, not output].count(True)
     if missing and len(free) != missing:
         hint = f"say --temperature and --output; the columns: {', '.join(names)}"
-        raise RecordingError("does not say which two of its columns are meant", hint=hint)
+        raise RecordingError("it is not clear which two of its columns are meant", hint=hint)
     first = temperature or free.pop(0)
     second = output or free.pop(0)
     if missing and _TEMPERATURE.search(second) and not _TEMPERATURE.search(first):

@@ -3,7 +3,7 @@
     V = a1 exp(b1 T) + a2 exp(b2 T)   (Liu, Li, Shen, eq. 1),   V = c0 + c1 T + ... + cn T^n
 
 All are least squares. The intervals are those of the linearised model with independent errors of one size (Student's
-distribution); for others see what the findings say.
+distribution); findings tell where that does not hold.
 """
 
 import math
@@ -26,7 +26,7 @@ HIGHEST_ORDER = 6
 
 
 class Coefficient(NamedTuple):
-    """A fitted number and half the width of its interval of confidence; infinite where the readings say nothing."""
+    """A fitted number and half of its confidence interval; infinite if the readings do not determine it."""
 
     name: str
     value: float
@@ -56,21 +56,21 @@ class Fit:
 
 @dataclass(frozen=True)
 class FitReport:
-    """All fits of one set of readings, and what is to be said about them.
+    """All fits of one set of readings, and findings about them.
 
     `fits` holds two exponentials by variable projection, then by alternation, then the polynomials. A finding that is
-    no note says that the coefficients of the two exponentials are not determined, and why.
+    not a note says why the coefficients of the two exponentials are not determined.
     """
 
     readings: Readings
     before: float  # peak to peak of the output
     fits: tuple[Fit, ...]
-    rate: float  # of the alternation at the optimum: what an iteration leaves of an error
+    rate: float  # factor of an error per iteration of the alternation, at the optimum
     findings: tuple[Problem, ...]
 
     @property
     def determined(self) -> bool:
-        """Whether the readings determine the two exponentials."""
+        """True if the readings determine the two exponentials."""
         return all(finding.note for finding in self.findings)
 
 
@@ -80,9 +80,9 @@ def fit(
     start: tuple[float, float] | None = None,
     tolerance: float = TOLERANCE,
 ) -> FitReport:
-    """Fit everything; `start` are exponents that the alternation starts from, in place of Prony's.
+    """Fit all models; the alternation starts from the exponents `start`, or from Prony's.
 
-    Raises `ModelError` where the start is out of range, or the exponentials are, with the reason if the readings do not
+    Raises `ModelError` if the start or the exponentials are out of range, with the reason if the readings do not
     determine them.
     """
     scaled = Scaled(readings)
@@ -136,15 +136,15 @@ def _exponentials(
 
 
 def _polynomial(readings: Readings, scaled: Scaled, order: int) -> Fit:
-    """Least squares in the scaled temperature, where the powers are far from parallel; then at zero temperature."""
+    """Fit in the scaled temperature, where powers are far from parallel, then convert to zero temperature."""
     powers = np.vander(scaled.x, order + 1, increasing=True)
-    found = np.linalg.lstsq(powers, readings.output, rcond=None)[0]
-    residual = readings.output - powers @ found
+    solution = np.linalg.lstsq(powers, readings.output, rcond=None)[0]
+    residual = readings.output - powers @ solution
     turn = np.zeros((order + 1, order + 1))  # x^k = ((T - middle) / half)^k in powers of T
     for k in range(order + 1):
         for j in range(k + 1):
             turn[j, k] = math.comb(k, j) * (-scaled.middle) ** (k - j) / scaled.half**k
-    values = turn @ found
+    values = turn @ solution
     widths = half_widths(powers @ np.linalg.inv(turn), residual)
     t, v = readings.temperature_unit, readings.output_unit
     units = [v, f"{_factor(v)}/{_factor(t)}", *(f"{_factor(v)}/{_factor(t)}^{k}" for k in range(2, order + 1))]
@@ -179,5 +179,5 @@ def _fit(
 
 
 def _factor(unit: str) -> str:
-    """A unit as it may stand in a product."""
+    """Return a unit for use in a product."""
     return unit if unit.isalnum() else f"({unit})"

@@ -34,7 +34,7 @@ class Family(NamedTuple):
 
     @property
     def coefficients(self) -> int:
-        """How many numbers the family fits."""
+        """Number of coefficients and exponents that the family fits."""
         return self.exponents + len(self.terms)
 
 
@@ -60,7 +60,7 @@ class Projected(NamedTuple):
 
 
 class Optimum(NamedTuple):
-    """Where the iteration ended."""
+    """End of the iteration."""
 
     at: Projected
     iterations: int
@@ -76,11 +76,11 @@ def project(family: Family, exponents: Sequence[float], x: Array, v: Array) -> P
     kept = singular > 1e-14 * singular[0]
     orthogonal, singular, turned = orthogonal[:, kept], singular[kept], turned[kept]
     linear = turned.T @ ((orthogonal.T @ v) / singular)
-    moved = [np.zeros_like(x) for _ in exponents]
+    derivatives = [np.zeros_like(x) for _ in exponents]
     for (of, _), column, a in zip(family.terms, terms, linear, strict=True):
         if of is not None:
-            moved[of] = moved[of] + a * x * column
-    jacobian = np.stack(moved, axis=1) if moved else np.zeros((len(x), 0))
+            derivatives[of] = derivatives[of] + a * x * column
+    jacobian = np.stack(derivatives, axis=1) if derivatives else np.zeros((len(x), 0))
     jacobian = jacobian - orthogonal @ (orthogonal.T @ jacobian)
     return Projected(tuple(exponents), linear, v - columns @ linear, jacobian)
 

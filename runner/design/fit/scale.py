@@ -1,4 +1,4 @@
-"""Readings without dimension, what is found there in units of the readings, and intervals of confidence."""
+"""Readings without dimension, conversion of results to units of the readings, and confidence intervals."""
 
 import math
 from collections.abc import Sequence
@@ -48,15 +48,15 @@ class Scaled:
         return (first, second), b
 
     def reaches(self, exponents: tuple[float, float]) -> bool:
-        """Whether exponentials that steep, counted from zero temperature, can be computed."""
+        """Return whether such steep exponentials, counted from zero temperature, can be computed."""
         return max(map(abs, exponents)) * self.largest <= LARGEST_ARGUMENT
 
     def refuse(self, exponents: tuple[float, float], hint: str) -> None:
-        """Raise `ModelError` where they cannot."""
+        """Raise `ModelError` if they cannot."""
         steepest = max(exponents, key=abs)
         if not self.reaches(exponents):
             problem = Problem(
-                message="the temperatures are too far from zero for exponentials that steep",
+                message="the temperatures are too far from zero for such steep exponentials",
                 got=f"exponent {steepest:g} at {self.largest:g}",
                 hint=hint,
             )

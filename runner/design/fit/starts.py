@@ -1,4 +1,4 @@
-"""From which starts two exponentials are found: both iterations from every pair of a stated grid."""
+"""Starts from which two exponentials are found: both iterations from every pair of a grid."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ GRID = (-4.8, -2.4, -1.2, -0.6, -0.3, 0.3, 0.6, 1.2, 2.4, 4.8)  # exponents time
 
 
 class Arrival(NamedTuple):
-    """Where one start led to; `reached` means the root mean square of the optimum, within 1e-6 of itself."""
+    """End of one start; `reached` means the root mean square of the optimum, to a relative 1e-6."""
 
     start: tuple[float, float]
     iterations: int
@@ -34,7 +34,7 @@ class Arrivals:
 
 
 def from_starts(report: FitReport, grid: Sequence[float] = GRID) -> tuple[Arrivals, Arrivals]:
-    """Both methods from every pair of the grid, without the choice of a start that `fit` makes."""
+    """Run both methods from every pair of the grid, without the choice of a start that `fit` makes."""
     readings = report.readings
     scaled, rows = Scaled(readings), len(readings.output)
     enough = report.fits[0].rmse * (1.0 + SHORT) + NOTHING * report.before

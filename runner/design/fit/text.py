@@ -1,16 +1,17 @@
 """A fit report as text for people and as plain data for programs."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from proofmass.runner.design.fit.fit import Fit, FitReport
 from proofmass.runner.design.fit.scale import CONFIDENCE
 from proofmass.runner.design.fit.starts import Arrivals
+from proofmass.runner.output.text_table import text_table
 
 
 def text(report: FitReport) -> str:
-    """The comparison of the fits, their coefficients with intervals, and the findings."""
+    """Return the comparison of the fits, their coefficients with intervals, and the findings."""
     readings = report.readings
     t, v = readings.temperature, readings.output
     lines = [
@@ -21,18 +22,20 @@ def text(report: FitReport) -> str:
     ]
     after = f"peak to peak, {report.before:.5g} before"
     head = ("model", "method", "RMSE", "R^2", after, "iterations")
-    lines += _table([head, *(_row(fit) for fit in report.fits)], left=2)
+    lines += text_table([head, *(_row(fit) for fit in report.fits)], left=(0, 1))
     rows: list[tuple[str, ...]] = [("model", "coefficient", "value", f"{CONFIDENCE:.0%} interval", "unit")]
     for fit in report.fits:
         if fit.method != "alternation":
             rows += [_coefficient(fit.model, *c) for c in fit.coefficients]
-    lines += ["", *_table(rows, left=2), ""]
-    lines.append(f"near the optimum an iteration of the alternation leaves {report.rate:.4f} of an error")
+    lines += ["", *text_table(rows, left=(0, 1)), ""]
+    lines.append(
+        f"near the optimum each iteration of the alternation reduces the error by a factor of only {report.rate:.4f}"
+    )
     return "\n".join([*lines, *map(str, report.findings)])
 
 
 def starts_text(arrivals: Sequence[Arrivals]) -> str:
-    """How many starts of the grid reach the optimum, in how many iterations, and which do not."""
+    """Return how many starts of the grid reach the optimum, in how many iterations, and which do not."""
     lines = []
     for method in arrivals:
         there = sorted(arrival.iterations for arrival in method.all if arrival.reached)
@@ -48,9 +51,9 @@ def starts_text(arrivals: Sequence[Arrivals]) -> str:
 
 
 def data(report: FitReport, arrivals: Sequence[Arrivals] = ()) -> dict[str, Any]:
-    """The same as plain data; what is infinite is null."""
+    """Return the report as plain data; infinite numbers are null."""
     readings = report.readings
-    found: dict[str, Any] = {
+    answer: dict[str, Any] = {
         "source": readings.source,
         "rows": len(readings.output),
         "temperature": {"name": readings.temperature_name, "unit": readings.temperature_unit},
@@ -62,8 +65,8 @@ def data(report: FitReport, arrivals: Sequence[Arrivals] = ()) -> dict[str, Any]
         "findings": [finding.as_data() for finding in report.findings],
     }
     if arrivals:
-        found["starts"] = {method.method: [arrival._asdict() for arrival in method.all] for method in arrivals}
-    return found
+        answer["starts"] = {method.method: [arrival._asdict() for arrival in method.all] for method in arrivals}
+    return answer
 
 
 def _fit_data(fit: Fit) -> dict[str, Any]:
@@ -96,11 +99,3 @@ def _coefficient(model: str, name: str, value: float, half_width: float, unit: s
 
 def _named(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
-
-
-def _table(rows: Sequence[tuple[str, ...]], left: int) -> Iterator[str]:
-    """Rows in columns, the first few to the left, numbers to the right."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    for row in rows:
-        cells = [c.ljust(w) if i < left else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True))]
-        yield "  ".join(cells).rstrip()

@@ -1,7 +1,7 @@
-"""What the readings do not determine: a fit of two exponentials against simpler laws and one with a constant.
+"""Tests whether readings determine two exponentials, against simpler laws and one with a constant.
 
-A simpler law that is not worse by Fisher's test says that the coefficients beyond it are not determined; so do an
-interval around zero and an exponent at its bound.
+They do not if a simpler law is not worse by Fisher's test, if an interval contains zero, or if an exponent lies at its
+bound.
 """
 
 import math
@@ -36,7 +36,7 @@ ROUGH, ROUGHER = 0.1, 4.0  # when the columns look swapped
 
 
 def undetermined(readings: Readings, scaled: Scaled, optimum: Optimum) -> Problem | None:
-    """Why the readings do not determine two exponentials, or None where they do."""
+    """Return why the readings do not determine two exponentials, or None if they do."""
     return next(_reasons(readings, scaled, optimum), None)
 
 
@@ -68,7 +68,7 @@ def _reasons(readings: Readings, scaled: Scaled, optimum: Optimum) -> Iterator[P
         hint = "the readings determine a single exponential; a polynomial of low order serves too"
         yield _problem("one exponential is enough: the second is not determined", "a2, b2", hint)
     if max(map(abs, optimum.at.exponents)) >= LARGEST_EXPONENT:
-        hint = "is that reading right? measure more temperatures there"
+        hint = "check that reading, or measure more temperatures there"
         yield _problem("an exponential acts on a single point", "b1, b2", hint)
     if simpler is DOUBLE_ROOT or not all(math.isfinite(width) for _, width in exponents):
         hint = "only their sum is determined; a polynomial of order 3 has as many coefficients"
@@ -83,7 +83,7 @@ def _reasons(readings: Readings, scaled: Scaled, optimum: Optimum) -> Iterator[P
 
 
 def _constant_left(readings: Readings, scaled: Scaled, squares: float, floor: float) -> Iterator[Problem]:
-    """A constant that was left in the output and is larger than what the temperature does."""
+    """Yield a problem if the output has a constant that is larger than the effect of the temperature."""
     rows = len(scaled.v)
     if rows <= DOUBLE_AND_CONSTANT.coefficients:
         return
@@ -98,14 +98,14 @@ def _constant_left(readings: Readings, scaled: Scaled, squares: float, floor: fl
 
 
 def notes(readings: Readings, residual: Array, vague: Sequence[str]) -> Iterator[Problem]:
-    """What else is to be said; `vague` are coefficients known no better than by their own size."""
+    """Yield further notes; `vague` are coefficients that are uncertain by their own size."""
     rows = len(readings.output)
     if rows - DOUBLE.coefficients < FEW:
         yield _note(f"{rows} rows for {DOUBLE.coefficients} coefficients: the intervals are wide", readings.source)
     mean, span = float(readings.output.mean()), float(np.ptp(readings.output))
     if abs(mean) > LARGE_MEAN * span:
-        message = f"has a mean of {mean:.3g} and moves by {span:.3g}: what does not depend on the temperature"
-        yield _note(f"{message} had better be taken off with --offset", readings.output_name)
+        message = f"has a mean of {mean:.3g} and moves by {span:.3g}: subtract what does not depend on the temperature"
+        yield _note(f"{message} with --offset", readings.output_name)
     pairs = np.stack([readings.temperature, readings.output], axis=1)
     repeated = rows - len(np.unique(pairs, axis=0))
     if repeated:
@@ -123,7 +123,7 @@ def notes(readings: Readings, residual: Array, vague: Sequence[str]) -> Iterator
 
 
 def lagging(optimum: float, reached: float, range_of_output: float, iterations: int) -> tuple[Problem, ...]:
-    """A note where the alternation ended short of the optimum; both as root mean squares."""
+    """Return a note if the alternation ended short of the optimum; both are root mean squares."""
     if reached <= optimum * (1.0 + SHORT) + NOTHING * range_of_output:
         return ()
     above = 100.0 * (reached / optimum - 1.0) if optimum else math.inf
@@ -131,7 +131,7 @@ def lagging(optimum: float, reached: float, range_of_output: float, iterations: 
 
 
 def roughness(x: Array, v: Array) -> float:
-    """How much v jumps from one x to the next: 0 for a smooth function of x, about 1 where there is none."""
+    """Return how much v jumps from one x to the next: 0 for a smooth function of x, about 1 without one."""
     knots, where = np.unique(x, return_inverse=True)
     levels = np.bincount(where, weights=v) / np.bincount(where)
     spread = float(levels.var()) * 2.0 * (len(knots) - 1)
@@ -139,7 +139,7 @@ def roughness(x: Array, v: Array) -> float:
 
 
 def _better(simple: float, rich: float, family: Family, simpler: Family, rows: int, floor: float) -> bool:
-    """Fisher's test: whether the richer family leaves significantly less; the sums of squares of both."""
+    """Return whether the richer family fits significantly better, by Fisher's test of both sums of squares."""
     from scipy.special import fdtrc
 
     free, more = rows - family.coefficients, family.coefficients - simpler.coefficients

@@ -119,7 +119,7 @@ def _module(module: Module) -> dict[str, Any]:
         "name": module.name,
         "kind": type(module.block).__name__,
         "latency": module.pipeline.latency,
-        "parameters": {name: str(getattr(module.block, name)) for name in module.block.parameters},
+        "parameters": {name: str(getattr(module.block, name)) for name in type(module.block).parameters},
         "inputs": [_port(port) for port in module.inputs],
         "outputs": [_port(port) for port in module.outputs],
         "registers": [

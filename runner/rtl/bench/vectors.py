@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from proofmass.blocks.declaration.instance import shape_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.graph import split
 from proofmass.runner.fixed.step_formats import held_as
@@ -63,9 +64,9 @@ def _recorded(planned: Plan, nodes: Iterable[Node], base: int, clocks: int) -> d
 def _probe(planned: Plan, node: Node, base: int) -> PlannedProbe:
     """As coarse as clocks are, where the wire has a value in each."""
     block = planned.blocks[node[0]]
-    port = block.outputs[node[1]]
+    port = type(block).outputs[node[1]]
     stride = planned.stride(node)
-    shape = block.shape_of(port)
+    shape = shape_of(block, port)
     return PlannedProbe(
         ".".join(node), node, base if base % stride == 0 else stride, held_as(port.dtype), shape, "1", port.doc
     )

@@ -56,13 +56,14 @@ class BlockModules:
 
     def _new(self, path: str) -> Module:
         planned, block = self.planned, self.planned.blocks[path]
+        kind = type(block)
         constants: Any = block
-        if "constants" in block.functions:
-            constants = block.functions["constants"].function(block, planned.block_period(path))
+        if "constants" in kind.functions:
+            constants = kind.functions["constants"].function(block, planned.block_period(path))
         ranges = self._ranges(path)
         key = (block, planned.block_period(path) if constants is not block else 0, tuple(sorted(ranges.items())))
         if key not in self._shared:
-            buffers = {name: list(map(int, planned.buffers[path, name])) for name in block.buffers}
+            buffers = {name: list(map(int, planned.buffers[path, name])) for name in kind.buffers}
             try:
                 made = make_module(path, block, constants, planned.starts[path], buffers, ranges)
             except ModelError as error:
@@ -74,7 +75,7 @@ class BlockModules:
     def _ranges(self, path: str) -> dict[str, Word]:
         """Of its plain integer inputs."""
         found = {}
-        for name, port in self.planned.blocks[path].inputs.items():
+        for name, port in type(self.planned.blocks[path]).inputs.items():
             if port.dtype is int:
                 source = self.planned.schedule.drivers.get((path, name))
                 default = int(port.default or 0)
@@ -87,7 +88,7 @@ class BlockModules:
         if source[0] in self.paths:
             words = [port.word for port in entries(self._module(source[0]).outputs, source[1])]
             return Word(min(word.low for word in words), max(word.high for word in words))
-        said = block.functions["formats"].function(block) if "formats" in block.functions else {}
+        said = type(block).functions["formats"].function(block) if "formats" in type(block).functions else {}
         if source[1] not in said:
             self._refuse(
                 source[0],

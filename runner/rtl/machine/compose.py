@@ -28,20 +28,21 @@ def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
 
 def digital_blocks(planned: Plan) -> tuple[str, ...]:
     """The blocks that are hardware by their kind, and whose parameters nothing drives."""
-    driven = {path for path, port in planned.schedule.drivers if port in planned.blocks[path].parameters}
+    driven = {path for path, port in planned.schedule.drivers if port in type(planned.blocks[path]).parameters}
     return tuple(name for name in sorted(planned.blocks) if is_digital(planned.blocks[name]) and name not in driven)
 
 
 def is_digital(block: Block) -> bool:
     """Whether all that a block carries and keeps are integers, and it knows neither time nor noise."""
-    state = block.state_class()
-    kinds: list[type] = [port.dtype for port in (*block.inputs.values(), *block.outputs.values())]
-    kinds += [buffer.dtype for buffer in block.buffers.values()]
+    kind = type(block)
+    state = kind.state_class()
+    kinds: list[type] = [port.dtype for port in (*kind.inputs.values(), *kind.outputs.values())]
+    kinds += [buffer.dtype for buffer in kind.buffers.values()]
     kinds += get_type_hints(state).values() if state is not None else []
-    functions = (*block.output_functions.values(), *block.functions.values())
+    functions = (*kind.output_functions.values(), *kind.functions.values())
     return not (
-        block.continuous()
-        or not block.outputs
+        kind.continuous()
+        or not kind.outputs
         or float in kinds
         or any({Meaning.TIME, Meaning.DEVIATE} & set(function.meanings) for function in functions)
     )
@@ -114,7 +115,7 @@ class _Composer:
         """Makes the nets that come from outside; each is a port."""
         for target, source in sorted(self.drivers.items()):
             if source[0] not in self.modules:
-                driver = self.planned.blocks[source[0]].outputs[source[1]]
+                driver = type(self.planned.blocks[source[0]]).outputs[source[1]]
                 for port in entries(self.modules[target[0]].inputs, target[1]):
                     signal = _signal(source, target[1], port)
                     if signal not in self.nets:
@@ -130,7 +131,7 @@ class _Composer:
             yield Instance(self.names.add(path), path, module, self._stride(path), inputs, outputs, stage)
 
     def _connected(self, path: str, module: Module) -> Iterator[tuple[str, Net | int]]:
-        for name, declared in module.block.inputs.items():
+        for name, declared in type(module.block).inputs.items():
             for port in entries(module.inputs, name):
                 source = self.drivers.get((path, name))
                 if source is None:

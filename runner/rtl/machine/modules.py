@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.declare import Port as BlockPort
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.runner.fixed.block_formats import function_formats, port_formats, state_formats
 from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
@@ -99,14 +100,14 @@ def make_module(
     steps = _traced(block, constants, known, Program())
     names = Names(CLOCKING)
     inputs = tuple(
-        Port(names.add(text), text, _word(format), block.unit_of(port), port.doc)
-        for port in block.inputs.values()
+        Port(names.add(text), text, _word(format), unit_of(block, port), port.doc)
+        for port in type(block).inputs.values()
         for format, text in leaves(port_formats(block, port, known), port.name)
     )
     outputs, results = [], {}
-    for port in block.outputs.values():
+    for port in type(block).outputs.values():
         for format, text, node in _results(block, port, steps[port.name]):
-            outputs.append(Port(names.add(text), text, _word(format, node), block.unit_of(port), port.doc))
+            outputs.append(Port(names.add(text), text, _word(format, node), unit_of(block, port), port.doc))
             results[outputs[-1].name] = node
     registers, following = [], {}
     for each in held:
@@ -138,7 +139,7 @@ def _held(block: Block, start: Any, buffers: Mapping[str, Sequence[int]]) -> Ite
     state = state_formats(block)
     for (format, text), (_, value) in zip(leaves(state, "x"), mantissas(state, start, "x"), strict=True):
         yield _Held(text, text, format, int(value))
-    for name, buffer in block.buffers.items():
+    for name, buffer in type(block).buffers.items():
         formats = port_formats(block, buffer)
         for (format, text), value in zip(leaves(formats, name), buffers[name], strict=True):
             yield _Held(name, text, format, int(value))
@@ -171,7 +172,7 @@ def _within(ranges: Mapping[str, Interval]) -> dict[str, Format]:
 def _traced(
     block: Block, constants: Any, known: Mapping[str, Format], program: Program, only: str = ""
 ) -> dict[str, Traced]:
-    functions = {**block.output_functions, **{n: b for n, b in block.functions.items() if n == "update"}}
+    functions = {**type(block).output_functions, **{n: b for n, b in type(block).functions.items() if n == "update"}}
     return {
         name: trace(b.function, function_formats(block, name, b, Constant(constants), known), program=program)
         for name, b in functions.items()

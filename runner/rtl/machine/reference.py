@@ -73,7 +73,7 @@ class ModuleReference(Reference):
         """Outputs and following registers for what inputs and registers are."""
         texts = {each.text: present[each.name] for each in self.held}
         outputs = {}
-        for name in self._module.block.outputs:
+        for name in type(self._module.block).outputs:
             found = _call(self._module, name, texts, merge)
             for port in entries(self.outputs, name):
                 outputs[port.name] = found[port.text]
@@ -135,7 +135,7 @@ class MachineReference(Reference):
         module, texts = instance.module, dict[str, Any]()
         for register in module.registers:
             texts[register.text] = present[f"{instance.name}.{register.name}"]
-        for name, declared in module.block.inputs.items():
+        for name, declared in type(module.block).inputs.items():
             source: Node | None = self._planned.schedule.drivers.get((instance.path, name))
             for port in entries(module.inputs, name):
                 rest = port.text.removeprefix(name)
@@ -148,14 +148,14 @@ class MachineReference(Reference):
 
 def _stepped(module: Module, texts: Values, merge: Merge) -> dict[str, Any]:
     """The registers of a module after a step, by their names."""
-    found = _call(module, "update", texts, merge) if "update" in module.block.functions else {}
+    found = _call(module, "update", texts, merge) if "update" in type(module.block).functions else {}
     after = {text.replace("return", "x", 1): value for text, value in found.items()}
     return {each.name: after.get(each.text, texts[each.text]) for each in module.registers}
 
 
 def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, Any]:
     """What a function of a block returns and writes, by text: "output", "return.total", "history[3]", "output[2]"."""
-    function = (module.block.output_functions.get(name) or module.block.functions[name]).function
+    function = (type(module.block).output_functions.get(name) or type(module.block).functions[name]).function
     formats = module.steps[name].formats
     step = reference_step(function, formats)
     found: list[str] = []
@@ -173,7 +173,7 @@ def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, A
         return [value for _, value in leaves]
 
     values = merge(run)
-    if name in module.block.outputs:
+    if name in type(module.block).outputs:
         found = [_named(text, name) for text in found]
     return dict(zip(found, values, strict=True))
 

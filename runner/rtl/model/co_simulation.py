@@ -8,7 +8,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.rtl.machine.reference import reference_of
 from proofmass.runner.rtl.model.cxxrtl import Model
-from proofmass.runner.rtl.model.hardware_loop import HardwareLoopGenerator
+from proofmass.runner.rtl.model.hardware_loop import HardwareTickWriter
 from proofmass.runner.rtl.text.machine_verilog import machine_text
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
@@ -30,5 +30,5 @@ class CoSimulation(CompiledLoop):
         self._model = Model(reference_of(plan, machine), machine_text(machine))
         paths = {instance.path for instance in machine.instances}
         beside = replace(plan, digital={name: block for name, block in plan.digital.items() if name not in paths})
-        generated = HardwareLoopGenerator(beside, machine, self._model).generated()
-        super().__init__(beside, seed, run, memory, CompiledPlan(beside, generated))
+        written = HardwareTickWriter(beside, machine, self._model).written()
+        super().__init__(beside, seed, run, memory, CompiledPlan(beside, written))

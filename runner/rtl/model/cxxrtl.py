@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.host.cache import keep, kept
-from proofmass.runner.program.c_function import CFunction
+from proofmass.runner.program.form import INTEGER, External
 from proofmass.runner.rtl.machine.reference import Reference
 from proofmass.runner.rtl.machine.words import Port, Word
 from proofmass.runner.rtl.tools.extra import need
@@ -68,7 +68,7 @@ class Model:
         self._library.model_run(model, length, _addresses(given), _addresses(found.values()))
         return found
 
-    def function(self, name: str) -> CFunction:
+    def function(self, name: str) -> External:
         """A function that a compiled loop calls; it takes the address of the model first.
 
         `settle(inputs...)`, then `output(number)`; `clock(inputs...)` with enable, whether they have settled or not;
@@ -77,7 +77,8 @@ class Model:
         inputs = len(self._reference.inputs)
         taken = {"settle": inputs, "clock": inputs, "output": 1, "register": 1, "set_register": 2}[name]
         address = ctypes.cast(getattr(self._library, f"model_{name}"), ctypes.c_void_p).value or 0
-        return CFunction(f"model_{name}_{self._key}", 1 + taken, name in ("output", "register"), address)
+        result = INTEGER if name in ("output", "register") else None
+        return External(f"model_{name}_{self._key}", (INTEGER,) * (1 + taken), result, address, pure=False)
 
 
 def _addresses(arrays: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The generated loop with a compiled model of the hardware in the place of the digital blocks.
+"""The program of the ticks with a compiled model of the hardware in the place of the digital blocks.
 
 Registers of the model are written before the first tick and read behind the last, so that what moves stands where every
 engine has it. In a tick the model settles before the first of its outputs that is read after an input was written, and
@@ -6,98 +6,118 @@ behind all updates it is clocked.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator
+from typing import NamedTuple
 
 from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.graph import split
-from proofmass.runner.fixed.step_formats import held_as
-from proofmass.runner.plan.keys import HardwareModel, made_up, variable, word
+from proofmass.runner.plan.keys import HardwareModel
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.generate import LoopGenerator, when_due
-from proofmass.runner.program.pieces import fields
+from proofmass.runner.program.build import operand
+from proofmass.runner.program.form import INTEGER, Array, Operand, Variable
+from proofmass.runner.program.lower_numbers import as_kind
+from proofmass.runner.program.structure import Lowered
+from proofmass.runner.program.tick import TickWriter, when_due
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.model.cxxrtl import Model
 
 
-class HardwareLoopGenerator(LoopGenerator):
-    """Writes the loop around a model of a machine."""
+class Place(NamedTuple):
+    """Where a number of the hardware stands among what moves: a wire or an entry of one, or a field of a state."""
+
+    node: Node
+    entry: int | None = None
+    of_state: bool = False
+
+
+class HardwareTickWriter(TickWriter):
+    """Writes the ticks around a model of a machine."""
 
     def __init__(self, plan: Plan, machine: Machine, model: Model) -> None:
         super().__init__(plan)
         self._machine, self._model = machine, model
-        self._paths = [instance.path for instance in machine.instances]
+        self._paths = {instance.path for instance in machine.instances}
         self._ticks = int(plan.schedule.base_rate / machine.rate)  # from one clock to the next
         self._outputs_of = {_place(port.text): number for number, port in enumerate(machine.outputs)}
-        self._registers = {place: number for number, place in enumerate(self._places())}
-        ports = ({_node(port.text) for port in each} for each in (machine.inputs, machine.outputs))
+        ports = ({_place(port.text).node for port in each} for each in (machine.inputs, machine.outputs))
         self._settled = settled_before(plan.schedule.order, plan.stride, *ports)
 
-    def _unpacked(self) -> Iterator[str]:
-        yield from super()._unpacked()
-        yield f"hardware = {self.constant(HardwareModel(), int, self._model.address)}"
-        for place, number in self._registers.items():
-            yield self._call("set_register", number, place)
+    def begin(self) -> None:
+        super().begin()
+        self._hardware = self.constant(HardwareModel(), int, self._model.address)
+        numbers = [self._register(place) for place in self._places()]
+        for number, value in enumerate([*numbers, *self._counts()]):
+            self._call("set_register", number, value)
 
-    def _constants_of(self, name: str) -> Iterator[str]:
-        return iter(()) if name in self._paths else super()._constants_of(name)
-
-    def _kept(self, name: str, function: str, target: str) -> Iterator[str]:
+    def constants_of(self, name: str) -> None:
         if name not in self._paths:
-            yield from super()._kept(name, function, target)
-        elif function != "update":
-            if (name, function) in self._settled:
-                yield self._call("settle", *self._given())
-            for place in self._entries((name, function)):
-                if place in self._outputs_of:
-                    yield f"{place} = {self._read('output', self._outputs_of[place], self._kind((name, function)))}"
+            super().constants_of(name)
 
-    def _updates(self) -> Iterator[str]:
-        yield from super()._updates()
+    def output(self, name: str, port: str) -> None:
+        if name not in self._paths:
+            super().output(name, port)
+            return
+        if (name, port) in self._settled:
+            self._call("settle", *self._inputs())
+        for place, number in self._outputs_of.items():
+            if place.node == (name, port):
+                self._write(place, self._call("output", number))
+
+    def update(self, name: str) -> None:
+        if name not in self._paths:
+            super().update(name)
+
+    def updates(self) -> None:
+        super().updates()
         if self._machine.clocked:
-            yield from when_due([(self._ticks, self._call("clock", *self._given()))])
+            when_due(self.frame, [(self._ticks, lambda: self._call("clock", *self._inputs()))])
 
-    def _packed(self) -> Iterator[str]:
-        for instance in self._machine.instances:
-            block, x = instance.module.block, made_up(word(instance.path), "x")
-            state = block.state_class()
-            if state is not None:
-                held = (self._held(f"{x}.{field}", held_as(kind)) for field, kind in fields(state))
-                yield f"{x} = {self.named(block, 'State', state)}({', '.join(held)})"
-            for register in instance.module.registers:
-                if not register.text.startswith("x."):
-                    place = _place(f"{instance.path}.{register.text}")
-                    yield f"{place} = {self._held(place, int)}"
-        for net in self._machine.nets.values():
-            if net.kept:
-                yield f"{_place(net.signal)} = {self._held(_place(net.signal), self._kind(_node(net.signal)))}"
-        yield from super()._packed()
+    def finish(self) -> None:
+        for number, place in enumerate(self._places()):
+            self._write(place, self._call("register", number))
+        super().finish()
 
-    def _places(self) -> Iterator[str]:
-        """What each register of the model holds, in their order."""
+    def _places(self) -> Iterator[Place]:
+        """What each register of the model holds, in their order; behind them are those of `_counts`."""
         for instance in self._machine.instances:
             for register in instance.module.registers:
                 head, _, field = register.text.partition(".")
-                x = made_up(word(instance.path), "x")
-                yield f"{x}.{field}" if head == "x" else _place(f"{instance.path}.{register.text}")
+                if head == "x":
+                    yield Place((instance.path, field), None, True)
+                else:
+                    yield _place(f"{instance.path}.{register.text}")
         yield from (_place(net.signal) for net in self._machine.nets.values() if net.kept)
+
+    def _counts(self) -> Iterator[Operand]:
+        """How often each counter was enabled."""
+        compute = self.builder.compute
         for _, over, last in self._machine.counters:
-            yield f"-(-first // {self._ticks * over}) % {last + 1}"  # times that it was enabled
+            past = compute("floor_divide", compute("subtract_integers", 0, self.first), self._ticks * over)
+            yield compute("modulo", compute("subtract_integers", 0, past), last + 1)
 
-    def _held(self, place: str, kind: type) -> str:
-        """What is in a place behind the last tick: of what has no register, what was there before."""
-        return self._read("register", self._registers[place], kind) if place in self._registers else place
+    def _held(self, place: Place) -> Lowered:
+        if place.of_state:
+            block, field = place.node
+            return getattr(self.frame.states[block], field)
+        return self.frame.wires[place.node]
 
-    def _read(self, function: str, number: int, kind: type) -> str:
-        return self._call(function, number) + (" != 0" if kind is bool else "")
+    def _register(self, place: Place) -> Operand:
+        held = self._held(place)
+        value = self.builder.load(held, place.entry or 0) if isinstance(held, Array) else self.frame.now(held)
+        return as_kind(self.builder, value, INTEGER)
 
-    def _call(self, function: str, *given: object) -> str:
-        self.names[function] = self._model.function(function)
-        return f"{function}({', '.join(map(str, ('hardware', *given)))})"
+    def _write(self, place: Place, value: Operand) -> None:
+        held = self._held(place)
+        if isinstance(held, Variable):
+            self.builder.set(held, as_kind(self.builder, value, held.kind))
+        else:
+            self.builder.store(held, place.entry or 0, value)
 
-    def _given(self) -> list[str]:
-        return [_place(port.text) for port in self._machine.inputs]
+    def _call(self, name: str, *given: Operand | int) -> Operand:
+        results = self.builder.call(self._model.function(name), self._hardware, *given)
+        return results[0] if results else operand(0)
 
-    def _kind(self, node: Node) -> type:
-        return held_as(self.plan.blocks[node[0]].outputs[node[1]].dtype)
+    def _inputs(self) -> list[Operand]:
+        return [self._register(_place(port.text)) for port in self._machine.inputs]
 
 
 def settled_before(
@@ -121,11 +141,7 @@ def settled_before(
     return frozenset(found)
 
 
-def _node(text: str) -> Node:
-    """The output of the graph that a port or net is, or an entry of."""
-    return split(text.partition("[")[0])
-
-
-def _place(text: str) -> str:
-    """The variable of a port, a net or an entry of a buffer."""
-    return variable(_node(text)) + text[len(text.partition("[")[0]) :]
+def _place(text: str) -> Place:
+    """The output of the graph, or an entry of one or of a buffer, that a port or net is."""
+    node, _, entry = text.partition("[")
+    return Place(split(node), int(entry.rstrip("]")) if entry else None)

@@ -1,6 +1,6 @@
 """Proofs of a machine: of each of its modules alone, and of the whole."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from proofmass.runner.plan.planned import Plan
@@ -8,8 +8,6 @@ from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.reference import MachineReference, ModuleReference, Reference
 from proofmass.runner.rtl.proof.proof import Proof, prove
 from proofmass.runner.rtl.proof.smt_solver import SOLVER
-
-_HEAD = ("module", "goals", "proved", "seconds", "solver")
 
 
 def prove_machine(planned: Plan, machine: Machine, verilog: str) -> Iterator[Proof]:
@@ -20,19 +18,6 @@ def prove_machine(planned: Plan, machine: Machine, verilog: str) -> Iterator[Pro
         references.append(MachineReference(planned, machine))
     for reference in references:
         yield prove(reference, verilog, guesses)
-
-
-def proof_lines(proofs: Sequence[Proof]) -> Iterator[str]:
-    """A table for the screen, and what is not proved."""
-    rows = [_HEAD, *((p.name, str(p.goals), str(p.proved), f"{p.seconds:.1f}", SOLVER) for p in proofs)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(_HEAD))]
-    for name, *cells, solver in rows:
-        right = (cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=False))
-        yield "  ".join([name.ljust(widths[0]), *right, solver])
-    for proof in proofs:
-        yield from (f"{proof.name}.{name}: undecided" for name in proof.undecided)
-        yield from (f"{proof.name}.{fault}" for fault in proof.faults)
-        yield from (f"{proof.name}.{example}" for example in proof.counter_examples)
 
 
 def proofs_data(proofs: Iterable[Proof]) -> dict[str, Any]:

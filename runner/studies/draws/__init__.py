@@ -1,1 +1,1 @@
-"""What each run of a study draws."""
+"""Random parameters of the runs of a study."""

@@ -1,7 +1,7 @@
 """Parameters of many runs at once: the numbers of `Study.drawn`, to the bit, as arrays.
 
-The functions of one deviate are compiled and applied to arrays; all else is plain arithmetic on whole numbers and
-floats, which NumPy does with the same bits.
+Functions of one deviate are compiled and applied to arrays; the rest is plain arithmetic on integers and floats, for
+which NumPy gives the same bits.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ permutations = Elementwise(permuted, {"number": int, "size": int, "half": int, "
 
 
 def drawn_together(study: Study, runs: Array) -> dict[str, Array]:
-    """Parameters of some runs by `block.parameter` of the flat graph: an array with a row for each epoch."""
+    """Return parameters of runs by `block.parameter` of the flat graph: arrays with a row for each epoch."""
     sensors = runs // study.points
     drawn = {name: _rows(study, value) for name, value in _points(study, runs).items()}
     deviates = _deviates(study, sensors)
@@ -54,13 +54,13 @@ def _rows(study: Study, values: Array) -> Array:
 
 
 def _points(study: Study, runs: Array) -> dict[str, Array]:
-    """What the parameters of the sweep are."""
+    """Return the parameters of the sweep."""
     every = [study.point(number) for number in range(study.points)] if study.sweep else []
     return {name: np.array([point[name] for point in every])[runs % study.points] for name in study.sweep}
 
 
 def _deviates(study: Study, sensors: Array) -> dict[str, Array]:
-    """Uniform deviates of the parameters that are spread."""
+    """Return uniform deviates of the spread parameters."""
     design, names = study.designed, list(study.spread)
     if design.kind not in ("random", "latin_hypercube"):
         return {name: np.array([design.deviate(sensor, name) for sensor in sensors.tolist()]) for name in names}
@@ -73,7 +73,7 @@ def _deviates(study: Study, sensors: Array) -> dict[str, Array]:
 
 
 def _normals(study: Study, deviates: Mapping[str, Array]) -> dict[str, Array]:
-    """Standard normal deviates of the parameters that follow from them, correlated and truncated."""
+    """Return standard normal deviates, correlated and truncated, of the parameters that need them."""
     spreads: dict[str, Any] = {name: spread for name, spread in study.spread.items() if spread.shape in NORMAL}
     if not spreads:
         return {}
@@ -86,7 +86,7 @@ def _normals(study: Study, deviates: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _spread(spread: Spread, nominal: Any, uniforms: Any) -> Array:
-    """`Spread.at` of many sensors, for the shapes that do not follow from normal deviates."""
+    """Return `Spread.at` for many sensors, for shapes that do not follow from normal deviates."""
     if spread.shape == "uniform":
         return np.asarray(spread.at(nominal, uniforms))
     return np.array([spread.at(*each) for each in zip(nominal.tolist(), uniforms.tolist(), strict=True)])

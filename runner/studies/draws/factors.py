@@ -1,11 +1,11 @@
-"""What may have moved a measure at an epoch: the parameters of the runs, and how far they have drifted.
+"""Factors that may explain a measure at an epoch: the parameters of the runs, and how far they have drifted.
 
 With x(e) a parameter at an epoch and c the last epoch before e that calibrated (the first one where none has since):
 
     x(c)           what it was then; named as the parameter
     x(e) - x(c)    its change since then, of a parameter that drifts; named "change of" the parameter
 
-What a calibrated sensor shows follows from the changes: the calibration has taken off what was there before.
+A calibrated sensor depends on the changes alone: the calibration has removed the effect of earlier values.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,26 +17,26 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.run.result import Array
 
 CHANGE = "change of "
-_ONE_BY_ONE = 20_000  # runs and epochs up to which compiling what draws them together is not worth it
+_ONE_BY_ONE = 20_000  # runs and epochs up to which compiling the functions that draw them is not worth it
 
 
 @dataclass(frozen=True)
 class Factors:
-    """Numbers of some runs at one epoch by the names of the factors, and the unit of each."""
+    """Values of factors at one epoch by name, a number for each run, and their units."""
 
     columns: Mapping[str, Array]
     units: Mapping[str, str]
 
 
 class Drawn:
-    """Parameters of some runs of a study at all epochs, drawn once."""
+    """Parameters of runs of a study at all epochs, drawn once."""
 
     def __init__(self, study: Study, runs: Array) -> None:
         self.study, self.runs = study, runs
         self.parameters = parameters_of(study, runs)
 
     def factors(self, epoch: int) -> Factors:
-        """The factors at an epoch that differ between the runs."""
+        """Return the factors at an epoch that differ between runs."""
         since = self.since(epoch)
         columns, units = dict[str, Array](), dict[str, str]()
         for name, values, change in self._columns(epoch, since):
@@ -46,7 +46,7 @@ class Drawn:
         return Factors(columns, units)
 
     def since(self, epoch: int) -> Array:
-        """Of each run the last epoch that calibrated before this one; the first where there was none."""
+        """Return for each run the last epoch before this one that calibrated; the first epoch if none did."""
         intervals = len(self.study.recalibration.every)
         lasts = []
         for number in range(intervals):
@@ -63,7 +63,7 @@ class Drawn:
 
 
 def parameters_of(study: Study, runs: Array) -> dict[str, Array]:
-    """Parameters of runs by their names in the flat graph, a row for each epoch, but for what calibrations left."""
+    """Return parameters of runs by name in the flat graph, a row for each epoch, without calibrated values."""
     if len(runs) * len(study.epochs) > _ONE_BY_ONE:
         from proofmass.runner.studies.draws.drawing import drawn_together
 

@@ -1,1 +1,1 @@
-"""What a study keeps on disk."""
+"""The folder and ledger of a study."""

@@ -1,4 +1,4 @@
-"""The folder of a study: its ledger, and beside it the study as it ran, from which runs can be shown and replayed."""
+"""The folder of a study: its ledger and a copy of the study, from which runs can be shown and replayed."""
 
 import contextlib
 from pathlib import Path
@@ -20,7 +20,7 @@ STUDY_FILE = "study.toml"
 
 
 def keep_study(study: Study, folder: Path) -> None:
-    """Write the study into its folder, where it may be read without the files that it came from."""
+    """Write the study into its folder as one file that needs no others."""
     files = files_beside(study) | {STUDY_FILE: write_study(study, moved(study.graph, str(folder))).encode()}
     for name, content in files.items():
         with whole_file(folder / name) as file:
@@ -28,37 +28,39 @@ def keep_study(study: Study, folder: Path) -> None:
 
 
 def find_folder(path: Path, own: Own | None = None) -> Path:
-    """The folder in which a study file was run last: beside the file, or in the working folder.
+    """Return the folder in which a study file ran last: beside the file, or in the working folder.
 
-    Raises `ModelError` where there is none.
+    Raises `ModelError` if there is none.
     """
-    study, found = read_study(path, own), list[Path]()
+    study, ledgers = read_study(path, own), list[Path]()
     for ledger in {*path.parent.glob(f"*/{FILE}"), *Path().glob(f"*/{FILE}")}:
         with contextlib.suppress(ModelError):  # a folder of something else, or of other blocks
             kept = read_study(ledger.parent / STUDY_FILE, own)
             if _told(kept, str(ledger.parent)) == _told(
                 study.changed(runs=kept.runs, seed=kept.seed), str(ledger.parent)
             ):
-                found.append(ledger)
-    if not found:
+                ledgers.append(ledger)
+    if not ledgers:
         hint = f"run it: proofmass montecarlo {path} --out FOLDER; or name the folder"
-        raise ModelError([Problem(message="no folder of this study is near", file=str(path), hint=hint)])
-    return max(found, key=lambda ledger: ledger.stat().st_mtime).parent
+        raise ModelError(
+            [Problem(message="no folder of this study is beside the file or here", file=str(path), hint=hint)]
+        )
+    return max(ledgers, key=lambda ledger: ledger.stat().st_mtime).parent
 
 
 def _told(study: Study, folder: str) -> tuple[str, str]:
-    """What a study says, with its recordings named from a folder."""
+    """Return the text of a study, its recordings named relative to a folder."""
     return study.text(), graph_text(moved(study.graph, folder))
 
 
 def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
-    """What the ledger in a folder holds, of a study that has ended or is still running; nothing is run.
+    """Return the result of a study, ended or still running, from the ledger in its folder; nothing is run.
 
-    Raises `ModelError` where there is no study, or its ledger is that of another.
+    Raises `ModelError` if there is no study, or its ledger belongs to another.
     """
     for name in (FILE, STUDY_FILE):
         if not (folder / name).is_file():
-            hint = f"proofmass montecarlo STUDY.toml --out {folder} makes one"
+            hint = f"create one: proofmass montecarlo STUDY.toml --out {folder}"
             raise ModelError([Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint)])
     study = read_study(folder / STUDY_FILE, own)
     measures = SensorRuns(study, "python").measures
@@ -67,7 +69,7 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
     try:
         means = RunningMeans(study, measures)
         means.add(ledger.outcomes(means.end))
-        kept = collected(measures, ledger.outcomes(means.end))
+        outcomes = collected(measures, ledger.outcomes(means.end))
     finally:
         ledger.close()
     return StudyResult(
@@ -77,5 +79,5 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
         seconds=0.0,
         engine="",
         provenance=provenance(study.graph, ""),
-        **kept,
+        **outcomes,
     )

@@ -1,8 +1,8 @@
-"""The ledger of a study: what every run gave, in an SQLite file; killed at any instant it loses what is in flight.
+"""The ledger of a study: the outcome of every run, in an SQLite file; a kill loses only runs in flight.
 
 A row is a stretch of consecutive runs, under the number of the first, with eight-byte floats in the order of runs,
-epochs and measures: a row for each run would take as long as the run itself where runs are short. No run is in two of
-them, so that one that is done is never done twice.
+epochs and measures: a row for each run would take as long as the run itself where runs are short. No run is in two
+of them, so no run is done twice.
 """
 
 import difflib
@@ -31,7 +31,7 @@ _REFUSALS = {  # of the operating system, by the names of SQLite
 
 
 class Ledger:
-    """Runs of one study at all its epochs; `facts` decide over the bits, and must be those of an earlier start."""
+    """Runs of one study at all its epochs. `facts` determine the bits; a later start must have the same ones."""
 
     def __init__(self, path: Path | None, measures: Iterable[str], epochs: int, facts: dict[str, str]) -> None:
         self.measures, self.epochs = tuple(measures), epochs
@@ -49,8 +49,8 @@ class Ledger:
         self._data.execute("PRAGMA journal_mode = WAL")
         self._data.execute("BEGIN IMMEDIATE")
         self._data.execute("CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, text TEXT)")
-        known = dict(self._data.execute("SELECT name, text FROM facts"))
-        if not known:
+        before = dict(self._data.execute("SELECT name, text FROM facts"))
+        if not before:
             self._data.execute("CREATE TABLE stretches (first INTEGER PRIMARY KEY, runs INTEGER, numbers BLOB)")
             self._data.execute(
                 "CREATE TABLE faults (run INTEGER, epoch INTEGER, text TEXT, PRIMARY KEY (run, epoch)) WITHOUT ROWID"
@@ -58,15 +58,15 @@ class Ledger:
             self._data.executemany("INSERT INTO facts VALUES (?, ?)", facts.items())
         self._data.execute("COMMIT")
         for name, text in facts.items():
-            if known and known.get(name) != text:
+            if before and before.get(name) != text:
                 raise self._refused(
                     f"belongs to another {name}",
-                    _difference(known.get(name, ""), text),
+                    _difference(before.get(name, ""), text),
                     "name another folder, or put back what was changed",
                 )
 
     def keep(self, outcomes: Sequence[Outcomes]) -> None:
-        """Write runs, all of them or none; those that are there already are left as they are."""
+        """Write runs, all of them or none; runs that are there already are not changed."""
         all_of_them = together(outcomes, self.epochs, len(self.measures))
         with self._explained():
             self._data.execute("BEGIN IMMEDIATE")
@@ -80,11 +80,11 @@ class Ledger:
             self._data.execute("COMMIT")
 
     def outcomes(self, below: int) -> Outcomes:
-        """What is there of the runs below a number, in their order."""
+        """Return the outcomes of runs below a number, in their order."""
         rows = self._data.execute("SELECT first, runs, numbers FROM stretches WHERE first < ? ORDER BY first", (below,))
         parts = [
-            Outcomes(np.arange(first, first + runs), np.frombuffer(held, dtype=_HELD).reshape(self._shape(runs)), {})
-            for first, runs, held in rows
+            Outcomes(np.arange(first, first + runs), np.frombuffer(blob, dtype=_HELD).reshape(self._shape(runs)), {})
+            for first, runs, blob in rows
         ]
         found = together(parts, self.epochs, len(self.measures))
         faults = self._data.execute("SELECT run, epoch, text FROM faults")
@@ -95,7 +95,7 @@ class Ledger:
         return runs, self.epochs, len(self.measures)
 
     def _numbers(self, about: Array) -> Array:
-        """Numbers of the runs that are there, from the least to the greatest of some."""
+        """Return the numbers of runs in the ledger, between the least and the greatest of `about`."""
         if not len(about):
             return about
         least, greatest = int(about.min()), int(about.max())
@@ -103,12 +103,12 @@ class Ledger:
         return _spelt_out(self._data.execute(asked, (greatest, least)))
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._data.close()
 
     @contextmanager
     def _explained(self) -> Iterator[None]:
-        """Errors of SQLite as what they are: a disk that refuses, or a file that is something else.
+        """Turn errors of SQLite into `OSError` for the disk, or `ModelError` for a file that is not a ledger.
 
         Raises `OSError`, `ModelError`.
         """
@@ -118,21 +118,21 @@ class Ledger:
             name = getattr(error, "sqlite_errorname", "")
             number = next((number for start, number in _REFUSALS.items() if name.startswith(start)), 0)
             if number:
-                kept = "; runs that it holds are safe: the same command goes on when this is cured"
+                kept = "; its runs are safe: repeat the command once this is cured"
                 raise OSError(number, f"{error}{kept}", str(self.path)) from None
-            raise self._refused("is no ledger of a study", str(error), "name another folder") from None
+            raise self._refused("is not the ledger of a study", str(error), "name another folder") from None
 
     def _refused(self, message: str, got: str, hint: str) -> ModelError:
         return ModelError([Problem(message=message, file=str(self.path), got=got, hint=hint)])
 
 
 def _difference(before: str, now: str) -> str:
-    """The first lines that differ: as they were, and as they are."""
+    """Return the first lines that differ, before and now."""
     lines = list(difflib.unified_diff(before.splitlines(), now.splitlines(), lineterm="", n=0))
     changed = [line for line in lines[2:] if not line.startswith("@")]
     return "; ".join(changed[:6]) + ("; ..." if len(changed) > 6 else "")
 
 
 def _spelt_out(stretches: Iterable[tuple[int, int]]) -> Array:
-    """Every number of stretches of them."""
+    """Return every number in stretches of consecutive ones."""
     return np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(first, first + n) for first, n in stretches)])

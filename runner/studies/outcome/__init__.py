@@ -1,1 +1,1 @@
-"""What comes out of the runs of a study."""
+"""Outcomes of runs, statistics, intervals, results of studies."""

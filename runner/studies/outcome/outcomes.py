@@ -1,4 +1,4 @@
-"""What the runs of a study gave, in columns: a number for each run, epoch and measure."""
+"""Outcomes of the runs of a study, in columns: a number for each run, epoch and measure."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,7 +10,7 @@ from proofmass.runner.run.result import Array
 
 
 class SensorRun(NamedTuple):
-    """What one run gave at one epoch: values of the measures in the order of their names, or why there are none."""
+    """Outcome of one run at one epoch: values of the measures in the order of their names, or why it failed."""
 
     run: int
     epoch: int
@@ -19,20 +19,20 @@ class SensorRun(NamedTuple):
 
 
 class Outcomes(NamedTuple):
-    """What some runs gave at all epochs; a run that failed has NaN there, and its reason among the faults."""
+    """Outcomes of runs at all epochs; a run that failed has NaN there, and its reason among the faults."""
 
     numbers: Array  # of the runs, in any order
     values: Array  # by run, epoch and measure
     faults: dict[tuple[int, int], str]  # by run number and epoch
 
     def chosen(self, which: Array) -> "Outcomes":
-        """Some of the runs: a mask or places."""
+        """Return some of the runs, by a mask or by places."""
         numbers = self.numbers[which]
         left = set(numbers.tolist()) if self.faults else set()
         return Outcomes(numbers, self.values[which], {key: text for key, text in self.faults.items() if key[0] in left})
 
     def stretches(self) -> Iterator["Outcomes"]:
-        """The runs in the order of their numbers, in stretches of consecutive ones."""
+        """Yield the runs in stretches of consecutive numbers, in their order."""
         ordered = self.chosen(np.argsort(self.numbers, kind="stable"))
         cuts = np.flatnonzero(np.diff(ordered.numbers) != 1) + 1
         for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(ordered.numbers)], strict=True):
@@ -41,7 +41,7 @@ class Outcomes(NamedTuple):
 
 
 def outcomes_of(runs: Iterable[SensorRun], epochs: int, measures: int) -> Outcomes:
-    """Outcomes of runs one after the other, each with all its epochs in their order."""
+    """Return the outcomes of runs that come one after the other, each with all its epochs in order."""
     numbers, rows, faults = list[int](), list[Sequence[float]](), dict[tuple[int, int], str]()
     for run in runs:
         if run.epoch == 0:
@@ -54,7 +54,7 @@ def outcomes_of(runs: Iterable[SensorRun], epochs: int, measures: int) -> Outcom
 
 
 def together(parts: Sequence[Outcomes], epochs: int, measures: int) -> Outcomes:
-    """Several outcomes as one."""
+    """Return several outcomes as one."""
     if len(parts) == 1:
         return parts[0]
     faults = {key: text for part in parts for key, text in part.faults.items()}

@@ -53,7 +53,7 @@ class StudyResult:
 
     @property
     def interrupted(self) -> bool:
-        """Whether runs are missing."""
+        """True if runs are missing, since the study was interrupted."""
         return len(self.numbers) < self.planned_runs
 
     @cached_property
@@ -65,19 +65,19 @@ class StudyResult:
         return digest.hexdigest()
 
     def good(self) -> Array | None:
-        """Per run, whether it keeps all limits at all epochs; None without limits."""
+        """Return for each run whether it keeps all limits at all epochs; None without limits."""
         if not self.study.limits:
             return None
         return np.asarray(np.logical_and.reduce([self._kept(name) for name in self.study.limits]))
 
     def _kept(self, name: str) -> Array:
-        """Per run, whether it keeps a limit at all epochs that count for it."""
+        """Return for each run whether it keeps a limit at all epochs that count for it."""
         limit = self.study.limits[name]
         first = limit.counted(self.study.epochs)
         return np.array([limit.kept(row) for row in self.values[name][:, first:].tolist()], dtype=bool)
 
     def summary(self) -> list[dict[str, Any]]:
-        """Per measure and epoch: runs, mean, std (n - 1), extremes, percentiles; failed runs are left out.
+        """Return runs, mean, std (n - 1), extremes and percentiles by measure and epoch, without failed runs.
 
         `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few.
         """
@@ -99,12 +99,12 @@ class StudyResult:
         return rows
 
     def yield_intervals(self) -> dict[str, Interval]:
-        """Confidence intervals of the yields."""
+        """Return confidence intervals of the yields."""
         runs = len(self.numbers)
         return {name: part_interval(round(part * runs), runs) for name, part in self.yields().items()}
 
     def yields(self) -> dict[str, float]:
-        """Part of the sensors that keep each limit at all epochs, and all limits together."""
+        """Return the fraction of sensors that keep each limit at all epochs, and all limits together."""
         good = self.good()
         if good is None or not len(good):
             return {}
@@ -112,7 +112,7 @@ class StudyResult:
         return {**each, "all limits": float(good.mean())}
 
     def to_xarray(self) -> "xarray.Dataset":
-        """A Dataset over run and epoch: a variable per measure in its unit; as coordinates the parameters of each run.
+        """Return a Dataset over run and epoch: a variable for each measure, the parameters of the runs as coordinates.
 
         A parameter that drifts has a value for each run and epoch, one that does not a value for each run.
         """
@@ -142,12 +142,12 @@ class StudyResult:
         return name if written in {"run", "epoch", "age", "fault", RECALIBRATION, *self.values} else written
 
     def attributes(self) -> dict[str, str]:
-        """What the numbers were made with."""
+        """Return graph, seed and versions behind the numbers."""
         own = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
         return own | dict(self.provenance)
 
 
 def collected(measures: tuple[PlannedMeasure, ...], outcomes: Outcomes) -> dict[str, Any]:
-    """Numbers, values and faults of runs as a result has them."""
+    """Return numbers, values and faults of runs as fields of a result."""
     values = {measure.name: outcomes.values[:, :, i] for i, measure in enumerate(measures)}
     return {"numbers": outcomes.numbers, "values": values, "faults": outcomes.faults}

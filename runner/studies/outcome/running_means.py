@@ -1,7 +1,7 @@
 """Means of a study while it runs, and whether they are known well enough to stop.
 
 Runs are counted in the order of their numbers, whatever the order in which they arrive, so that a study stops after the
-same run however many threads or workers it has. Sums are of what values differ from the first one.
+same run however many threads or workers it has. Sums are of differences from the first value.
 """
 
 import math
@@ -29,25 +29,25 @@ class RunningMeans:
         self._first = np.full(shape, np.nan)
         self._sums = np.zeros((3, *shape))  # number of values, their sum, the sum of their squares
         self._early = together([], self._epochs, self._width)  # runs that came before their turn
-        self._sensors = 0  # that are counted
+        self._sensors = 0  # counted so far
         self.end = study.runs * study.points  # number of runs that the study needs
         self.enough = False
 
     def add(self, arrived: Outcomes) -> None:
-        """Count runs; those after the last one that is needed are left out."""
+        """Count runs; those after the last one needed are left out."""
         if self.enough:
             return
         points = self._study.points
-        held = together([self._early, arrived], self._epochs, self._width)
-        held = held.chosen(np.argsort(held.numbers, kind="stable"))
-        in_turn = held.numbers == self._sensors * points + np.arange(len(held.numbers))
+        waiting = together([self._early, arrived], self._epochs, self._width)
+        waiting = waiting.chosen(np.argsort(waiting.numbers, kind="stable"))
+        in_turn = waiting.numbers == self._sensors * points + np.arange(len(waiting.numbers))
         ready = int(in_turn.sum()) // points * points
-        self._early = held.chosen(np.arange(ready, len(held.numbers)))
+        self._early = waiting.chosen(np.arange(ready, len(waiting.numbers)))
         if ready:
-            self._count(held.values[:ready, :, self._places].reshape(-1, *self._first.shape))
+            self._count(waiting.values[:ready, :, self._places].reshape(-1, *self._first.shape))
 
     def text(self) -> str:
-        """Of each measure the mean that is known least, as it is now."""
+        """Return for each measure the current mean with the widest interval."""
         count, total, _ = self._sums
         if count.max() < 2:
             return ""
@@ -62,7 +62,7 @@ class RunningMeans:
         return ", ".join(texts)
 
     def _count(self, values: Array) -> None:
-        """Sensors in their order, by point, epoch and measure: to the end of the study, or until enough is known."""
+        """Count sensors in their order, to the end of the study or until the means are known well enough."""
         sound = np.isfinite(values)
         at_first = np.take_along_axis(values, np.argmax(sound, axis=0)[None], axis=0)[0]
         self._first = np.where(np.isnan(self._first) & sound.any(axis=0), at_first, self._first)
@@ -81,7 +81,7 @@ class RunningMeans:
         self._sensors += last
 
     def _halves(self, sums: Array) -> Array:
-        """Half of the confidence interval of each mean; infinite for one value or none."""
+        """Return half of the confidence interval of each mean; infinite for fewer than two values."""
         count, total, squares = sums
         many = np.maximum(count, 2.0)
         variance = np.maximum(squares - total * total / many, 0.0) / (many - 1.0)

@@ -1,4 +1,4 @@
-"""What decides over the bits of a study, as texts that a ledger keeps and workers compare."""
+"""The facts that determine the bits of a study, as texts that a ledger keeps and workers compare."""
 
 import hashlib
 import struct
@@ -9,7 +9,7 @@ from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 
 
 def facts_of(sensors: SensorRuns) -> dict[str, str]:
-    """Graph, study, code of the blocks and, where the graph plays some, the numbers of its recordings, as hashes."""
+    """Return hashes of graph, study, code of the blocks and, if there are any, recordings."""
     known = {"graph": graph_text(sensors.study.graph), "study": sensors.study.text(), "code": sensors.code()}
     played = _recordings(sensors.plan)
     return known | ({"recordings": played} if played else {})

@@ -1,7 +1,7 @@
 """Margins as measures of a study: each run is linearised with its own parameters, at a stated operating point.
 
 A loop that is not stable has no margins (NaN, which no limit lets pass), one without limit an infinite one. `stable` is
-1, 0 of an unstable loop, and 0.5 where rounding decides: a limit says by `at_least` which of them count.
+1 of a stable loop, 0 of an unstable one, 0.5 if rounding decides: `at_least` of a limit says which of them pass.
 """
 
 import math
@@ -12,7 +12,7 @@ from proofmass.runner.plan.planned import Plan, PlannedMeasure
 
 
 def margin_measures(plan: Plan, at: str) -> tuple[PlannedMeasure, ...]:
-    """The measures of all loops that the graph names: "main.gain_margin" and so on; none where no `at` is said."""
+    """Return the measures of all named loops, such as "main.gain_margin"; none if `at` is empty."""
     return tuple(
         PlannedMeasure(f"{name}.{margin}", loop.open_at, margin, unit, split(loop.open_at), False, 0)
         for name, loop in plan.graph.loops.items()
@@ -22,7 +22,7 @@ def margin_measures(plan: Plan, at: str) -> tuple[PlannedMeasure, ...]:
 
 
 def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
-    """Their values in a run, in the same order; raises `ModelError` where a loop cannot be linearised."""
+    """Return their values in a run, in the same order; raises `ModelError` if a loop cannot be linearised."""
     if not at:
         return ()
     from proofmass.runner.analysis.margins.stability import all_margins, attained

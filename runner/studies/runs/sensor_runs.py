@@ -1,7 +1,7 @@
 """The runs of a study: run k is a pure function of (graph, study, seed, k).
 
-The graph is planned and compiled once, without probes. A run brings the numbers that differ in it and calls the loop;
-which engine, which other runs side by side with it and in which order changes no bit of it.
+The graph is planned and compiled once, without probes. A run passes its own numbers to the loop. Engine,
+runs side by side with it and their order change no bit of it.
 """
 
 import dataclasses
@@ -37,7 +37,7 @@ PART_BYTES = 1 << 25  # of memory, at most, that these runs take
 
 
 class SensorRuns:
-    """Runs a study's sensors."""
+    """Computes runs of a study."""
 
     def __init__(self, study: Study, engine: EngineName = "auto", lanes: int | None = None) -> None:
         self.study = study
@@ -59,19 +59,19 @@ class SensorRuns:
 
     @cached_property
     def _unset(self) -> dict[str, float]:
-        """What the parameters that calibrations set are before the first one: values of the graph."""
+        """Return the values of calibrated parameters before the first calibration: those of the graph."""
         nodes = {name: split(name) for name in self.study.recalibration.carried}
         return {name: getattr(self.plan.blocks[block], parameter) for name, (block, parameter) in nodes.items()}
 
     def code(self) -> str:
-        """Hash of the functions that compute a run, of whichever version of the blocks."""
-        from proofmass.runner.program.generate import generate
-        from proofmass.runner.targets.compile import content_of
+        """Return a hash of the functions that compute a run, of whichever version of the blocks."""
+        from proofmass.runner.program.tick import write_tick
+        from proofmass.runner.targets.content import content_of
 
-        return content_of(generate(self.plan))
+        return content_of(write_tick(self.plan).program)
 
     def parts(self, numbers: Array, threads: int) -> Iterator[Array]:
-        """Runs in parts for `runs`: enough in each that what is done once a part counts little, as many a thread."""
+        """Yield runs in parts for `runs`: large enough to hide the cost of a part, equally many for each thread."""
         size = 1
         if self.together is not None:
             epochs, groups = len(self.study.epochs), -(-len(numbers) // self.lanes)
@@ -84,37 +84,37 @@ class SensorRuns:
             yield numbers[first : first + size]
 
     def runs(self, numbers: Sequence[int] | Array, stop: threading.Event) -> Outcomes:
-        """Some runs at all epochs, side by side where the engine has lanes.
+        """Return the outcomes of runs at all epochs, side by side if the engine has lanes.
 
-        Raises `StoppedError` soon after the event is set, where they are side by side.
+        Side by side, raises `StoppedError` soon after the event is set.
         """
         epochs, measures = len(self.study.epochs), len(self.measures)
         if self.together is None:
             return outcomes_of((done for number in map(int, numbers) for done in self.run(number)), epochs, measures)
         which = np.array(numbers, dtype=np.int64)
         drawn = drawn_together(self.study, which)
-        found = Outcomes(which, np.full((len(which), epochs, measures), np.nan), {})
+        outcomes = Outcomes(which, np.full((len(which), epochs, measures), np.nan), {})
         left = {name: np.full(len(which), value) for name, value in self._unset.items()}
         intervals = len(self.study.recalibration.every)
         calibrated = np.array([self.study.calibrated(number) for number in range(intervals)])[which % intervals]
         for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
             values = {name: rows[some] for name, rows in drawn.items()}
             values |= {name: now[None] for name, now in left.items()}
-            self._abreast(found, range(epochs)[some], values, stop)
+            self._abreast(outcomes, range(epochs)[some], values, stop)
             if left:
-                self._carry(found, some.start, calibrated[:, some.start], left)
-        return found
+                self._carry(outcomes, some.start, calibrated[:, some.start], left)
+        return outcomes
 
-    def _carry(self, found: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> None:
-        """What calibrations of some runs left in the registers: nothing new where one failed."""
-        failed = {number for number, at in found.faults if at == epoch}
-        new = calibrated & ~np.isin(found.numbers, list(failed))
+    def _carry(self, outcomes: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> None:
+        """Store the results of calibrations as parameters of later epochs; nothing new where one failed."""
+        failed = {number for number, at in outcomes.faults if at == epoch}
+        new = calibrated & ~np.isin(outcomes.numbers, list(failed))
         names = [measure.name for measure in self.measures]
         for name, measure in self.study.recalibration.carried.items():
-            left[name] = np.where(new, found.values[:, epoch, names.index(measure)], left[name])
+            left[name] = np.where(new, outcomes.values[:, epoch, names.index(measure)], left[name])
 
     def run(self, number: int) -> list[SensorRun]:
-        """One run at each epoch; what a calibration measures is what parameters of the later epochs are."""
+        """Return one run at each epoch; results of calibrations become parameters of later epochs."""
         runs, left = list[SensorRun](), dict[str, float]()
         calibrated = self.study.calibrated(number)
         for epoch, values in enumerate(self.study.drawn(number)):
@@ -124,7 +124,7 @@ class SensorRuns:
         return runs
 
     def parameters(self, number: int, epoch: int) -> dict[str, float]:
-        """Parameters of a run at an epoch; the calibrations before it are run for what they left."""
+        """Return the parameters of a run at an epoch; the calibrations before it are run for their results."""
         drawn, left = self.study.drawn(number), dict[str, float]()
         for before, calibrated in enumerate(self.study.calibrated(number)[:epoch]):
             if calibrated:
@@ -132,36 +132,36 @@ class SensorRuns:
         return drawn[epoch] | left
 
     def _left_by(self, run: SensorRun) -> dict[str, float]:
-        """What a calibration left in the registers: nothing new where it failed."""
+        """Return the parameters that a calibration sets; none if it failed."""
         if run.values is None:
             return {}
         measured = {measure.name: value for measure, value in zip(self.measures, run.values, strict=True)}
         return {name: measured[measure] for name, measure in self.study.recalibration.carried.items()}
 
     def _abreast(
-        self, found: Outcomes, epochs: Sequence[int], values: Mapping[str, Array], stop: threading.Event
+        self, outcomes: Outcomes, epochs: Sequence[int], values: Mapping[str, Array], stop: threading.Event
     ) -> None:
-        """Runs at some epochs side by side, with a number of each parameter for each epoch and run."""
+        """Run sensors at some epochs side by side, with a value of each parameter for each epoch and run."""
         assert self.together is not None
-        shape = len(epochs), len(found.numbers)
-        noise = np.array([noise_run(self.study, found.numbers, epoch) for epoch in epochs]).ravel()
+        shape = len(epochs), len(outcomes.numbers)
+        noise = np.array([noise_run(self.study, outcomes.numbers, epoch) for epoch in epochs]).ravel()
         flat = {name: np.broadcast_to(rows, shape).ravel() for name, rows in values.items()}
         measured, sound = self.together.measured(flat, noise, stop)
-        own = found.values[:, epochs[0] : epochs[-1] + 1]
+        own = outcomes.values[:, epochs[0] : epochs[-1] + 1]
         own[..., : measured.shape[1]] = np.moveaxis(measured.reshape(*shape, -1), 0, 1)
         for place in range(len(noise)) if self.study.margins else np.flatnonzero(~sound).tolist():
             at, run = divmod(place, shape[1])
             given = {name: float(each[place]) for name, each in flat.items()}
             known = tuple(measured[place].tolist()) if sound[place] else None
-            done = self._at(int(found.numbers[run]), epochs[at], given, known)
+            done = self._at(int(outcomes.numbers[run]), epochs[at], given, known)
             own[run, at] = np.nan if done.values is None else done.values
             if done.fault:
-                found.faults[done.run, done.epoch] = done.fault
+                outcomes.faults[done.run, done.epoch] = done.fault
 
     def _at(
         self, number: int, epoch: int, values: dict[str, float], measured: tuple[float, ...] | None = None
     ) -> SensorRun:
-        """One run at one epoch, of which the signals may have been measured already."""
+        """Return one run at one epoch, whose signals may have been measured already."""
         try:
             changed = varied(self.plan, self.study.blocks(values))
             if measured is None:
@@ -191,17 +191,17 @@ class SensorRuns:
 
     @cached_property
     def _compiled(self) -> "CompiledPlan":
-        """The loop of one run; where all go side by side, nothing needs it."""
+        """The loop of one run; not needed while all runs go side by side."""
         from proofmass.runner.targets.native import CompiledPlan
 
         return CompiledPlan(self.plan)
 
 
 def _said(problem: Problem) -> str:
-    """What went wrong in a run, without the file that the study came from: the same words wherever it runs."""
+    """Return why a run failed, without the file of the study: the same words on every machine."""
     return str(dataclasses.replace(problem, file="", line=0))
 
 
 def noise_run(study: Study, run: Any, epoch: int) -> Any:
-    """The number by which the noise of a run and epoch differs from that of all others that are not its peers."""
+    """Return the number that makes the noise of a run and epoch its own; peers of a design share it."""
     return study.peer(run) * len(study.epochs) + epoch

@@ -27,40 +27,40 @@ class SideBySide:
         self._free = {name: node for name, node in nodes.items() if name not in self._settled}
 
     def measured(self, values: Mapping[str, Array], noise: Array, stop: threading.Event) -> tuple[Array, Array]:
-        """Values of the measures, a row for each sensor, and which rows are sound: others are looked for alone.
+        """Return the measures, a row for each sensor, and which rows are valid; the others are re-run individually.
 
         `values` has an array for each parameter by `block.parameter`, `noise` the numbers that noise follows from.
         Raises `StoppedError` soon after the event is set.
         """
-        able, found = self._inside(values, len(noise)), np.full((len(noise), len(self.plan.measures)), np.nan)
+        able, measured = self._inside(values, len(noise)), np.full((len(noise), len(self.plan.measures)), np.nan)
         plans: list[Plan] = []
         if self._settled:
             made = {int(number): self._plan(values, int(number)) for number in np.flatnonzero(able)}
             able[[number for number, plan in made.items() if plan is None]] = False
             plans = [plan for plan in made.values() if plan is not None]
         if not able.any():
-            return found, able
+            return measured, able
         free = {node: values[name][able] for name, node in self._free.items()}
         lanes = Lanes(self.compiled, self.study.seed, noise[able], free, plans)
         lanes.advance(self.ticks, stop)
         if self.plan.measures:
-            found[able] = np.stack([lanes.value(WireOf(*measure.node)) for measure in self.plan.measures], axis=1)
+            measured[able] = np.stack([lanes.value(WireOf(*measure.node)) for measure in self.plan.measures], axis=1)
         able[able] = lanes.sound()
-        return found, able
+        return measured, able
 
     def _inside(self, values: Mapping[str, Array], sensors: int) -> Array:
-        """Which sensors have parameters within their bounds."""
+        """Return which sensors have parameters within their bounds."""
         inside = np.ones(sensors, dtype=bool)
         for given in values.values():
             inside &= np.isfinite(given)
         for name, (block, parameter) in self._free.items():
-            declared, given = self.plan.blocks[block].parameters[parameter], values[name]
+            declared, given = type(self.plan.blocks[block]).parameters[parameter], values[name]
             if not (declared.inside(given.min()) and declared.inside(given.max())):
                 inside &= np.array([declared.inside(value) for value in given.tolist()])
         return inside
 
     def _plan(self, values: Mapping[str, Array], number: int) -> Plan | None:
-        """The plan of a sensor with the blocks that are settled before it runs; None where it cannot be made."""
+        """Return the plan of a sensor, with the blocks that are computed before it runs; None if planning fails."""
         try:
             blocks = self.study.blocks({name: float(values[name][number]) for name in self._settled})
             return varied(self.plan, blocks)

@@ -1,8 +1,8 @@
 """A study for other tools: netCDF, labelled by run and epoch; CSV and Parquet, with a row per run and epoch.
 
 The columns of a table are run, epoch and age, the time between calibrations where there are some, the parameters
-that are spread, swept or drift, the measures, and what went wrong. A run that failed has no numbers in it. Every file
-appears whole or not at all.
+that are spread, swept or drift, the measures, and why a run failed; its numbers are empty then. Every file appears
+whole or not at all.
 """
 
 import csv
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.studies.outcome.result import RECALIBRATION, StudyResult
 
-_RUNS = 10_000  # that are drawn again and written together
+_RUNS = 10_000  # drawn again and written together
 
 
 class Column(NamedTuple):
@@ -27,7 +27,7 @@ class Column(NamedTuple):
 
 
 def columns(result: StudyResult) -> list[Column]:
-    """What the columns are."""
+    """Return the columns of a table."""
     study = result.study
     parameters = dict.fromkeys([*study.sweep, *study.spread, *study.drift])
     return [
@@ -87,7 +87,7 @@ def save_study_parquet(result: StudyResult, path: str | Path) -> Path:
 
 
 def _rows(result: StudyResult) -> Iterator[list[list[Any]]]:
-    """Rows of the table, piece by piece."""
+    """Yield rows of the table, piece by piece."""
     study = result.study
     for first in range(0, len(result.numbers), _RUNS):
         rows = []

@@ -1,4 +1,4 @@
-"""What scatters the measures, for other tools: JSON and netCDF, and CSV or Parquet where they are wanted.
+"""Influences on the measures, for other tools: JSON and netCDF, and CSV or Parquet if asked for.
 
 The rows are those of `influence_rows` and `index_rows`; every file appears whole or not at all.
 """
@@ -16,9 +16,9 @@ from proofmass.runner.output.export import whole_file
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import index_rows, influence_rows
 
-ABOUT = {  # of each file
+ABOUT = {  # description of each file
     "influences": "Effect of one standard deviation of each factor on the measures, by linear regression.",
-    "sobol_indices": "Parts of the variance; noise and drift, which a group of the design shares, are in no index.",
+    "sobol_indices": "Fractions of the variance; noise and drift, which a group of the design shares, are in no index.",
 }
 
 
@@ -42,7 +42,7 @@ def _save_json(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> N
 
 
 def _finite(value: Any) -> Any:
-    """A value for JSON, which has neither NaN nor infinity."""
+    """Return a value for JSON, which has neither NaN nor infinity."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

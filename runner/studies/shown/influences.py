@@ -1,7 +1,7 @@
-"""What scatters the measures of a study: at each of its points and epochs, as values and as rows for other tools.
+"""Influences on the measures of a study at each of its points and epochs, as values and as rows for other tools.
 
-A study without drift has one epoch that tells all; with drift, what matters at an age is what has changed since the
-last calibration. Points and intervals between calibrations are never mixed, as long as tables tell them apart.
+Without drift one epoch says everything; with drift, a measure depends on changes since the last calibration. Points
+and intervals between calibrations are never mixed, unless there are too many for separate tables.
 """
 
 import math
@@ -17,23 +17,23 @@ from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.points import first_point, parts
 from proofmass.runner.studies.shown.sensitivities import MOST_RUNS, Regression, regression, sobol_indices
 
-MOST_TABLES = 500  # points, epochs and measures multiplied, up to which every epoch is looked at
+MOST_TABLES = 500  # points x epochs x measures up to which every epoch is analysed
 
 
 @dataclass(frozen=True)
 class Influences:
-    """What scatters one measure of some runs at one epoch."""
+    """Influences on one measure of some runs at one epoch."""
 
     measure: PlannedMeasure
     epoch: int
     since: Array  # of each run the epoch of its last calibration
     factors: Factors
     values: Array
-    found: Regression
+    regression: Regression
 
 
 def influences_at(result: StudyResult, drawn: Drawn, epoch: int) -> Iterator[Influences]:
-    """Of each measure that scatters at an epoch; `drawn` are the parameters of the first runs of the result."""
+    """Yield the influences on each measure that varies; `drawn` are the parameters of the first runs."""
     factors, since = drawn.factors(epoch), drawn.since(epoch)
     for measure in result.measures:
         values = result[measure.name][: len(drawn.runs), epoch]
@@ -43,12 +43,12 @@ def influences_at(result: StudyResult, drawn: Drawn, epoch: int) -> Iterator[Inf
 
 
 def drawn_of(result: StudyResult) -> Drawn:
-    """The parameters of the first runs of a result."""
+    """Return the parameters of the first runs of a result."""
     return Drawn(result.study, result.numbers[:MOST_RUNS])
 
 
 def epochs_looked_at(result: StudyResult) -> list[int]:
-    """All epochs, or a dozen where there would be too many tables."""
+    """Return all epochs, or a dozen if there would be too many tables."""
     epochs = result.study.epochs
     many = len(epochs) * min(len(parts(result)), result.study.points) * len(result.measures) > MOST_TABLES
     shown = some_of(epochs) if many else frozenset(epochs)
@@ -56,14 +56,14 @@ def epochs_looked_at(result: StudyResult) -> list[int]:
 
 
 def influence_rows(result: StudyResult) -> list[dict[str, Any]]:
-    """A row for each point, epoch, measure and factor: what a standard deviation of the factor does."""
+    """Return a row for each point, epoch, measure and factor, with the effect of one standard deviation."""
     return [
         row for part in parts(result).values() if len(part.numbers) for row in _rows(part, epochs_looked_at(result))
     ]
 
 
 def index_rows(result: StudyResult) -> list[dict[str, Any]]:
-    """A row for each point, epoch, measure and parameter with its Sobol indices; none without Saltelli's design."""
+    """Return a row for each point, epoch, measure and parameter with its Sobol indices, for Saltelli's design."""
     study = result.study
     if study.design != "saltelli" or not len(result.numbers):
         return []
@@ -86,8 +86,8 @@ def _rows(part: StudyResult, epochs: list[int]) -> Iterator[dict[str, Any]]:
     drawn, study = drawn_of(part), part.study
     for epoch in epochs:
         for influences in influences_at(part, drawn, epoch):
-            found = influences.found
-            for influence in found.influences:
+            effects = influences.regression
+            for influence in effects.influences:
                 first = influence.parameters[0]
                 yield (
                     _place(part, influences.measure, epoch)
@@ -96,8 +96,8 @@ def _rows(part: StudyResult, epochs: list[int]) -> Iterator[dict[str, Any]]:
                     | {"factor_unit": influences.factors.units[first], "slope": influence.slope}
                     | {"effect": influence.effect, "effect_half": influence.effect_half}
                     | {"standardised": influence.standardised, "of_ranks": influence.rank}
-                    | {"explained": found.explained, "explained_of_ranks": found.explained_of_ranks}
-                    | {"runs": found.runs}
+                    | {"explained": effects.explained, "explained_of_ranks": effects.explained_of_ranks}
+                    | {"runs": effects.runs}
                 )
 
 
@@ -115,5 +115,5 @@ def _place(part: StudyResult, measure: PlannedMeasure, epoch: int) -> dict[str, 
 
 
 def _one_age(ages: tuple[float, ...], since: Array) -> float:
-    """The age of the last calibration, where that of all runs is the same."""
+    """Return the age of the last calibration if it is the same for all runs."""
     return ages[int(since[0])] if (since == since[0]).all() else math.nan

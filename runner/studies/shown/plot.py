@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
@@ -41,7 +42,7 @@ def plot_study(result: StudyResult) -> "Figure":
                 (_fans if len(study.epochs) > 1 else _histograms)(panel, part, measure)
         yields = result.yields() if study.points == 1 else {}
         good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
-        figure.suptitle(f"{study.graph.name}: {len(result.numbers):,} runs{good}".replace("$", r"\$"))
+        figure.suptitle(f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}".replace("$", r"\$"))
         _legend(figure)
     return figure
 
@@ -63,7 +64,7 @@ def plot_measure(result: StudyResult, name: str) -> "Figure":
 
 
 def save_study_plot(result: StudyResult, path: str | Path) -> Path:
-    """Write the picture; its form follows from the ending."""
+    """Write the picture in the format of the file's ending."""
     return save_figure(plot_study(result), path)
 
 
@@ -73,7 +74,7 @@ def _whole(result: StudyResult, name: str) -> Array:
 
 
 def _legend(figure: "Figure") -> None:
-    """What is drawn how, once for all panels, below them: it hides nothing there."""
+    """Draw one legend for all panels, below them so that it hides nothing."""
     found = [panel.get_legend_handles_labels() for panel in figure.axes]
     entries = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
     if len(entries) > 1 or LIMIT in entries:
@@ -137,7 +138,7 @@ def label_of(measure: PlannedMeasure) -> str:
 
 
 def _limits(draw: Any, result: StudyResult, name: str) -> None:
-    """The limits that lie near the values; those further away would only squeeze the picture."""
+    """Draw the limits that lie near the values; others would only squeeze the picture."""
     limit, values = result.study.limits.get(name), result[name][np.isfinite(result[name])]
     for edge in (limit.at_least, limit.at_most) if limit and len(values) else ():
         if np.isfinite(edge) and values.min() - np.ptp(values) <= edge <= values.max() + np.ptp(values):

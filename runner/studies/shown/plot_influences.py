@@ -1,4 +1,4 @@
-"""Picture of what scatters a measure: a tornado of the factors, and the measure against the strongest of them."""
+"""Picture of the influences on a measure: a tornado of the factors, and scatter plots of the strongest."""
 
 from typing import TYPE_CHECKING
 
@@ -16,18 +16,18 @@ _SCATTERS = 2
 _POINTS = 2000
 
 
-def plot_influences(factors: Factors, found: Regression, values: Array, label: str) -> "Figure":
+def plot_influences(factors: Factors, regression: Regression, values: Array, label: str) -> "Figure":
     """Bars of the effects of a standard deviation with their intervals, strongest on top; scatter of the first runs."""
     import matplotlib
     from matplotlib.figure import Figure
 
-    shown = found.influences[:_BARS]
+    strongest = regression.influences[:_BARS]
     with matplotlib.rc_context(STYLE):
-        height = max(3.2, 1.0 + 0.28 * len(shown))
+        height = max(3.2, 1.0 + 0.28 * len(strongest))
         figure = Figure(figsize=(9.0, height), facecolor=PAPER, layout="constrained")
-        drawn = shown[:_SCATTERS]
+        drawn = strongest[:_SCATTERS]
         tornado, *scatters = figure.subplots(1, 1 + len(drawn), width_ratios=[1.4] + [1.0] * len(drawn))
-        _draw_tornado(tornado, found, label)
+        _draw_tornado(tornado, regression, label)
         for panel, influence in zip(scatters, drawn, strict=True):
             first = influence.parameters[0]
             panel.plot(factors.columns[first][:_POINTS], values[:_POINTS], ".", color=BLUE, markersize=3, alpha=0.6)
@@ -40,19 +40,19 @@ def plot_influences(factors: Factors, found: Regression, values: Array, label: s
     return figure
 
 
-def _draw_tornado(panel: "Axes", found: Regression, label: str) -> None:
-    shown = found.influences[:_BARS][::-1]
-    effects = [influence.effect for influence in shown]
+def _draw_tornado(panel: "Axes", regression: Regression, label: str) -> None:
+    bars = regression.influences[:_BARS][::-1]
+    effects = [influence.effect for influence in bars]
     colours = [BLUE if effect >= 0.0 else ORANGE for effect in effects]
-    halves = [influence.effect_half for influence in shown]
-    names = [_short(influence) for influence in shown]
+    halves = [influence.effect_half for influence in bars]
+    names = [_short(influence) for influence in bars]
     panel.barh(names, effects, color=colours, height=0.6, xerr=halves, error_kw={"ecolor": INK, "elinewidth": 0.8})
-    panel.set_ylim(min(-0.5, 0.5 * len(shown) - 2.0), max(len(shown) - 0.5, 0.5 * len(shown) + 1.0))  # no fat bars
+    panel.set_ylim(min(-0.5, 0.5 * len(bars) - 2.0), max(len(bars) - 0.5, 0.5 * len(bars) + 1.0))  # no fat bars
     panel.axvline(0.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"{label} for one standard deviation")
 
 
 def _short(influence: Influence) -> str:
-    """The first parameter of a factor, and how many move with it."""
+    """Return the first parameter of a factor, and how many move with it."""
     first, *others = influence.parameters
     return f"{first}\nand {len(others)} with it" if others else first

@@ -8,24 +8,24 @@ from proofmass.runner.output.plot import pretty
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult
 
-MOST_POINTS = 12  # that tables and pictures tell apart
+MOST_POINTS = 12  # with tables and pictures of their own
 
 
 def by_point(result: StudyResult) -> list[StudyResult]:
-    """The same study at each of its points alone, in the order in which runs take turns at them."""
+    """Return the study at each of its points alone, in the order in which runs take turns."""
     points = result.study.points
     return [_some(result, result.numbers % points == point, points) for point in range(points)]
 
 
 def parts(result: StudyResult) -> dict[str, StudyResult]:
-    """The study at each point that has runs, by its name; as one, without a name, where they are too many."""
+    """Return the study at each point that has runs, by name; as one, without a name, if there are too many."""
     found = by_point(result) if result.study.points <= MOST_POINTS else []
     named = {point_text(result.study, point): part for point, part in enumerate(found) if len(part.numbers)}
     return named or {"": result}
 
 
 def swept_parts(result: StudyResult) -> dict[str, StudyResult]:
-    """As `parts`, with all intervals between calibrations at each point of the sweep: they are there to be compared."""
+    """Return `parts` with all intervals between calibrations together, so that they can be compared."""
     study, intervals = result.study, len(result.study.recalibration.every)
     swept = study.points // intervals
     if swept > MOST_POINTS:
@@ -36,12 +36,12 @@ def swept_parts(result: StudyResult) -> dict[str, StudyResult]:
 
 
 def first_point(result: StudyResult) -> int:
-    """Number of the point of the first run."""
+    """Return the number of the first run's point."""
     return int(result.numbers[0]) % result.study.points if len(result.numbers) else 0
 
 
 def point_text(study: Study, point: int) -> str:
-    """What a point is: values of the swept parameters, and how often sensors are calibrated; "" for a study of one."""
+    """Return the swept parameters and calibration interval of a point as text; "" for a study of one point."""
     calibrated = recalibration_text(study.recalibrated_every(point)) if study.recalibration.carried else ""
     return ", ".join(filter(None, (_swept_text(study, point), calibrated)))
 
@@ -54,8 +54,8 @@ def _swept_text(study: Study, point: int) -> str:
 
 
 def all_points_text(study: Study) -> str:
-    """What is said where points are not told apart."""
-    return f"all {study.points:,} points of the sweep together; study.nc has each of them"
+    """Return the text for points that have no tables of their own."""
+    return f"all {study.points:,} points of the sweep together; study.nc has them one by one"
 
 
 def _unit(study: Study, parameter: str) -> str:
@@ -64,13 +64,13 @@ def _unit(study: Study, parameter: str) -> str:
 
 
 def _some(result: StudyResult, chosen: Array, parts: int) -> StudyResult:
-    """Runs of one of several parts of a study."""
+    """Return the runs of one of several parts of a study."""
     numbers = result.numbers[chosen]
-    kept = set(numbers.tolist())
+    chosen_numbers = set(numbers.tolist())
     return replace(
         result,
         numbers=numbers,
         values={name: values[chosen] for name, values in result.values.items()},
-        faults={key: fault for key, fault in result.faults.items() if key[0] in kept},
+        faults={key: fault for key, fault in result.faults.items() if key[0] in chosen_numbers},
         planned_runs=result.planned_runs // parts,
     )

@@ -1,4 +1,4 @@
-"""A study as one HTML file: yield, tables, distributions, what scatters them, and the runs to look at again."""
+"""A study as one HTML file: yield, tables, distributions, influences, and the runs to look at again."""
 
 import math
 import shlex
@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.catalog import own_file
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
+from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import pretty
 from proofmass.runner.studies.kept.folder import STUDY_FILE
@@ -32,7 +33,7 @@ Section = Callable[[StudyResult], str]
 
 
 def save_study_report(result: StudyResult, path: str | Path) -> Path:
-    """Write the report; its commands replay runs of the study that lies in the same folder."""
+    """Write the report; its commands replay runs of the study in the same folder."""
     sections = [
         *([("Yield", _yield(result))] if result.yields() else []),
         ("Measures", _measures(result)),
@@ -54,7 +55,7 @@ def _opening(result: StudyResult) -> str:
     swept, intervals = study.points // len(study.recalibration.every), len(study.recalibration.every)
     points = f", {swept} points of the sweep" if swept > 1 else ""
     points += f", {intervals} intervals between calibrations" if intervals > 1 else ""
-    texts.append(f'<span class="soft">{len(result.numbers):,} runs{ages}{points}, seed {study.seed}</span>')
+    texts.append(f'<span class="soft">{count(len(result.numbers), "run")}{ages}{points}, seed {study.seed}</span>')
     page = "".join(f"<p>{text}</p>\n" for text in texts)
     if result.interrupted:
         page += f'<p class="warning">{len(result.numbers):,} of {result.planned_runs:,} runs are done.</p>'
@@ -62,7 +63,7 @@ def _opening(result: StudyResult) -> str:
 
 
 def _at_each(points: Callable[[StudyResult], dict[str, StudyResult]]) -> Callable[[Section], Section]:
-    """A section at each of some points of the study, under a heading where there are several."""
+    """Return a section for each point of the study, under headings if there are several."""
 
     def decorated(section: Section) -> Section:
         def whole(result: StudyResult) -> str:
@@ -127,7 +128,7 @@ def _with_interval(row: dict[str, object], key: str) -> str:
 
 
 def _ends(low: float, high: float) -> str:
-    """An interval with as many digits as tell its ends apart.
+    """Return an interval with as many digits as distinguish its ends.
 
     >>> _ends(3275.8213, 3277.61), _ends(1.0000464, 1.0000566), _ends(-math.inf, 2.0), _ends(1.0, math.inf)
     ('3275.82 to 3277.61', '1.000046 to 1.000057', '≤ 2', '≥ 1')
@@ -150,7 +151,7 @@ def _distributions(result: StudyResult) -> str:
 
 @_at_each(parts)
 def _influences(result: StudyResult) -> str:
-    """A tornado of each measure at the last epoch, and below it what leads at the others."""
+    """Return a tornado of each measure at the last epoch, and the strongest factors at the others."""
     if not len(result.numbers):
         return ""
     drawn, study, last = drawn_of(result), result.study, len(result.study.epochs) - 1
@@ -168,27 +169,27 @@ def _influences(result: StudyResult) -> str:
 
 
 def _tornado(result: StudyResult, influences: Influences) -> str:
-    found, measure, study = influences.found, influences.measure, result.study
+    regression, measure, study = influences.regression, influences.measure, result.study
     about = (
-        f"Straight lines explain {_percent(found.explained)} of the variance of {measure.name} at the age of "
-        f"{age_text(study.epochs[influences.epoch])}, of its ranks {_percent(found.explained_of_ranks)}."
+        f"Linear regression explains {_percent(regression.explained)} of the variance of {measure.name} at the age of "
+        f"{age_text(study.epochs[influences.epoch])} ({_percent(regression.explained_of_ranks)} for ranks)."
     )
     about += _since_text(study, influences)
     rows = (
         f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{_effect(i)}</td>'
         f'<td class="number">{i.standardised:.4f}</td><td class="number">{i.rank:.4f}</td>'
-        for i in found.influences
+        for i in regression.influences
     )
     heads = ("factor", "slope", "effect of 1 σ", "standardised", "of ranks")
     drawing = picture(
-        plot_influences(influences.factors, found, influences.values, label_of(measure)),
+        plot_influences(influences.factors, regression, influences.values, label_of(measure)),
         f"{measure.name}-influences-{first_point(result)}",
     )
     return f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}'
 
 
 def _since_text(study: Study, influences: Influences) -> str:
-    """Since when changes are counted, where something drifts."""
+    """Return since when changes are counted, if parameters drift."""
     if not study.drift or influences.epoch == 0:
         return ""
     first = influences.since[0]
@@ -198,20 +199,20 @@ def _since_text(study: Study, influences: Influences) -> str:
     return f" Changes are those since the {'last' if study.recalibration.carried else 'first'} {what}{at}."
 
 
-def _leading(study: Study, found: Sequence[Influences]) -> str:
-    """The strongest factors of one measure at each age."""
+def _leading(study: Study, tables: Sequence[Influences]) -> str:
+    """Return the strongest factors of one measure at each age."""
     rows = []
-    for influences in found:
-        named = ", ".join(f"{i.parameter} {i.effect:.4g}" for i in influences.found.influences[:_LEADING])
+    for influences in tables:
+        named = ", ".join(f"{i.parameter} {i.effect:.4g}" for i in influences.regression.influences[:_LEADING])
         rows.append(
             f'<td class="number">{escape(age_text(study.epochs[influences.epoch]))}</td>'
-            f'<td class="number">{_percent(influences.found.explained)}</td><td>{broken(named)}</td>'
+            f'<td class="number">{_percent(influences.regression.explained)}</td><td>{broken(named)}</td>'
         )
     return table(("age", "explained", "strongest factors, effect of 1 σ"), rows, numbers=(0, 1))
 
 
 def _percent(part: float) -> str:
-    """A part of a variance, with the digits that tell it from all of it.
+    """Return a part of a variance in percent, with enough digits to distinguish it from 100 %.
 
     >>> _percent(0.204), _percent(0.99987), _percent(1.0)
     ('20.4 %', '99.99 %', '100 %')
@@ -231,7 +232,7 @@ def _indices(result: StudyResult) -> str:
         return ""
     drifting = ", ".join(map(result.study.name_of, result.study.drift))
     left_out = f"the noise, and the drift of {drifting}" if drifting else "the noise"
-    return f"<p>Sensors of a group share {escape(left_out)}: what these do is in no index.</p>\n{tables}"
+    return f"<p>Sensors of a group share {escape(left_out)}; what these do is in no index.</p>\n{tables}"
 
 
 @_at_each(parts)
@@ -276,15 +277,15 @@ def _command(result: StudyResult, *words: str) -> str:
 
 
 def _facts(result: StudyResult) -> str:
-    known = dict(result.provenance)
+    provenance = dict(result.provenance)
     about = {
         "design": result.study.design,
         "runs": f"{len(result.numbers):,} of {result.planned_runs:,}",
         "failed": f"{len(result.faults):,}",
         "SHA-256 of the values": result.digest,
-        "SHA-256 of the graph": known.pop("graph_hash", ""),
+        "SHA-256 of the graph": provenance.pop("graph_hash", ""),
         "time": f"{result.seconds:.4g} s" if result.seconds else "",
-        **known,
+        **provenance,
     }
     return facts(about.items())
 

@@ -1,15 +1,15 @@
-"""Which parameter scatters a measure: regression over the sensors of any study, Sobol indices of Saltelli's design.
+"""Influences of parameters on a measure: regression over the sensors of any study, Sobol indices of Saltelli's design.
 
 Regression: y = b0 + sum b_i x_i by least squares; the standardised coefficient b_i s_i / s_y is the part of the scatter
-that goes with one parameter, and on ranks it is so for any monotonic dependence (Saltelli et al., "Global sensitivity
-analysis: the primer" (2008), section 1.2.5). Intervals are Student's: t s sqrt(diag((X'X)^-1)), s^2 what is left over
+due to one parameter, and on ranks this holds for any monotonic dependence (Saltelli et al., "Global sensitivity
+analysis: the primer" (2008), section 1.2.5). Intervals are Student's: t s sqrt(diag((X'X)^-1)), s^2 the residuals over
 n - d - 1 (Draper and Smith, "Applied regression analysis", 3rd ed. (1998), section 5.2).
 
 Factors that move together, with a correlation beyond 0.9 by three standard errors of Fisher's atanh r, 1 / sqrt(n - 3),
-are one: what they do together, X_g b_g, is known well where what each does alone is not.
+are one: their joint effect X_g b_g is known well even if their separate effects are not.
 
-Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A - f_i)^2 / 2V, with f_i at A but for
-parameter i, which is that of B (Saltelli et al., Computer Physics Communications 181 (2010), table 2, b and f).
+Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A - f_i)^2 / 2V, with f_i at A except
+parameter i, which is taken from B (Saltelli et al., Computer Physics Communications 181 (2010), table 2, b and f).
 """
 
 from collections.abc import Mapping
@@ -22,15 +22,15 @@ from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.intervals import LEVEL, Interval
 from proofmass.runner.studies.outcome.result import StudyResult
 
-MOST_RUNS = 20_000  # the first ones, of which parameters are drawn again
+MOST_RUNS = 20_000  # whose parameters are drawn again, the first ones
 TOGETHER = 0.9  # correlation beyond which two factors are one
-_ERRORS = 3.0  # standard errors that it lies beyond
+_ERRORS = 3.0  # standard errors by which it must exceed that
 _RESAMPLES = 400
 
 
 @dataclass(frozen=True)
 class Influence:
-    """What one factor does to a measure: a parameter, or several that move together, the first of them upwards."""
+    """Effect of one factor on a measure: a parameter, or several that move together, the first one upwards."""
 
     parameters: tuple[str, ...]
     slope: float  # measure per first parameter, in their units
@@ -41,7 +41,7 @@ class Influence:
 
     @property
     def parameter(self) -> str:
-        """The names of its parameters."""
+        """The names of its parameters as one text."""
         return ", ".join(self.parameters)
 
 
@@ -67,7 +67,7 @@ class Index:
 
 
 def regression(parameters: Mapping[str, Array], values: Array) -> Regression | None:
-    """Influence of factors on the values of a measure; None where runs are too few or nothing scatters."""
+    """Return the influences on the values of a measure; None if runs are too few or nothing varies."""
     known = np.isfinite(values)
     y = values[known]
     columns = {name: column[known] for name, column in parameters.items() if _differ(column[known])}
@@ -78,7 +78,7 @@ def regression(parameters: Mapping[str, Array], values: Array) -> Regression | N
     standardised, halves, explained = _grouped(x, y, groups)
     rank, _, explained_of_ranks = _grouped(_ranks(x), _ranks(y[:, None])[:, 0], groups)
     deviation, names = float(y.std(ddof=1)), list(columns)
-    found = [
+    influences = [
         Influence(
             tuple(names[place] for place in group),
             float(b * deviation / x[:, group[0]].std(ddof=1)),
@@ -89,12 +89,12 @@ def regression(parameters: Mapping[str, Array], values: Array) -> Regression | N
         )
         for group, b, half, rank_b in zip(groups, standardised, halves, rank, strict=True)
     ]
-    found.sort(key=lambda influence: -abs(influence.effect))
-    return Regression(tuple(found), explained, explained_of_ranks, len(y))
+    influences.sort(key=lambda influence: -abs(influence.effect))
+    return Regression(tuple(influences), explained, explained_of_ranks, len(y))
 
 
 def sobol_indices(result: StudyResult, measure: str, epoch: int = 0, point: int = 0) -> list[Index]:
-    """First-order and total indices at a point of the sweep; none without Saltelli's design and two whole groups."""
+    """Return first-order and total indices at a point of the sweep; none without two whole groups of Saltelli."""
     study, group = result.study, result.study.designed.group
     if study.design != "saltelli":
         return []
@@ -153,7 +153,7 @@ def _groups(x: Array) -> list[list[int]]:
 
 
 def _grouped(x: Array, y: Array, groups: list[list[int]]) -> tuple[Any, Any, float]:
-    """As `_standardised`, a column for each group: what its columns do together."""
+    """Return `_standardised` with a column for each group: the joint effect of its columns."""
     if len(groups) == x.shape[1]:
         return _standardised(x, y)
     coefficients, _, _ = _standardised(x, y)
@@ -180,7 +180,7 @@ def _standardised(x: Array, y: Array) -> tuple[Any, Any, float]:
 
 
 def _ranks(columns: Array) -> Array:
-    """Ranks within each column, the mean of theirs for equal values."""
+    """Return ranks within each column; equal values share their mean rank."""
     from scipy.stats import rankdata
 
     return np.asarray(rankdata(columns, axis=0), dtype=float)

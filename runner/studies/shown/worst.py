@@ -22,12 +22,12 @@ class WorstRun:
 
 
 def failed_runs(result: StudyResult, most: int) -> list[WorstRun]:
-    """The first runs that gave nothing."""
+    """Return the first runs that failed."""
     return [WorstRun(run, epoch, math.nan, text) for (run, epoch), text in list(result.faults.items())[:most]]
 
 
 def worst_runs(result: StudyResult, measure: str, most: int) -> list[WorstRun]:
-    """Runs by how far they lie beyond the limits of a measure, or from its median where it has none; each run once."""
+    """Return runs, each once, by distance beyond the limits of a measure, or from its median if it has no limit."""
     values = result[measure]
     if not np.isfinite(values).any():
         return []
@@ -50,7 +50,7 @@ def _from_median(values: Array) -> Array:
 
 
 def _beyond(values: Array, limit: Limit, ages: Sequence[float]) -> Array:
-    """How far each value lies beyond the nearest edge; negative inside, and NaN at epochs that do not count."""
+    """Return the distance of each value beyond the nearest limit; negative inside, NaN at epochs that do not count."""
     counted = limit.counted(ages)
     beyond = np.maximum(limit.at_least - values, values - limit.at_most)
     if math.isfinite(limit.change):

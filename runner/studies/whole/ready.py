@@ -1,4 +1,4 @@
-"""Whether a graph is ready to run: it is planned as a run plans it, so that what a run refuses is refused here."""
+"""Checks whether a graph is ready to run, by planning it as a run does: both refuse the same."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,10 +20,10 @@ MANY_STEPS = 1000  # in a tick
 
 
 def check(graph: Graph) -> list[Problem]:
-    """All problems of a graph, each with its place; only notes are left when the graph can run.
+    """Return all problems of a graph, each with its place; only notes are left if the graph can run.
 
-    The files that it names are read, and it is planned as for a run. A graph that is a part of others, whose inputs
-    they drive, is looked at by itself.
+    The files that it names are read, and it is planned as for a run. A graph with open inputs, a part of others, is
+    checked by itself.
     """
     problems = check_wiring(graph)
     if all(problem.note for problem in problems) and runs_alone(graph):
@@ -32,7 +32,7 @@ def check(graph: Graph) -> list[Problem]:
 
 
 def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
-    """What a run of a graph, or of a study of it, refuses beyond its wiring; notes on what it needs or plays."""
+    """Return the problems of a run or study beyond the wiring, and notes on its length and recordings."""
     try:
         planned = plan(graph)
     except ModelError as error:
@@ -46,7 +46,7 @@ def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
 
 
 def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
-    """Why a run has no length; a note where the command line may say one."""
+    """Yield why a run has no length; a note if the command line may still give one."""
     try:
         planned.ticks()
     except ModelError as error:
@@ -55,13 +55,13 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
 
 
 def _uncalibrated(study: Study) -> Iterator[Problem]:
-    """Limits that count the first epoch of sensors that are calibrated at its end."""
+    """Yield limits that count the first epoch of sensors that are calibrated at its end."""
     if not study.recalibration.carried or len(study.epochs) < 2:
         return
     for name, limit in study.limits.items():
         if name in study.flat.measures and limit.counted(study.epochs) == 0:
             problem = Problem(
-                message="counts the first epoch too, whose run has no calibration before it",
+                message="counts the first epoch too, which has no calibration before it",
                 key=f"limits.{name}",
                 hint=f'from = "{age_text(study.epochs[1])}" counts from the next epoch on',
                 note=True,
@@ -71,7 +71,7 @@ def _uncalibrated(study: Study) -> Iterator[Problem]:
 
 
 def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:
-    """Groups of continuous blocks that a tick takes a thousand steps of, or more."""
+    """Yield groups of continuous blocks that take a thousand steps a tick, or more."""
     for solver in planned.solvers:
         if solver.exact or solver.substeps < MANY_STEPS:
             continue
@@ -88,7 +88,7 @@ def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:
 
 
 def _measures(planned: Plan, study: Study | None) -> Iterator[Problem]:
-    """Measures that begin too late, and traces that only a folder can hold: a study keeps the first, not the second."""
+    """Yield measures that begin too late, and traces too large for memory; studies have measures but no traces."""
     for refuse in (refuse_late, *(() if study else (refuse_large,))):
         try:
             refuse(planned, planned.ticks())

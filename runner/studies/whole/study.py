@@ -1,4 +1,4 @@
-"""A study from its first to its last run: ledger, batches, progress, interruption."""
+"""Studies from the first to the last run: ledger, batches, progress, interruption."""
 
 import contextlib
 import dataclasses
@@ -31,9 +31,9 @@ from proofmass.runner.studies.runs.facts import facts_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
 
-BATCH_SECONDS = 0.2  # of runs that are kept together
+BATCH_SECONDS = 0.2  # of runs that are written together
 Source = Callable[[Array, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
-StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, a mean as it is now
+StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, the current means
 
 
 def run_study(
@@ -48,20 +48,20 @@ def run_study(
     folder: str | Path | None = None,
     progress: StudyProgress | None = None,
 ) -> StudyResult:
-    """Run a study, or what is left of it.
+    """Run a study, or the rest of it.
 
-    `runs` and `seed` take the place of those of the study. The compiled engine moves `lanes` runs side by side, 0 for
-    none, in each of `threads`; both follow from the study and the machine, and change no bit.
-    With `dask` the workers of a Dask cluster compute instead of threads: those of a scheduler's address, or "local" or
+    `runs` and `seed` override those of the study. The compiled engine runs `lanes` sensors side by side (0 for none) in
+    each of `threads`. Both have suitable defaults, and change no bit.
+    With `dask`, workers of a Dask cluster compute instead of threads: give the address of a scheduler, or "local" or
     "local:4" for processes of this machine.
 
-    With a `folder` every run is kept in a ledger there as it is done: the same call goes on from it after Ctrl-C,
-    SIGTERM or a crash, to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under
-    way, and the result holds what is done.
+    With a `folder`, every run is written to a ledger there. After Ctrl-C, SIGTERM or a crash the same call continues
+    to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under way, and the result
+    has the runs that are done.
     A study with `stop` ends when its means are known well enough; `planned_runs` of the result says after how many.
 
-    Raises `ModelError` when the study is wrong, or the ledger in the folder belongs to another graph or study;
-    `RunError` when the cluster fails.
+    Raises `ModelError` if the study is wrong, or the ledger in the folder belongs to another graph or study;
+    `RunError` if the cluster fails.
     """
     began = time.perf_counter()
     study = with_numbers(study, runs, seed)
@@ -86,7 +86,7 @@ def run_study(
 
             source = functools.partial(runs_on_workers, dask, sensors)
         _fill(ledger, source, left, means, progress)
-        found = collected(sensors.measures, ledger.outcomes(means.end))
+        outcomes = collected(sensors.measures, ledger.outcomes(means.end))
     finally:
         ledger.close()
     return StudyResult(
@@ -96,12 +96,12 @@ def run_study(
         seconds=time.perf_counter() - began,
         engine=sensors.engine,
         provenance=provenance(study.graph, sensors.engine),
-        **found,
+        **outcomes,
     )
 
 
 def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") -> Result:
-    """One run of a study at one epoch again, bit for bit, with the traces of all probes of the graph."""
+    """Repeat one run of a study at one epoch, bit for bit, with the traces of all probes of the graph."""
     began = time.perf_counter()
     for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
         if not 0 <= value < count:
@@ -122,7 +122,7 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
 
 
 def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:
-    """The study with other runs and seed, where they are given."""
+    """Return the study with other runs and seed; None leaves them."""
     return study.changed(runs=study.runs if runs is None else runs, seed=study.seed if seed is None else seed)
 
 
@@ -133,7 +133,7 @@ def _fill(
     means: RunningMeans,
     progress: StudyProgress | None,
 ) -> None:
-    """Do the runs that are left; they are written together, batch by batch, and at the latest when it ends."""
+    """Do the remaining runs, and write them in batches."""
     batch: list[Outcomes] = []
     done, written = means.end - len(left), time.perf_counter()
     with interrupts() as interrupted, contextlib.closing(source(left, means, interrupted)) as arriving:
@@ -154,7 +154,7 @@ def _fill(
 def _in_threads(
     sensors: SensorRuns, threads: int, left: Array, means: RunningMeans, interrupted: threading.Event
 ) -> Generator[Outcomes, None, None]:
-    """Results in the order of the runs, computed in threads ahead of whom they are for, until enough is known."""
+    """Yield results in the order of the runs, computed ahead in threads, until the means are known well enough."""
     threads = threads if sensors.engine == "compiled" else 1  # plain Python gains nothing
     parts, waiting = iter(sensors.parts(left, threads)), deque[Future[Outcomes]]()
     with ThreadPoolExecutor(threads) as pool, contextlib.suppress(StoppedError):
@@ -170,5 +170,5 @@ def _in_threads(
 
 
 def _processors() -> int:
-    """Processors that this process may use."""
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""Runs of a study on Dask workers, in chunks; each arrives here once, whatever becomes of the workers.
+"""Runs of a study on Dask workers, in chunks; each arrives here once, even if workers die.
 
 Dask promises that a task is done at least once. A chunk is waited for here until it arrives, and counts when it does;
 the ledger is written by this process alone.
@@ -19,19 +19,19 @@ from proofmass.runner.studies.workers.cluster import connected
 from proofmass.runner.studies.workers.parcel import Parcel, packed
 from proofmass.runner.studies.workers.worker import run_chunk
 
-CHUNK_SECONDS = 0.25  # that the runs of a chunk take: a task costs Dask about a millisecond
+CHUNK_SECONDS = 0.25  # of runs in a chunk: a task costs Dask about a millisecond
 GROWTH = 8  # of a chunk to the next, at most
 AHEAD = 2  # chunks a thread of a worker that wait or run
 LOOKS = 0.01  # seconds between looks at what has arrived
 COUNTS = 1.0  # seconds between counts of the workers
-NO_WORKER_SECONDS = 60.0  # in which a cluster without workers may get some
-SUSPECTS = 3  # chunks whose workers died, with which a study goes on; then each is tried with nothing beside it
+NO_WORKER_SECONDS = 60.0  # to wait for workers
+SUSPECTS = 3  # chunks whose workers died before each of them is tried alone
 
 
 def runs_on_workers(
     dask: str, sensors: SensorRuns, left: Array, means: RunningMeans, interrupted: threading.Event
 ) -> Generator[Outcomes, None, None]:
-    """Results as they arrive, until all are there, enough is known or the event is set.
+    """Yield results as they arrive, until all are there, the means are known or the event is set.
 
     Raises `RunError`, `ModelError`, `OSError`.
     """
@@ -42,7 +42,7 @@ def runs_on_workers(
 
 
 def chunk_size(before: int, seconds: float, lanes: int) -> int:
-    """Runs of the next chunks, when `before` runs took so long: whole rows of lanes, and not many times more.
+    """Return the size of the next chunks, if `before` runs took `seconds`: whole rows of lanes, growing slowly.
 
     >>> chunk_size(64, 0.05, 64), chunk_size(1, 0.1, 0), chunk_size(1, 1e-6, 0)
     (320, 3, 8)
@@ -85,7 +85,7 @@ class _Chunks:
             self._client.cancel(list(self._under_way))
 
     def _submit(self) -> None:
-        """Keep every thread of the cluster supplied."""
+        """Keep every thread of the cluster busy."""
         self._count_threads()
         if self._alone in self._under_way.values():
             return
@@ -101,7 +101,7 @@ class _Chunks:
         self._under_way[self._client.submit(run_chunk, self._parcel, some, pure=False)] = some
 
     def _count_threads(self) -> None:
-        """How many there are now: workers come and go. Raises `RunError` where there have been none for long."""
+        """Count the threads, since workers come and go; raises `RunError` if there have been none for long."""
         now = time.monotonic()
         if now - self._counted < COUNTS:
             return
@@ -109,12 +109,12 @@ class _Chunks:
         if self._threads:
             self._last_seen = now
         elif now - self._last_seen > NO_WORKER_SECONDS:
-            hint = "start some with: dask worker ADDRESS; the same command goes on"
+            hint = "start some with: dask worker ADDRESS; then repeat the command"
             message = f"the scheduler has had no workers for {NO_WORKER_SECONDS:.0f} s"
             raise self._failed(message, f"under way were {self._named()}" if self._under_way else "", hint)
 
     def _arrived(self, future: Any) -> Outcomes | None:
-        """The runs of a chunk; none where workers died of it and it is a suspect now. Raises `RunError`."""
+        """Return the runs of a chunk; None if its worker died, which makes it a suspect. Raises `RunError`."""
         from distributed import KilledWorker
         from distributed.client import FutureCancelledError
 
@@ -123,15 +123,15 @@ class _Chunks:
             seconds, outcomes = future.result()
         except KilledWorker as error:
             if some == self._alone:
-                hint = f"see what one of them does alone: --run {some[0]}"
-                raise self._failed(f"workers that begin with {_named(some)} die", str(error), hint) from None
-            self._suspects.append(some)  # or it waited behind the one of which they died
+                hint = f"replay one of them alone: --run {some[0]}"
+                raise self._failed(f"workers die as they begin with {_named(some)}", str(error), hint) from None
+            self._suspects.append(some)  # or it waited on a worker that another chunk killed
             return None
         except FutureCancelledError as error:
-            raise self._failed("the scheduler has let the study go", str(error)) from None
+            raise self._failed("the scheduler dropped the study", str(error)) from None
         except Exception as error:
             said = " ".join(f"{type(error).__name__}: {error}".split())
-            hint = "proofmass of the same version has to be installed for the scheduler and its workers"
+            hint = "install the same version of proofmass for the scheduler and its workers"
             raise self._failed(f"a worker could not do {_named(some)}", said, hint) from None
         self._size = chunk_size(len(some), seconds, self._lanes)
         return cast(Outcomes, outcomes)
@@ -144,7 +144,7 @@ class _Chunks:
 
 
 def _named(some: tuple[int, ...]) -> str:
-    """Numbers of runs in words.
+    """Return numbers of runs in words.
 
     >>> _named((7,)), _named((4, 5, 6)), _named((4, 6, 9))
     ('run 7', 'runs 4 to 6', '3 runs from 4 to 9')

@@ -1,4 +1,4 @@
-"""A Dask cluster for a study: one that is there, by the address of its scheduler, or workers of this machine."""
+"""A Dask cluster for a study: an existing one, by the address of its scheduler, or workers of this machine."""
 
 import asyncio
 import contextlib
@@ -20,7 +20,7 @@ _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d+")
 def connected(where: str) -> Iterator[Any]:
     """A client of the cluster: `local`, `local:4`, or an address such as `tcp://10.0.0.5:8786`.
 
-    Raises `ModelError` for what is neither, `RunError` where no scheduler answers or Dask is not installed.
+    Raises `ModelError` for any other text, `RunError` if no scheduler answers or Dask is not installed.
     """
     count = local_workers(where)
     distributed = _distributed()
@@ -38,7 +38,7 @@ def connected(where: str) -> Iterator[Any]:
 
 
 def local_workers(where: str) -> int | None:
-    """How many workers of this machine are meant, 0 for as many as processors; None for an address."""
+    """Return the number of local workers, 0 for as many as processors; None for an address."""
     name, _, number = where.partition(":")
     if name != LOCAL and _ADDRESS.fullmatch(where):
         return None
@@ -47,34 +47,34 @@ def local_workers(where: str) -> int | None:
     if name == LOCAL and number.isdecimal() and 1 <= int(number) <= MOST_WORKERS:
         return int(number)
     expected = f"local, local:1 to local:{MOST_WORKERS}, or tcp://HOST:PORT"
-    raise ModelError([Problem(message="is no cluster", key="dask", got=shown(where), expected=expected)])
+    raise ModelError([Problem(message="is not a cluster", key="dask", got=shown(where), expected=expected)])
 
 
 def _local_cluster(distributed: Any, count: int) -> Any:
-    """Workers that speak with this process alone: over TLS, with a certificate that is made for them and never written.
+    """Start workers that talk to this process alone, over TLS, with a certificate that is never written to disk.
 
-    Whoever reaches the port of a scheduler can otherwise run code as its owner, other users of this machine too.
+    Otherwise anyone who reaches the scheduler's port, even another user of this machine, can run code as its owner.
     """
     try:
         security = distributed.Security.temporary()
     except ImportError:
         hint = 'pip install "proofmass[dask]"'
-        message = "cryptography is not installed, with which local workers are kept from strangers"
+        message = "cryptography is not installed; local workers need it to refuse strangers"
         raise RunError(Problem(message=message, key="dask", hint=hint)) from None
     return distributed.LocalCluster(
         security=security,
         n_workers=count or None,
         threads_per_worker=1,
         processes=True,
-        dashboard_address="127.0.0.1:0",  # of its pages; any port that is free
+        dashboard_address="127.0.0.1:0",  # of its pages; any free port
         worker_dashboard_address=None,
-        silence_logs=logging.CRITICAL,  # what a worker cannot do is said here
+        silence_logs=logging.CRITICAL,  # failures of workers are reported here
         preload="proofmass.runner.studies.workers.worker",
     )
 
 
 def _refuse_silent(distributed: Any, address: str) -> None:
-    """Raise `RunError` where no server of Dask answers: a client would wait for ever for one of another kind."""
+    """Raise `RunError` if no Dask server answers: a client would wait forever for a server of another kind."""
 
     async def ask() -> None:
         security = distributed.Security().get_connection_args("client")

@@ -1,6 +1,6 @@
-"""A study as it travels to other machines: its text, and the files that it needs, as they are.
+"""A study packed for other machines: its text and the files that it needs.
 
-Nothing compiled and no object of a graph travels: whoever unpacks it reads the text, plans and compiles.
+Neither compiled code nor objects travel: the receiver reads the text, plans and compiles.
 """
 
 import hashlib
@@ -22,24 +22,24 @@ from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 
 
 class ParcelError(RuntimeError):
-    """A parcel that cannot be unpacked here; a text alone, which survives the way back."""
+    """A parcel that cannot be unpacked here; only a text, which survives the way back."""
 
 
 @dataclass(frozen=True)
 class Parcel:
-    """A study, how its runs are computed, and what must come out alike wherever it is unpacked."""
+    """A study, how its runs are computed, and a hash of facts that must be equal wherever it is unpacked."""
 
     text: str
-    files: tuple[tuple[str, bytes], ...]  # recordings and long lists, named by their hashes, and files of own blocks
-    own: tuple[str, ...]  # which of them are those
+    files: tuple[tuple[str, bytes], ...]  # recordings and long lists, named by hash, and files of own blocks
+    own: tuple[str, ...]  # names of the files of own blocks
     engine: EngineName
     lanes: int
     version: str
-    facts: str  # hash of them
+    facts: str  # hash of the facts that determine the bits
 
 
 def packed(sensors: SensorRuns) -> Parcel:
-    """The study of some sensors.
+    """Return the study of these sensors.
 
     Raises `ModelError` for own blocks that no file declares, and for more text than may be read; `OSError`.
     """
@@ -63,7 +63,7 @@ def packed(sensors: SensorRuns) -> Parcel:
 
 
 def unpacked(parcel: Parcel, folder: Path) -> SensorRuns:
-    """The sensors of a parcel, whose files are written into the folder. Raises `ParcelError`, `OSError`."""
+    """Return the sensors of a parcel, and write its files into the folder. Raises `ParcelError`, `OSError`."""
     if parcel.version != PROOFMASS:
         raise ParcelError(f"proofmass {PROOFMASS} is installed there, and {parcel.version} here")
     for name, content in parcel.files:
@@ -77,12 +77,12 @@ def unpacked(parcel: Parcel, folder: Path) -> SensorRuns:
     except ModelError as error:
         raise ParcelError(str(error)) from None
     if _digest(facts_of(sensors)) != parcel.facts:
-        raise ParcelError("its blocks compute something else than those here; install the same proofmass")
+        raise ParcelError("its blocks compute something different from those here; install the same proofmass")
     return sensors
 
 
 def _own_files(study: Study) -> list[Path]:
-    """The files that declare the user's own blocks among those of the graph."""
+    """Return the files that declare own blocks of the graph."""
     kinds = {type(block) for block in study.flat.blocks.values()}
     files = {kind: own_file(kind) for kind in kinds if not kind.__module__.startswith("proofmass.blocks.")}
     for kind, file in files.items():
@@ -93,11 +93,11 @@ def _own_files(study: Study) -> list[Path]:
 
 
 def _refuse_unreadable(text: str) -> None:
-    """Raise `ModelError` for more than a worker would read: what several files hold is one text here."""
+    """Raise `ModelError` for more text than a worker reads: several files are one text here."""
     try:
         parsed(text, "", ".")
     except ModelError as error:
-        message, hint = "the study with its graph is too large for workers", "run it here, without --dask"
+        message, hint = "the study and its graph are too large for workers", "run it here, without --dask"
         raise ModelError([Problem(message=message, key="dask", got=error.problems[0].message, hint=hint)]) from None
 
 

@@ -1,4 +1,4 @@
-"""What a Dask worker does: it unpacks a study once, and computes the runs that it is asked for."""
+"""The work of a Dask worker: it unpacks a study once, and computes runs of it."""
 
 import functools
 import signal
@@ -17,7 +17,7 @@ _unpacking = threading.Lock()
 
 
 def run_chunk(parcel: Parcel, numbers: Sequence[int]) -> tuple[float, Outcomes]:
-    """Some runs at each epoch, and the seconds that they took. Raises `ParcelError`, `OSError`."""
+    """Return runs at all epochs, and the seconds that they took. Raises `ParcelError`, `OSError`."""
     with _unpacking:
         _, sensors = _unpacked(parcel)
     began = time.perf_counter()
@@ -27,11 +27,11 @@ def run_chunk(parcel: Parcel, numbers: Sequence[int]) -> tuple[float, Outcomes]:
 
 @functools.lru_cache(maxsize=2)
 def _unpacked(parcel: Parcel) -> tuple[Any, SensorRuns]:
-    """The sensors of a parcel, and the folder of its files, which goes when they do."""
+    """Return the sensors of a parcel, and the temporary folder of its files."""
     folder = tempfile.TemporaryDirectory(prefix="proofmass-")
     return folder, unpacked(parcel, Path(folder.name))
 
 
 def dask_setup(worker: Any) -> None:
-    """Workers of one's own leave Ctrl-C to the process that started them, which says when to end."""
+    """Ignore Ctrl-C in local workers: the process that started them ends them."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -14,7 +14,7 @@ from scipy.special import ndtri
 
 from benchmarks.normal_deviates import MOST, WAYS, errors
 from proofmass.blocks.arithmetic.counter_random import normal_deviate, normal_quantile, philox, uniform_deviate
-from tests.by_hand.functions import compiled
+from tests.by_hand.compiled import compiled
 
 ONES = 0xFFFFFFFF
 KNOWN_ANSWERS = [  # kat_vectors of Random123: key, counter, words

@@ -1,7 +1,10 @@
-"""Elementary functions against mpmath, at their exact points, and compiled to the same bits."""
+"""Elementary functions: their largest errors, exact points, special values, symmetry, order, and bits when compiled."""
 
+import itertools
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -9,14 +12,173 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from proofmass.blocks.arithmetic import elementary
 from proofmass.blocks.arithmetic.elementary import (
+    binary_logarithm,
     cosine_of_turns,
+    decimal_logarithm,
     exponential,
-    logarithm_of_fraction,
-    logarithm_of_one_plus,
+    power,
+    scaling,
     sine_of_turns,
 )
-from tests.by_hand.functions import compiled
+from proofmass.runner.targets.elementwise import Elementwise
+from tests.by_hand.compiled import compiled
+from tests.by_hand.elementary import CASES, LONG_IS_LONGER, Case, error, measured
+
+FUNCTIONS = {name: getattr(elementary, name) for name in elementary.__all__}
+OF_MATH: dict[str, Callable[..., float]] = {
+    "sine": math.sin,
+    "cosine": math.cos,
+    "tangent": math.tan,
+    "arctangent": math.atan,
+    "arctangent2": math.atan2,
+    "arcsine": math.asin,
+    "arccosine": math.acos,
+    "exponential": math.exp,
+    "exponential_less_one": math.expm1,
+    "logarithm": math.log,
+    "logarithm_of_one_plus": math.log1p,
+    "binary_logarithm": math.log2,
+    "decimal_logarithm": math.log10,
+    "power": math.pow,
+    "hypotenuse": math.hypot,
+    "hyperbolic_sine": math.sinh,
+    "hyperbolic_cosine": math.cosh,
+    "hyperbolic_tangent": math.tanh,
+}
+SIZES = (
+    *(0.0, 5e-324, 1e-310, 2.2250738585072014e-308, 1e-17, 1e-9, 1.0 / 3.0, 0.5, 1.0, 2.0, 3.0, 709.0, 745.0, 1e22),
+    *(2.0**51 + 0.5, 2.0**52 + 1.0, 2.0**53 - 1.0, 1.7976931348623157e308, math.inf),
+)
+SPECIAL = (*SIZES, *(-size for size in SIZES), math.nan)
+# Arguments with the largest errors found by far more than a test looks at.
+WORST = {
+    "sine_of_turns": [(0.08116843120388742,), (5e-324,)],
+    "cosine_of_turns": [(0.1183688232023599,), (0.1246045517068096,)],
+    "sine": [(-3.820913210010997e153,), (3.8997108638223885,)],
+    "cosine": [(-1.0871632962915028e87,)],
+    "tangent": [(-3.9098999723900363,), (922772.9655196134,)],
+    "arctangent": [(0.2366290131286289,)],
+    "arctangent2": [(5.0335123377834706e-183, 5.728713781784395e124)],
+    "arcsine": [(0.23371499709772903,)],
+    "arccosine": [(0.9726895106891311,)],
+    "exponential": [(-708.8869741561952,), (-25.99242316005818,)],
+    "exponential_less_one": [(0.3467044983156711,)],
+    "logarithm": [(0.6992808336983835,)],
+    "logarithm_of_fraction": [(0.7070175745778678,), (0.7015118033766384,), (1.0 - 2.0**-53,)],
+    "logarithm_of_one_plus": [(0.3975915403702281,), (0.4025218609757173,), (0.41421356237309515,)],
+    "power": [(1.2538068001535334, -3133.349166853237), (1.4076667633736089, -2051.5027455658606)],
+    "hypotenuse": [(1.2132134299510047e-308, 2.64786568056605e-309)],
+    "hyperbolic_sine": [(0.37726402010870386,)],
+    "hyperbolic_cosine": [(642.9005943696411,)],
+    "hyperbolic_tangent": [(0.17355627372308577,)],
+}  # fmt: skip
+
+
+def limit_of(case: Case) -> float:
+    """The largest error that the function states."""
+    stated = re.search(r"within ([0-9.]+) ulp", str(case.function.__doc__))
+    assert stated, "how far is it from the exact value?"
+    return float(stated[1])
+
+
+def reference(name: str, *arguments: float) -> float:
+    """What `math` has, infinity where that is out of range and NaN where there is none."""
+    try:
+        return OF_MATH[name](*arguments)
+    except ValueError:
+        return math.nan
+    except OverflowError:
+        odd = name == "hyperbolic_sine" or (name == "power" and arguments[1] % 2.0 == 1.0)
+        return -math.inf if odd and arguments[0] < 0.0 else math.inf
+
+
+def argument_names(function: Callable[..., float]) -> tuple[str, ...]:
+    return function.__code__.co_varnames[: function.__code__.co_argcount]
+
+
+def test_every_function_is_measured() -> None:
+    assert set(CASES) == set(FUNCTIONS)
+    assert {"sine_of_turns", "cosine_of_turns", "bounded_exponential", "logarithm_of_fraction", *OF_MATH} == set(FUNCTIONS)
+
+
+@pytest.mark.skipif(not LONG_IS_LONGER, reason="long doubles have no more bits than numbers here")
+@pytest.mark.parametrize("name", CASES)
+def test_errors_are_below_what_each_function_states(name: str) -> None:
+    largest, at = measured(CASES[name], 10**5, seed=7)
+    assert largest < limit_of(CASES[name]), at
+
+
+@pytest.mark.parametrize(("name", "at"), [(name, at) for name, every in WORST.items() for at in every])
+def test_errors_where_they_are_largest(name: str, at: tuple[float, ...]) -> None:
+    assert error(CASES[name], at) < (limit_of(CASES[name]) if abs(at[0]) > 1e-300 or name != "sine_of_turns" else 2.0)
+
+
+@pytest.mark.parametrize("name", OF_MATH)
+def test_special_values_are_those_of_math(name: str) -> None:
+    for arguments in itertools.product(SPECIAL, repeat=len(argument_names(FUNCTIONS[name]))):
+        got, expected = FUNCTIONS[name](*arguments), reference(name, *arguments)
+        if expected == 0.0 or not math.isfinite(expected):
+            assert (repr(got)) == repr(expected), arguments
+        else:
+            assert abs(got - expected) <= 2.0 * math.ulp(expected), arguments
+
+
+SEAMS = (
+    *(0.5 * math.log(2.0) * k for k in (1, 3, 5, 21, 101)),
+    *(math.pi / 4.0 * k for k in range(1, 12)),
+    *(0.236, 0.5, 0.7208, 1.0, 2.0**0.5, 0.5**0.5, 1.0 / 0.236, 1.0 / 0.7208, 1e-9, 1e-17, 2.0, 3.0, 22.0, 40.0, 1.5e6),
+)
+RISING = {
+    "sine": (-1.5707, 1.5707),
+    "tangent": (-1.5707, 1.5707),
+    "arctangent": (-1e300, 1e300),
+    "arcsine": (-1.0, 1.0),
+    "exponential": (-745.0, 709.0),
+    "exponential_less_one": (-745.0, 709.0),
+    "logarithm": (0.0, 1e300),
+    "logarithm_of_fraction": (2.0**-64, 1.0),
+    "logarithm_of_one_plus": (-1.0, 1e300),
+    "binary_logarithm": (0.0, 1e300),
+    "decimal_logarithm": (0.0, 1e300),
+    "hyperbolic_sine": (-709.0, 709.0),
+    "hyperbolic_cosine": (0.0, 709.0),
+    "hyperbolic_tangent": (-1e300, 1e300),
+}
+
+
+@pytest.mark.parametrize("name", RISING)
+def test_neighbours_are_in_order(name: str) -> None:
+    low, high = RISING[name]
+    dice = np.random.default_rng(3)
+    every = np.concatenate([*_stretches(dice), dice.uniform(max(low, -750.0), min(high, 750.0), 20000)])
+    every = every[(every > low) & (every < high)]
+    function = Elementwise(FUNCTIONS[name], dict.fromkeys(argument_names(FUNCTIONS[name]), float), float)
+    assert np.all(function(every) <= function(np.nextafter(every, high)))
+
+
+def _stretches(dice: Any) -> Iterator[Any]:
+    """All numbers about the seams between the forms that a function has."""
+    for seam in SEAMS:
+        for sign in (-1.0, 1.0):
+            yield sign * (seam + math.ulp(seam) * np.arange(-50, 50))
+    yield dice.choice([-1.0, 1.0], 20000) * np.ldexp(1.0 + dice.random(20000), dice.integers(-60, 60, 20000))
+
+
+@pytest.mark.parametrize(
+    ("name", "sign"),
+    [
+        *((name, -1.0) for name in ("sine_of_turns", "sine", "tangent", "arctangent", "arcsine")),
+        *((name, -1.0) for name in ("hyperbolic_sine", "hyperbolic_tangent")),
+        *((name, 1.0) for name in ("cosine_of_turns", "cosine", "hyperbolic_cosine")),
+    ],
+)
+@given(st.one_of(st.floats(-(2.0**50), 2.0**50), st.floats(-1.0, 1.0)))
+def test_odd_and_even(name: str, sign: float, value: float) -> None:
+    got, mirrored = FUNCTIONS[name](value), FUNCTIONS[name](-value)
+    assert mirrored == sign * got or (math.isnan(got) and math.isnan(mirrored))
+
 
 turns = st.one_of(
     st.floats(-(2.0**50), 2.0**50),
@@ -25,33 +187,21 @@ turns = st.one_of(
 )
 
 
-def ulps(got: float, exact: mpmath.mpf) -> float:
-    """The error of a number in units of the last place of the exact value."""
-    return float(abs(mpmath.mpf(got) - exact) / mpmath.mpf(math.ulp(float(exact))))
-
-
 @given(turns)
 @example(0.08116843120388742)
 @example(5e-324)
-def test_sine_within_1_3_ulp(turns: float) -> None:
+def test_sine_of_turns_near_its_zeros(turns: float) -> None:
     with mpmath.workprec(1200):
-        exact = mpmath.sinpi(2 * mpmath.mpf(turns))
-        assert ulps(sine_of_turns(turns), exact) < (1.3 if abs(exact) > 1e-300 else 2.0)
+        near_zero = abs(mpmath.sinpi(2 * mpmath.mpf(turns))) <= 1e-300
+    assert error(CASES["sine_of_turns"], (turns,)) < (2.0 if near_zero else 1.3)
     assert abs(sine_of_turns(turns)) <= 1.0
 
 
 @given(turns)
 @example(0.1183688232023599)
-def test_cosine_within_1_6_ulp(turns: float) -> None:
-    with mpmath.workprec(200):
-        assert ulps(cosine_of_turns(turns), mpmath.cospi(2 * mpmath.mpf(turns))) < 1.6
+def test_cosine_of_turns_near_its_zeros(turns: float) -> None:
+    assert error(CASES["cosine_of_turns"], (turns,)) < 1.6
     assert abs(cosine_of_turns(turns)) <= 1.0
-
-
-@given(turns)
-def test_sine_is_odd_and_cosine_even(turns: float) -> None:
-    assert sine_of_turns(-turns) == -sine_of_turns(turns)
-    assert cosine_of_turns(-turns) == cosine_of_turns(turns)
 
 
 @given(st.integers(-(2**48), 2**48))
@@ -60,41 +210,68 @@ def test_exact_at_every_quarter_turn(quarters: int) -> None:
     assert cosine_of_turns(0.25 * quarters) == (1.0, 0.0, -1.0, 0.0)[quarters % 4]
 
 
-@given(st.one_of(st.floats(2.0**-64, 1.0), st.floats(0.0, 64.0).map(lambda octaves: 2.0**-octaves)))
-@example(0.7015118033766384)
-@example(1.0 - 2.0**-53)
-def test_logarithm_within_0_9_ulp(value: float) -> None:
-    with mpmath.workprec(200):
-        assert ulps(logarithm_of_fraction(value), mpmath.log(mpmath.mpf(value))) < 0.9
+@pytest.mark.parametrize("multiple", [1, 2, 3, 1000, 10**6, 10**9, 10**18, 6381956970095103 * 2**797])
+def test_sine_and_tangent_next_to_multiples_of_a_quarter_turn(multiple: int) -> None:
+    """The last is the number that is nearest of all to a multiple of pi / 2 (Muller, Elementary Functions)."""
+    with mpmath.workprec(2000):
+        angle = float(multiple) if multiple > 10**20 else float(multiple * mpmath.pi / 2)
+    for name in ("sine", "cosine", "tangent"):
+        assert error(CASES[name], (angle,)) < 1.0
 
 
-@given(st.one_of(st.floats(0.0, 2.0**63), st.floats(-300.0, 18.9).map(lambda decades: 10.0**decades)))
-@example(0.4025218609757173)
-@example(0.41421356237309515)
-def test_logarithm_of_one_plus_within_1_ulp(value: float) -> None:
-    with mpmath.workprec(3000):
-        exact = mpmath.log1p(mpmath.mpf(value))
-        assert ulps(logarithm_of_one_plus(value), exact) < 1.0
+@given(st.integers(-1074, 1023))
+def test_powers_of_two_are_exact(exponent: int) -> None:
+    value = math.ldexp(1.0, exponent)
+    assert binary_logarithm(value) == exponent
+    assert power(2.0, float(exponent)) == value
+    assert scaling.mantissa_and_exponent(value) == (1.0, exponent)
+    assert scaling.scaled(1.0, float(exponent)) == value
 
 
-@given(st.one_of(st.floats(-354.0, 354.0), st.floats(-1.0, 1.0)))
-@example(-25.99242316005818)
-def test_exponential_within_1_ulp(value: float) -> None:
-    with mpmath.workprec(200):
-        assert ulps(exponential(value), mpmath.exp(mpmath.mpf(value))) < 1.0
+def test_powers_of_ten_are_exact() -> None:
+    assert [decimal_logarithm(float(f"1e{k}")) for k in range(-300, 301)] == [float(k) for k in range(-300, 301)]
+    assert [power(10.0, float(k)) for k in range(23)] == [float(10**k) for k in range(23)]
 
 
-def test_exponential_is_held_at_both_ends_and_hides_no_nan() -> None:
-    assert exponential(math.inf) == exponential(354.0) == pytest.approx(math.exp(354.0), rel=3e-16)
-    assert exponential(-math.inf) == exponential(-354.0) == pytest.approx(math.exp(-354.0), rel=3e-16)
+@given(st.floats(1e-300, 1e300), st.integers(0, 5))
+def test_small_powers_are_products(base: float, exponent: int) -> None:
+    assert error(CASES["power"], (base, float(exponent))) < 0.76
+    assert power(base, 0.0) == 1.0
+    assert power(base, 1.0) == base
+
+
+def test_exponential_at_both_ends() -> None:
+    assert exponential(709.782712893384) == pytest.approx(1.7976931348622732e308, rel=1e-15)
+    assert exponential(709.782712893385) == math.inf
+    assert exponential(-745.1332191019411) == 5e-324
+    assert exponential(-745.1332191019412) == 0.0
     assert math.isnan(exponential(math.nan))
 
 
-ALL = [sine_of_turns, cosine_of_turns, logarithm_of_fraction, logarithm_of_one_plus, exponential]
+def test_bounded_exponential_is_held_at_both_ends_and_hides_no_nan() -> None:
+    bounded = elementary.bounded_exponential
+    assert bounded(math.inf) == bounded(354.0) == pytest.approx(math.exp(354.0), rel=3e-16)
+    assert bounded(-math.inf) == bounded(-354.0) == pytest.approx(math.exp(-354.0), rel=3e-16)
+    assert math.isnan(bounded(math.nan))
 
 
-@pytest.mark.parametrize("function", ALL)
-def test_compiled_to_the_same_bits(function: Callable[[float], float]) -> None:
-    fast = compiled(function)
-    values = (np.random.default_rng(1).uniform(2.0**-10, 1.0, 5000) ** 4.0).tolist()
-    assert [function(value) for value in values] == [fast(value) for value in values]
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_compiled_to_the_same_bits(name: str) -> None:
+    function = FUNCTIONS[name]
+    names, dice = argument_names(function), np.random.default_rng(1)
+    columns = [np.concatenate([SPECIAL, sampler(dice, 1000)[i]]) for sampler in CASES[name].samplers for i in range(1)]
+    first = np.concatenate(columns)
+    arguments = [first, *(dice.permutation(first) for _ in names[1:])]
+    if name.endswith("of_turns") or name == "logarithm_of_fraction":
+        arguments = [np.where(np.isfinite(first) & (abs(first) < 2.0**50), first, 0.5)]
+    with np.errstate(all="ignore"):
+        expected = [function(*each) for each in zip(*(column.tolist() for column in arguments), strict=True)]
+        for made in (Elementwise(function, dict.fromkeys(names, float), float)(*arguments),
+                     np.array([compiled(function)(*each) for each in zip(*arguments, strict=True)])):  # fmt: skip
+            assert _bits(made) == _bits(np.array(expected))
+
+
+def _bits(values: Any) -> list[int]:
+    """The bits of numbers; those of a NaN say nothing."""
+    bits: list[int] = np.where(np.isnan(values), np.nan, values).view(np.int64).tolist()
+    return bits

@@ -6,7 +6,6 @@ from fractions import Fraction
 from typing import Any
 
 import apytypes
-import numba
 import numpy as np
 import pytest
 from apytypes import APyFixedArray, OverflowMode, QuantizationMode
@@ -15,6 +14,7 @@ from hypothesis import strategies as st
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, counting_overflows, fixed, where, wrap
 from proofmass.runner.fixed.integer_code import compile_step
+from tests.by_hand.compiled import over_columns
 
 ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
 OVERFLOWS = ("saturate", "wrap")
@@ -48,19 +48,8 @@ def fit_exactly(mantissa: int, target: Fixed, overflow: str) -> int:
 
 def over_vectors(function: Callable[..., Any], formats: dict[str, Any], *vectors: np.ndarray) -> np.ndarray:
     """The traced and compiled step on whole vectors; a row for each of its results, which are a tuple."""
-    step = numba.njit(compile_step(function, formats).function)
-    count = len(formats["return"])
-
-    @numba.njit  # type: ignore[untyped-decorator]
-    def loop(first: Any, second: Any, out: Any) -> None:
-        for i in range(len(first)):
-            results = step(first[i], second[i])
-            for k in range(count):
-                out[k, i] = results[k]
-
-    out = np.zeros((count, len(vectors[0])), np.int64)
-    loop(vectors[0], vectors[-1], out)
-    return out
+    step = compile_step(function, formats).function
+    return np.array(over_columns(step, vectors[0].astype(np.int64), vectors[-1].astype(np.int64)))
 
 
 def bits_of(values: Any, signed: bool = True) -> np.ndarray:

@@ -7,6 +7,7 @@ import pytest
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.catalog import facts
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+from proofmass.blocks.declaration.instance import format_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
@@ -45,13 +46,13 @@ def average() -> type[Block]:
 
 def test_a_name_stands_for_all_fields_unless_one_has_its_own() -> None:
     block = average()(word="(10, 3)")
-    assert [block.format_of(what) for what in ("input", "line", "x.total", "c.gain", "c.special")] == [
+    assert [format_of(block, what) for what in ("input", "line", "x.total", "c.gain", "c.special")] == [
         Fixed(10, 3), Fixed(10, 3), Fixed(14, 8), Fixed(18, 16), Fixed(2, 1),
     ]  # fmt: skip
     with pytest.raises(
         ModelError, match=r'Average\.formats: the format of mean is not said\n.*"mean": Fixed\(16, 12\)'
     ):
-        block.format_of("mean")
+        format_of(block, "mean")
 
 
 def test_digital_blocks_have_formats_and_no_floating_point_port() -> None:

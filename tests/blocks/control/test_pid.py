@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from proofmass.blocks.control.pid import PID, Constants, State, constants, output, update
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from tests.by_hand.functions import drive
 
@@ -103,4 +104,4 @@ def test_feedthrough_and_units() -> None:
     block = PID(input_unit="V", output_unit="A", integral="5 mA/V/ms")
     assert block.integral == 5.0
     assert PID.feedthrough("output") == ("error",)
-    assert block.unit_of(block.outputs["output"]) == "A"
+    assert unit_of(block, type(block).outputs["output"]) == "A"

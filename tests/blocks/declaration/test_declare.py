@@ -1,17 +1,20 @@
 """The declaration of blocks: what a class and its functions say, and what cannot be said."""
 
 import dataclasses
+import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import pytest
 
 from proofmass.blocks import PID, Correlator, Gain, MassSpringDamper, ShiftRegister
-from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.blocks.declaration.catalog import all_blocks, facts
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, Recording, block, param
+from proofmass.blocks.declaration.instance import shape_of, size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.units import unit
 from tests.by_hand.functions import drive
+from tests.by_hand.words_of_blocks import OF_OUTPUTS, WORDS_OF_BLOCKS
 
 
 class Mixer(Block):
@@ -75,21 +78,21 @@ def test_feedthrough_is_per_port() -> None:
 
 def test_sizes_from_numbers_parameters_lists_and_functions() -> None:
     mixer = Mixer(depth=5, weights=[1.0, 2.0, 3.0])
-    assert {name: mixer.shape_of(buffer) for name, buffer in mixer.buffers.items()} == {
+    assert {name: shape_of(mixer, buffer) for name, buffer in type(mixer).buffers.items()} == {
         "line": (5,),
         "twice": (10,),
         "weighted": (3,),
         "fixed": (4,),
     }
-    assert mixer.shape_of(mixer.outputs["entries"]) == (5,)
-    assert mixer.size(mixer.outputs["entries"].every) == 5
-    assert mixer.size(mixer.outputs["later"].every) == 1
+    assert shape_of(mixer, type(mixer).outputs["entries"]) == (5,)
+    assert size_of(mixer, type(mixer).outputs["entries"].every) == 5
+    assert size_of(mixer, type(mixer).outputs["later"].every) == 1
 
 
 def test_units_dtypes_and_docs_of_ports() -> None:
     mixer = Mixer(unit="mN")
-    assert mixer.unit_of(mixer.outputs["through"]) == "mN"
-    assert mixer.unit_of(mixer.parameters["scale"]) == "mN"
+    assert unit_of(mixer, type(mixer).outputs["through"]) == "mN"
+    assert unit_of(mixer, type(mixer).parameters["scale"]) == "mN"
     assert {name: port.dtype for name, port in Mixer.outputs.items()} == {
         "through": float,
         "later": float,
@@ -240,51 +243,102 @@ def _fresh() -> Any:
     return Fresh
 
 
-@pytest.mark.parametrize("name", ["p", "c", "x", "time", "tick", "normal", "out", "period", "rate", "kind", "graph"])
-def test_reserved_names(name: str) -> None:
-    with pytest.raises(TypeError, match=f"{name}: the name is taken"):
+@pytest.mark.parametrize(
+    ("name", "by"),
+    [
+        ("p", "p is the parameters"),
+        ("c", "c is the constants"),
+        ("x", "x is the state"),
+        ("time", "time is seconds since the start"),
+        ("tick", "tick is ticks of the block"),
+        ("normal", "normal is a fresh standard normal deviate"),
+        ("out", "out is where an output with a shape writes"),
+        ("period", "period is an argument of `constants`"),
+        ("rate", "rate is a key of a block in a graph file"),
+        ("kind", "kind is a key of a block in a graph file"),
+        ("graph", "graph is a key of a block in a graph file"),
+        ("lambda", "lambda is a word of Python"),
+        ("None", "None is a word of Python"),
+    ],
+)
+def test_reserved_names_are_refused_by_what_has_them(name: str, by: str) -> None:
+    words = re.escape(f"Taken.{name}: the name is taken; {by}")
+    with pytest.raises(TypeError, match=words):
         type("Taken", (Block,), {name: param("1", "A factor.", default=1.0), "__annotations__": {name: float}})
     for port in (Input("1", "In."), Buffer("Cells.", float, (2,))):
-        _refused_as_taken(lambda port=port: type("Taken", (Block,), {name: port}))  # type: ignore[misc]
+        with pytest.raises(TypeError, match=words):
+            type("Taken", (Block,), {name: port})
+    with pytest.raises(TypeError, match=words.replace("Taken", "Fresh")):
+        _fresh().output("1")(_called(name))
 
+
+@pytest.mark.parametrize("name", ["_hidden", "__repr__", "__declaration__", "two words", "1st", ""])
+def test_names_begin_with_a_letter(name: str) -> None:
+    words = f"{re.escape(name)}: a name begins with a letter and has letters, digits and _ only"
+    with pytest.raises(TypeError, match=words):
+        type("Wrong", (Block,), {name: param("1", "A factor.", default=1.0), "__annotations__": {name: float}})
+    with pytest.raises(TypeError, match=words):
+        type("Wrong", (Block,), {name: Input("1", "In.")})
+    with pytest.raises(TypeError, match=words):
+        _fresh().output("1")(_called(name))
+
+
+def _called(name: str) -> Callable[..., float]:
     def function(p: Any) -> float:
-        return 0.0
+        return 1.0
 
     function.__name__ = name
-    _refused_as_taken(lambda: _fresh().output("1")(function))
+    return function
 
 
-@pytest.mark.parametrize("name", ["start", "update", "output", "size", "parameters", "inputs", "linear", "drivable"])
-def test_names_of_the_declaration_itself(name: str) -> None:
-    with pytest.raises(TypeError, match=f"{name}: the name is taken"):
-        type("Taken", (Block,), {name: param("1", "A factor.", default=1.0), "__annotations__": {name: float}})
-    _refused_as_taken(lambda: type("Taken", (Block,), {name: Input("1", "In.")}))
-    _refused_as_taken(lambda: type("Taken", (Block,), {name: Buffer("Cells.", float, (2,))}))
+@pytest.mark.parametrize("name", WORDS_OF_BLOCKS)
+def test_words_of_blocks_are_free_for_parameters_and_ports(name: str) -> None:
+    kind: Any = type("Free", (Block,), {name: param("1", "A.", default=1.0), "__annotations__": {name: float}})
+    kind.output("1")(_reading(name))
+    assert drive(kind(**{name: 3}), [{}]) == [{"value": 3.0}]
+    assert repr(kind(**{name: 3})) == f"Free({name}=3.0)"
+    assert dataclasses.replace(kind(), **{name: 4.0}) == kind(**{name: 4.0})
+    kind = type("Free", (Block,), {name: Input("1", "In.", default=2.0)})
+    assert kind.inputs[name].default == 2.0
+    assert not hasattr(kind(), name)
+    kind = type("Free", (Block,), {name: Buffer("Cells.", float, (2,))})
+    assert [*kind.buffers] == [name]
+    if name in OF_OUTPUTS:
+        kind = type("Free", (Block,), {})
+        kind.output("1")(_called(name))
+        assert drive(kind(), [{}]) == [{name: 1.0}]
 
 
-@pytest.mark.parametrize("name", ["factor", "voltage", "cells", "constants", "start", "update", "derivative"])
-def test_an_output_has_a_name_of_its_own(name: str) -> None:
-    def function(p: Any) -> float:
-        return 0.0
+def _reading(name: str) -> Callable[..., float]:
+    def value(p: Any) -> float:
+        return float(getattr(p, name))
 
-    function.__name__ = name
-    _refused_as_taken(lambda: _fresh().output("1")(function))
+    return value
 
 
-def test_an_output_is_registered_once() -> None:
+@pytest.mark.parametrize(
+    ("name", "gives"), [("update", "the state of the next tick"), ("derivative", "the rates of the")]
+)
+def test_an_output_is_not_called_as_a_function_that_moves_the_state(name: str, gives: str) -> None:
+    with pytest.raises(TypeError, match=f"{name}: the name is taken; {name} is the function that gives {gives}"):
+        _fresh().output("1")(_called(name))
+
+
+@pytest.mark.parametrize("name", ["output", "inputs", "mro"])
+def test_an_attribute_that_is_no_port_hides_nothing(name: str) -> None:
+    with pytest.raises(TypeError, match=f"Hiding.{name}: the name is taken; every block has {name}"):
+        type("Hiding", (Block,), {name: lambda self: None})
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [("factor", "a parameter"), ("voltage", "an input"), ("cells", "a buffer"), ("early", "an output")],
+)
+def test_an_output_has_a_name_of_its_own(name: str, what: str) -> None:
     kind = _fresh()
-
-    def result(p: Any) -> float:
-        return 0.0
-
-    kind.output("1")(result)
-    _refused_as_taken(lambda: kind.output("1")(result))
-
-
-def _refused_as_taken(declare: Callable[[], object]) -> None:
-    with pytest.raises((TypeError, RuntimeError)) as error:  # Python 3.11 wraps what a declaration in a class raises
-        declare()
-    assert "the name is taken" in f"{error.value} {error.value.__cause__}"
+    kind.output("1")(_called("early"))
+    with pytest.raises(TypeError, match=f"Fresh.{name}: the name is taken; it is the name of {what} of the block"):
+        kind.output("1")(_called(name))
 
 
 def test_arguments_are_bound_by_name() -> None:
@@ -372,11 +426,11 @@ def test_defaults_pass_their_own_checks_and_units_can_be_read(kind: type[Block])
     given = {name: getattr(made, name) for name in kind.parameters}
     assert kind(**given) == made
     for port in (*kind.inputs.values(), *kind.outputs.values()):
-        assert unit(made.unit_of(port)).factor > 0
+        assert unit(unit_of(made, port)).factor > 0
         assert port.doc.endswith(".")
     for parameter in kind.parameters.values():
         assert parameter.doc.endswith(".")
-        assert parameter.kind in (str, bool) or unit(made.unit_of(parameter)).factor > 0
+        assert parameter.kind in (str, bool) or unit(unit_of(made, parameter)).factor > 0
 
 
 @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1, at_least=0.0))
@@ -393,3 +447,17 @@ def test_a_block_of_one_function_with_a_parameter() -> None:
     assert drive(made(threshold=0.5), [{"voltage": -2.0}]) == [{"rectified": 1.5}]
     with pytest.raises(ModelError, match="must be >= 0"):
         made(threshold=-1.0)
+
+
+def test_the_default_of_an_input_is_of_its_type() -> None:
+    class Switched(Block):
+        """Two inputs that may stay unconnected."""
+
+        on = Input("1", "Whether it is on.", bool, default=True)
+        level = Input("1", "How much.", default=2)
+
+    assert [facts(Switched)["inputs"][name]["default"] for name in ("on", "level")] == [True, 2]
+    with pytest.raises(TypeError, match=r"the default of an input of type bool must be True or False, not 1\.0"):
+        Input("1", "Whether.", bool, default=1.0)
+    with pytest.raises(TypeError, match="the default of an input of type float must be a number, not True"):
+        Input("1", "How much.", default=True)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import Decimator
+from proofmass.blocks.declaration.instance import size_of
 from tests.by_hand.functions import drive
 
 
@@ -18,5 +19,5 @@ def test_each_window_gives_its_mean_in_the_tick_after(ratio: int) -> None:
 
 def test_the_output_ticks_once_per_window() -> None:
     block = Decimator(ratio=25)
-    assert block.size(block.outputs["mean"].every) == 25
+    assert size_of(block, type(block).outputs["mean"].every) == 25
     assert Decimator.feedthrough("mean") == ()

@@ -13,10 +13,8 @@ from hypothesis import strategies as st
 
 from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.blocks.language.functions import lowered
-from proofmass.runner.program.generate import Generated
-from proofmass.runner.program.pieces import Slots
-from proofmass.runner.targets.compile import load
 from tests.blocks.language import one_operation_each
+from tests.by_hand.compiled import over_columns
 
 Number = Any
 Outcome = tuple[bytes, bool]  # the bits of the value, and whether there is none
@@ -70,34 +68,17 @@ class Compiled:
         self.types, self.functions = types, OF_TYPES[types]
         self.forms = [lowered(function, types, None, compiled=True) for function in self.functions]  # type: ignore[arg-type]
         assert not [problem for form in self.forms for problem in form.problems]
-        lines = ["def loop(count, a, b, " + ", ".join(f"value_{i}, fault_{i}" for i in range(len(self.forms))) + "):"]
-        pointers = ["a", "b", *(f"{word}_{i}" for i in range(len(self.forms)) for word in ("value", "fault"))]
-        lines += [f"    {name} = carray({name}, (count,))" for name in pointers]
-        lines.append("    for entry in range(count):")
-        for i, form in enumerate(self.forms):
-            call = f"form_{i}(a[entry], b[entry])"
-            lines.append(f"        value_{i}[entry], fault_{i}[entry] = {call if form.fails else f'{call}, False'}")
-        names = {f"form_{i}": form.function for i, form in enumerate(self.forms)}
-        source, nothing = "\n".join(lines) + "\n", Slots[Any]("")
-        generated = Generated(source, names, nothing, {}, nothing, (), (), 0, (), frozenset(), (), lanes=0)
-        self.results = [float if form.result is float else int for form in self.forms]
-        kinds = [f"{kind.__name__}*" for kind in types]
-        kinds += [text for result in self.results for text in (f"{result.__name__}*", "int*")]
-        self.loop = load(generated, ("int", *kinds))
 
     def __call__(self, a: list[Number], b: list[Number]) -> list[list[Outcome]]:
         """Outcomes of each function for each pair of operands."""
         dtypes = {float: np.float64, int: np.int64}
         given = [np.array(v, dtype=dtypes[kind]) for v, kind in zip((a, b), self.types, strict=True)]
-        found = [np.zeros(len(a), dtype=dtypes[kind]) for result in self.results for kind in (result, int)]
-        self.loop(len(a), *(array.ctypes.data for array in (*given, *found)))
-        return [
-            [
-                (b"", True) if failed else (bits(value), False)
-                for value, failed in zip(v.tolist(), f.tolist(), strict=True)
-            ]
-            for v, f in zip(found[::2], found[1::2], strict=True)
-        ]
+        return [self._outcomes(form, given) for form in self.forms]
+
+    def _outcomes(self, form: Any, given: list[Any]) -> list[Outcome]:
+        value, *fault = over_columns(form.function, *given)
+        failed = fault[0].tolist() if form.fails else [False] * len(value)
+        return [(b"", True) if wrong else (bits(v), False) for v, wrong in zip(value.tolist(), failed, strict=True)]
 
 
 _made: dict[tuple[type, type], Compiled] = {}

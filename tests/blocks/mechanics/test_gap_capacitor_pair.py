@@ -5,6 +5,7 @@ from fractions import Fraction
 import pytest
 
 from proofmass.blocks import GapCapacitorPair
+from proofmass.blocks.declaration.instance import unit_of
 from tests.by_hand.functions import drive
 
 
@@ -37,6 +38,6 @@ def test_a_plate_that_touches_keeps_its_capacitance_a_number(angle: float) -> No
 
 def test_a_plate_that_moves_in_parallel_has_a_lever_of_one() -> None:
     block = GapCapacitorPair(capacitance="1.3 pF", gap="2 um", lever="1 m/m", input_unit="m")
-    assert block.unit_of(block.inputs["displacement"]) == "m"
+    assert unit_of(block, type(block).inputs["displacement"]) == "m"
     ((first, _),) = pair(block, [1e-6])
     assert first == pytest.approx(2.6e-12, rel=1e-15)

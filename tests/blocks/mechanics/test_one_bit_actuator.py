@@ -3,6 +3,7 @@
 import pytest
 
 from proofmass.blocks import OneBitActuator
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from tests.by_hand.functions import drive
 
@@ -15,7 +16,7 @@ def test_one_is_plus_the_level_and_zero_is_minus() -> None:
 def test_unit_and_level_go_together() -> None:
     block = OneBitActuator(unit="V", level="1694 mV")
     assert block.level == 1.694
-    assert block.unit_of(block.outputs["output"]) == "V"
+    assert unit_of(block, type(block).outputs["output"]) == "V"
     with pytest.raises(ModelError, match=r"hint: +give it in N"):
         OneBitActuator(level="1.694 V")
 

@@ -4,6 +4,7 @@ import pytest
 
 from proofmass.blocks import FixedCoefficientMemory
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.instance import unit_of
 from tests.by_hand.cordic import scaled
 from tests.by_hand.fixed_point import drive_fixed
 
@@ -28,5 +29,5 @@ def test_words_are_rounded_coefficients(growth: float, factor_bits: int, exponen
 
 def test_units_follow_the_temperature() -> None:
     block = FixedCoefficientMemory(temperature_unit="K", unit="mV")
-    assert block.unit_of(block.outputs["first_exponent"]) == "1/(K)"
-    assert block.unit_of(block.outputs["second_factor"]) == "mV"
+    assert unit_of(block, type(block).outputs["first_exponent"]) == "1/(K)"
+    assert unit_of(block, type(block).outputs["second_factor"]) == "mV"

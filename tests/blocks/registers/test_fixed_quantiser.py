@@ -38,9 +38,9 @@ def test_numbers_next_to_a_tie(rounding: str) -> None:
 def test_it_counts_what_did_not_fit() -> None:
     block = FixedQuantiser(output_format=Fixed(8, 4))
     inputs = [0.0, 7.9, 7.96, 7.97, -8.0, -8.03, -8.04, 1e300, -math.inf]
-    update, start = block.functions["update"].function, [0]
-    c = block.functions["constants"].function(block, 1.0)
-    state = block.state_class()(*start)  # type: ignore[misc]
+    update, start = type(block).functions["update"].function, [0]
+    c = type(block).functions["constants"].function(block, 1.0)
+    state = type(block).state_class()(*start)  # type: ignore[misc]
     counts = []
     for number in inputs:
         state = update(c, state, number)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks import DoubleExponentialModel
+from proofmass.blocks.declaration.instance import unit_of
 from tests.by_hand.functions import drive
 
 
@@ -21,7 +22,7 @@ def test_units_follow_the_temperature() -> None:
     block = DoubleExponentialModel(b1="-57.5 1/kK", temperature_unit="K", a1="12 mg0", a2=0.0, unit="m/s^2")
     assert block.b1 == pytest.approx(-0.0575)
     assert block.a1 == pytest.approx(12e-3 * 9.80665)
-    assert block.unit_of(block.parameters["b2"]) == "1/(K)"
+    assert unit_of(block, type(block).parameters["b2"]) == "1/(K)"
 
 
 def test_finite_however_large_the_temperature() -> None:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.runner.command_line import cli, main
 
 ROOT = Path(__file__).parents[3]
-SELF_TEST = str(ROOT / "graphs" / "library" / "pn_self_test_minimal.toml")
+SELF_TEST = str(library_file("pn_self_test_minimal.toml"))
 
 Captured = pytest.CaptureFixture[str]
 

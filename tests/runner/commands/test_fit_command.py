@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
 from tests.by_hand.temperature_sets import M1, TEMPERATURE
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
-TABLE = str(LIBRARY / "zero_bias_m1.csv")
-GRAPH = LIBRARY / "temperature_compensation_m1.toml"
+TABLE = str(library_file("zero_bias_m1.csv"))
+GRAPH = library_file("temperature_compensation_m1.toml")
 SIGNALS = ["--temperature", "thermometer.voltage", "--output", "noisy.output"]
 
 Captured = pytest.CaptureFixture[str]
@@ -34,7 +34,7 @@ def graph(tmp_path: Path) -> Path:
 def model(path: Path, name: str = "model") -> dict[str, float]:
     graph = read_graph(path)
     block = graph.subgraphs[name].blocks["memory"] if name in graph.subgraphs else graph.blocks[name]
-    return {p: getattr(block, p) for p in block.parameters if p[1:].isdigit()}
+    return {p: getattr(block, p) for p in type(block).parameters if p[1:].isdigit()}
 
 
 def test_a_graph_calibrates_itself(graph: Path, capsys: Captured) -> None:
@@ -124,7 +124,7 @@ def test_nothing_is_written_where_nothing_is_determined(graph: Path, tmp_path: P
         ([TABLE, "--write", "GRAPH", "--block", "mdoel"], 1, "did you mean model?"),
         ([TABLE, "--write", "GRAPH", "--block", "noisy"], 1, "takes neither two exponentials"),
         ([TABLE, "--write", "GRAPH", "--block", "digitle"], 1, "did you mean digital?"),
-        ([TABLE, "--write", str(LIBRARY / "template.toml")], 1, "has no block for the coefficients"),
+        ([TABLE, "--write", str(library_file("template.toml"))], 1, "has no block for the coefficients"),
         (
             [str(GRAPH), "--temperature", "chamber.temperature", "--output", "noisy.output", "--write", "GRAPH"],
             1,

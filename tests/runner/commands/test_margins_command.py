@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.runner.command_line import main
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
-LOOP = str(LIBRARY / "closed_loop_accelerometer.toml")
+LOOP = str(library_file("closed_loop_accelerometer.toml"))
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
@@ -80,7 +80,7 @@ def test_tables_of_parameters(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_sensitivity_of_a_graph_without_loops(capsys: pytest.CaptureFixture[str]) -> None:
-    graph = str(LIBRARY / "recorded_motion.toml")
+    graph = str(library_file("recorded_motion.toml"))
     listed = json.loads(said(capsys, "margins", graph, "--json", "--sensitivity", "motion.output", "adc.number"))
     assert listed["loops"] == []
     assert [entry["quantity"] for entry in listed["sensitivities"]] == ["scale factor", "bias"]
@@ -98,7 +98,7 @@ def test_pictures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
 
 def test_mistakes_are_answered(capsys: pytest.CaptureFixture[str]) -> None:
     assert "did you mean main?" in said(capsys, "margins", LOOP, "--loop", "mian", code=1)
-    assert "the graph has no loop" in said(capsys, "margins", str(LIBRARY / "pn_self_test_minimal.toml"), code=1)
+    assert "the graph has no loop" in said(capsys, "margins", str(library_file("pn_self_test_minimal.toml")), code=1)
     assert "at: " in said(capsys, "margins", LOOP, "--at", "2 V", code=1)
     assert "name a port of it" in said(capsys, "margins", LOOP, "--sensitivity", "acceleration", "dac.code", code=1)
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.runner.command_line import main
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
-CALIBRATION = str(LIBRARY / "self_calibration_fixed.toml")
+CALIBRATION = str(library_file("self_calibration_fixed.toml"))
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
@@ -54,9 +54,9 @@ def test_what_is_wrong_is_told_and_nothing_is_written(capsys: pytest.CaptureFixt
     text = said(capsys, CALIBRATION, "--block", "stifness", "-o", str(folder), code=1)
     assert "blocks.stifness: no such block" in text
     assert "did you mean stiffness?" in text
-    text = said(capsys, str(LIBRARY / "pn_self_test_minimal.toml"), "-o", str(folder), code=1)
+    text = said(capsys, str(library_file("pn_self_test_minimal.toml")), "-o", str(folder), code=1)
     assert "correlator.py:46: blocks.correlator.update: a signal bounds a loop or indexes a list" in text
-    text = said(capsys, str(LIBRARY / "closed_loop_accelerometer.toml"), "-o", str(folder), code=1)
+    text = said(capsys, str(library_file("closed_loop_accelerometer.toml")), "-o", str(folder), code=1)
     assert "the graph has no digital blocks" in text
     assert "-o" in said(capsys, CALIBRATION, code=2)
     assert not folder.exists()

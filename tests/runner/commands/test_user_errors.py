@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import pytest
 
 from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.graphs.files.library import library_file
 from proofmass.runner.command_line import cli, main
 from tests.by_hand.graph_texts import ALONE
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
-TEMPLATE = str(LIBRARY / "template.toml")
-CLOSED_LOOP = str(LIBRARY / "closed_loop_accelerometer.toml")
+TEMPLATE = str(library_file("template.toml"))
+CLOSED_LOOP = str(library_file("closed_loop_accelerometer.toml"))
 UNSTABLE = """name = "unstable"
 rate = "1 kHz"
 samples = 1000
@@ -194,7 +194,7 @@ def test_the_traceback_is_shown_wherever_it_is_asked_for(tmp_path: Path) -> None
 
 
 def test_an_error_of_our_own_is_a_message_too(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(**options: Any) -> int:
+    def broken(request: Any) -> int:
         raise KeyError("something")
 
     monkeypatch.setattr("proofmass.runner.commands.run_command.run_graph", broken)

@@ -11,6 +11,7 @@ import pytest
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import shape_of, unit_of
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import dual_math, for_duals
 from proofmass.runner.derivatives.dual_plan import dual_constants
@@ -18,7 +19,8 @@ from proofmass.runner.plan.constants import constants_of
 from tests.by_hand.around import random_block
 
 PERIOD = 1e-4
-QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "UnipolarDigitalToAnalog"}
+QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "Quantiser", "UnipolarDigitalToAnalog"}
+OF_VOLTAGES = {"AnalogToDigital", "Quantiser"}  # of signals about 1, where others take codes
 KINDS = {
     name: kind
     for name, kind in all_blocks().items()
@@ -34,6 +36,19 @@ KINDS = {
         (elementary.logarithm_of_fraction, mpmath.log, (1e-18, 1e-6, 0.3, 0.71, 0.999)),
         (elementary.logarithm_of_one_plus, lambda x: mpmath.log(1 + x), (1e-12, 1e-3, 0.4, 1.7, 1e5, 1e15)),
         (elementary.exponential, mpmath.exp, (-300.0, -1.0, 0.0, 1e-9, 0.4, 20.0, 300.0)),
+        (elementary.exponential_less_one, mpmath.expm1, (-3.0, 1e-9, 0.4, 20.0)),
+        (elementary.sine, mpmath.sin, (0.2, -4.0, 1e7)),
+        (elementary.cosine, mpmath.cos, (0.2, -4.0, 1e7)),
+        (elementary.tangent, mpmath.tan, (0.2, -4.0)),
+        (elementary.arctangent, mpmath.atan, (-2.0, 0.3)),
+        (elementary.arcsine, mpmath.asin, (-0.9, 0.3)),
+        (elementary.arccosine, mpmath.acos, (-0.9, 0.3)),
+        (elementary.logarithm, mpmath.log, (1e-3, 0.4, 1e5)),
+        (elementary.binary_logarithm, lambda x: mpmath.log(x, 2), (0.4, 1e5)),
+        (elementary.decimal_logarithm, mpmath.log10, (0.4, 1e5)),
+        (elementary.hyperbolic_sine, mpmath.sinh, (-0.3, 2.0)),
+        (elementary.hyperbolic_cosine, mpmath.cosh, (-0.3, 2.0)),
+        (elementary.hyperbolic_tangent, mpmath.tanh, (-0.3, 2.0)),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
@@ -46,6 +61,30 @@ def test_elementary_functions_and_two_derivatives(function: Any, exact: Any, arg
             assert plain(slopes_of(found, 1).get("x", 0.0)) == pytest.approx(float(first), rel=1e-14, abs=1e-13)
             got = slopes_of(slopes_of(found, 1).get("x", 0.0), 0).get("x", 0.0)
             assert got == pytest.approx(float(second), rel=1e-11, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("function", "exact", "x", "y"),
+    [
+        (elementary.arctangent2, mpmath.atan2, 0.3, -2.0),
+        (elementary.arctangent2, mpmath.atan2, -3.0, -0.2),
+        (elementary.hypotenuse, mpmath.hypot, 3.0, -0.4),
+        (elementary.power, mpmath.power, 1.7, -2.3),
+        (elementary.power, mpmath.power, 0.2, 3.0),
+    ],
+)
+def test_elementary_functions_of_two_numbers(function: Any, exact: Any, x: float, y: float) -> None:
+    """Slopes by both numbers, and the mixed one of two levels."""
+    found = for_duals(function)(dual(x, {"x": 1.0}, 0), dual(y, {"y": 1.0}, 1))
+    with mpmath.workdps(60):
+        at = (mpmath.mpf(x), mpmath.mpf(y))
+        assert plain(found) == function(x, y)
+        assert slopes_of(found)["x"] == pytest.approx(float(mpmath.diff(exact, at, (1, 0))), rel=1e-13)
+        assert plain(slopes_of(found, 1)["y"]) == pytest.approx(float(mpmath.diff(exact, at, (0, 1))), rel=1e-13)
+        mixed = slopes_of(slopes_of(found, 1)["y"])["x"]
+        assert mixed == pytest.approx(float(mpmath.diff(exact, at, (1, 1))), rel=1e-12)
+    one_level = for_duals(function)(dual(x, {"x": 1.0}), dual(y, {"y": 1.0}))
+    assert slopes_of(one_level) == {"x": slopes_of(found)["x"], "y": plain(slopes_of(found, 1)["y"])}
 
 
 ARGUMENTS = {"acosh": (1.5, 30.0), "default": (0.2, 0.7), "sin": (0.2, -4.0), "exp": (-3.0, 5.0), "atan": (-2.0, 0.3)}
@@ -181,7 +220,7 @@ def _with(block: Block, name: str, value: Any) -> Any:
         pass
 
     changed: Any = Changed()
-    for parameter in block.parameters:
+    for parameter in type(block).parameters:
         setattr(changed, parameter, getattr(block, parameter))
     setattr(changed, name, value)
     return changed
@@ -190,17 +229,19 @@ def _with(block: Block, name: str, value: Any) -> Any:
 def _arguments(block: Block, names: tuple[str, ...], dice: random.Random) -> list[Any]:
     """Constants, then whatever the function takes, as plain numbers; lists for buffers."""
     known: dict[str, Any] = {"time": 0.0123, "tick": 5, "normal": 0.7}
-    for name, buffer in block.buffers.items():
-        length = 7 if buffer.recorded else block.shape_of(buffer)[0]
+    for name, buffer in type(block).buffers.items():
+        length = 7 if buffer.recorded else shape_of(block, buffer)[0]
         known[name] = sorted(_drawn(buffer.dtype, dice) for _ in range(length))
-    for name, port in block.inputs.items():
-        known[name] = _drawn(port.dtype, dice) * (1e-7 if block.unit_of(port) == "m" else 1)  # plates that do not touch
-    state = block.state_class()
+    for name, port in type(block).inputs.items():
+        known[name] = _drawn(port.dtype, dice) * (
+            1e-7 if unit_of(block, port) == "m" else 1
+        )  # plates that do not touch
+    state = type(block).state_class()
     if state is not None:
         known["x"] = state(*(_drawn(k, dice) for k in state.__annotations__.values()))
-    for port in block.outputs.values():
+    for port in type(block).outputs.values():
         if port.shape:
-            known["out"] = [0] * block.shape_of(port)[0]
+            known["out"] = [0] * shape_of(block, port)[0]
     return [constants_of(block, block, PERIOD), *(known[name] for name in names)]
 
 
@@ -214,11 +255,11 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
         value = _at(arguments, place)
         seeded = _moved(arguments, place, dual(value, {"x": 1.0}))
         found = _flat_results(for_duals(function), seeded)
-        step = (
-            300.0 if kind in QUANTISERS and place[0] > 0 and kind != "AnalogToDigital" else 1e-6 * (abs(value) or 1.0)
-        )
-        if kind == "AnalogToDigital":
+        step = 1e-6 * (abs(value) or 1.0)
+        if kind in OF_VOLTAGES:
             step = 0.3 * (abs(value) or 1.0)
+        elif kind in QUANTISERS and place[0] > 0:
+            step = 300.0
         high, low = (_flat_results(function, _moved(arguments, place, value + s * step)) for s in (1.0, -1.0))
         for got, up, down, middle in zip(found, high, low, base, strict=True):
             if _corner(up, middle, down):
@@ -278,6 +319,25 @@ def test_where_there_is_no_slope(name: str, arguments: tuple[float, ...]) -> Non
     assert slopes_of(0.0 * found) == {}  # what is multiplied by nothing does nothing
     nested = function(dual(x, {"y": 1.0}, 1), *arguments[1:])
     assert math.isnan(plain(slopes_of(nested, 1)["y"]))
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [(elementary.arcsine, (1.0,)), (elementary.arccosine, (2.0,)), (elementary.power, (0.0, 0.5)),
+     (elementary.arctangent2, (0.0, 0.0)), (elementary.hypotenuse, (0.0, 0.0)), (elementary.logarithm, (0.0,))],
+)  # fmt: skip
+def test_where_elementary_functions_have_no_slope(function: Any, arguments: tuple[float, ...]) -> None:
+    found = for_duals(function)(dual(arguments[0], {"x": 1.0}), *arguments[1:])
+    assert repr(plain(found)) == repr(function(*arguments))
+    assert math.isnan(slopes_of(found)["x"])
+
+
+def test_powers_of_ours_at_zero() -> None:
+    power, x, y = for_duals(elementary.power), dual(0.0, {"x": 1.0}), dual(1.5, {"y": 1.0})
+    assert power(x, 1.5) == 0.0
+    assert slopes_of(power(x, 1.0)) == {"x": 1.0}
+    assert power(x, 0.0) == 1.0
+    assert slopes_of(power(0.0, y)) == {}
 
 
 @pytest.mark.defect("C2", before="ValueError: math domain error", after="slopes of 0**1.5, 0**1, x**0, 0**y")

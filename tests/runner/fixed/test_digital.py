@@ -9,13 +9,17 @@ import pytest
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed, where, wrap
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+from proofmass.blocks.declaration.instance import format_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.plan.keys import OverflowsOf
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.generate import generate
+from proofmass.runner.program.listing import listing
+from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.targets.content import content_of
 
 BOTH: list[EngineName] = ["python", "compiled"]
 KINDS = all_blocks()
@@ -111,21 +115,21 @@ def test_what_cannot_overflow_is_not_counted() -> None:
     made = plan(Graph(name="two", rate=1, blocks={**graph.blocks, **unitless, "total": total}, wires=wires, samples=9))
     assert not made.digital["difference"].overflows
     assert made.digital["total"].overflows
-    source = generate(made).source
-    assert "total__overflows_" in source
-    assert "difference__overflows_" not in source
+    counted = [key.block for key in write_tick(made).memory.kinds if isinstance(key, OverflowsOf)]
+    assert counted == ["total"]
 
 
 def test_the_listing_names_the_line_of_every_operation() -> None:
     graph = accumulator()
-    listing = generate(plan(graph)).listing
-    assert "def FixedIntegrator__update(c, p, x, input):" in listing
-    assert "# fixed_integrator.py:" in listing
+    text = listing(write_tick(plan(graph)).program)
+    assert "update_" in text
+    assert "fixed_integrator.py:" in text
 
 
 def test_gains_are_numbers_of_the_run_and_formats_are_not() -> None:
     def source(**changed: Any) -> str:
-        return generate(plan(accumulator().with_parameters({f"total.{k}": v for k, v in changed.items()}))).listing
+        planned = plan(accumulator().with_parameters({f"total.{k}": v for k, v in changed.items()}))
+        return content_of(write_tick(planned).program)
 
     assert source(gain=1.5) == source()
     assert source(sum_format="(13, 8)") != source()
@@ -215,11 +219,14 @@ def rotated(c: Table, x: FixedValue, y: FixedValue) -> tuple[FixedValue, FixedVa
 def around(block: Block) -> Graph:
     blocks: dict[str, Block] = {"block": block}
     wires = []
-    for name in block.inputs:
+    for name in type(block).inputs:
         blocks |= {f"{name}_noise": KINDS["WhiteNoise"](density=0.03)}
-        blocks |= {f"{name}_quantiser": KINDS["FixedQuantiser"](output_format=block.format_of(name))}
+        blocks |= {f"{name}_quantiser": KINDS["FixedQuantiser"](output_format=format_of(block, name))}
         wires += [f"{name}_noise.output -> {name}_quantiser.input", f"{name}_quantiser.output -> block.{name}"]
-    probes = [*(f"block.{port}" for port in block.outputs), *(f"{name}_quantiser.output" for name in block.inputs)]
+    probes = [
+        *(f"block.{port}" for port in type(block).outputs),
+        *(f"{name}_quantiser.output" for name in type(block).inputs),
+    ]
     return Graph(name="around", rate=1000, blocks=blocks, wires=wires, probes=probes)
 
 
@@ -302,7 +309,7 @@ def test_a_missing_format_and_a_time_in_seconds_are_refused() -> None:
     with pytest.raises(ModelError, match="time is a floating-point number, and the block works in fixed point"):
         plan(around(Late()))
     with pytest.raises(ModelError, match=r"Late\.formats: the format of output is not said"):
-        Late().format_of("output")
+        format_of(Late(), "output")
 
 
 def test_a_gain_beyond_its_format_is_refused() -> None:

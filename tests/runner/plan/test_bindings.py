@@ -17,7 +17,7 @@ class Taking(Block):
 
     wired = Input("1", "Connected.")
     loose = Input("1", "Not connected.", default=-0.0)
-    loose_bit = Input("1", "Not connected.", bool, default=0.0)
+    loose_bit = Input("1", "Not connected.", bool, default=False)
     line = Buffer("A line.", float, (3,))
 
 

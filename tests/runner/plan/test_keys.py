@@ -15,8 +15,8 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.limits import NAME
 from proofmass.runner.plan.keys import ConstantOf, DuplicateKeyError, Given, StreamOf, WireOf, made_up, variable
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.generate import generate
-from proofmass.runner.program.pieces import Slots
+from proofmass.runner.program.slots import Slots
+from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
@@ -108,7 +108,7 @@ unit = "kg/s"
 kind = "ConvergenceMonitor"
 """.replace("OUT", next(iter(ConvergenceMonitor.outputs)))
     graph = read(tmp_path, "", text)
-    made = generate(plan(graph))
+    made = write_tick(plan(graph))
     assert set(made.constants.kinds) == set(made.constant_values)  # every number that is read is given
     assert ConstantOf("group_0", "tolerance") in made.constants.kinds
     same_everywhere(graph, 20, in_lanes=False)
@@ -218,7 +218,7 @@ def test_blocks_fields_and_ports_called_as_the_loops_own_words(tmp_path: Path) -
 
 
 def test_a_place_is_given_once() -> None:
-    slots = Slots[Given]("")
+    slots = Slots[Given]()
     slots.add(StreamOf("noise"), int)
     slots.add(ConstantOf("noise", "stream"), float)
     with pytest.raises(DuplicateKeyError):

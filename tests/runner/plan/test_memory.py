@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-GRAPH = Path(__file__).parents[3] / "graphs" / "library" / "pn_self_test_minimal.toml"
+from proofmass.graphs.files.library import library_file
+
+GRAPH = library_file("pn_self_test_minimal.toml")
 SAMPLES = 10**9 if os.environ.get("PROOFMASS_LONG") == "1" else 2 * 10**7
 LIMIT = 400  # MB
 

@@ -15,10 +15,9 @@ import pytest
 
 from proofmass.blocks import RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.runner.plan.recording import read_recordings
-
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
 
 
 def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float], list[float]]:
@@ -65,7 +64,7 @@ def netcdf_file(folder: Path, variables: Mapping[str, tuple[str, Any, dict[str, 
 
 
 def test_the_recording_of_the_library_reads_through_its_comments() -> None:
-    times, values = read(LIBRARY / "recorded_motion.csv")
+    times, values = read(library_file("recorded_motion.csv"))
     assert len(times) == len(values) == 4000
     assert (times[0], times[1]) == (0.0, 0.005)
     assert 1.0 < max(values) < 20.0

@@ -91,7 +91,7 @@ def feedback(gain: float, source: Block, inner: Block | None = None) -> Graph:
     wires = ["source.output -> sum.first", "back.output -> sum.second"]
     if inner is None:
         return graph_of(blocks, [*wires, "sum.output -> back.input"], ["sum.output"])
-    port = next(iter(inner.outputs))
+    port = next(iter(type(inner).outputs))
     wires += ["sum.output -> inner.input", f"inner.{port} -> back.input"]
     return graph_of({**blocks, "inner": inner}, wires, [f"inner.{port}"])
 

@@ -227,7 +227,7 @@ def wrong(rate: Any, linear: bool = True, default: float = 0.0) -> Block:
 )
 def test_what_is_not_linear_is_not_stepped_exactly(block: Block, method: str) -> None:
     blocks = {"block": block, "source": Constant(value=1.0)}
-    wires = [] if block.inputs["input"].default else ["source.output -> block.input"]
+    wires = [] if type(block).inputs["input"].default else ["source.output -> block.input"]
     graph = Graph(name="wrong", rate="1 kHz", blocks=blocks, wires=wires, probes=["block.output"])
     assert plan(graph).solvers[0].method == method
     with pytest.raises(

@@ -244,7 +244,7 @@ def test_a_block_that_does_not_say_where_its_corners_are_is_stepped_by_its_error
         blocks={"first": LowPass(corner_frequency=30.0), "own": block, "second": LowPass(corner_frequency=30.0)},
         wires=[
             "first.output -> own.input",
-            f"own.{next(iter(block.outputs))} -> second.input",
+            f"own.{next(iter(type(block).outputs))} -> second.input",
             "second.output -> first.input",
         ],
         probes=["second.output"],

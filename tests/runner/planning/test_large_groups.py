@@ -8,7 +8,7 @@ from proofmass.blocks import LowPass, Sine, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.group_code import MANY_COLUMNS
+from proofmass.runner.program.groups import MANY_COLUMNS
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.simulate import simulate
 

@@ -35,5 +35,5 @@ def test_compiled() -> None:
             drawn = [normal_deviate(5, run, planned.stream(name), tick - 1) for run in range(100)]
             scale = planned.constants[name]
             assert lanes.value(WireOf(name, "output")).tolist() == [
-                blocks[name].output_functions["output"].function(scale, normal) for normal in drawn
+                type(blocks[name]).output_functions["output"].function(scale, normal) for normal in drawn
             ]

@@ -33,8 +33,12 @@ def changed(planned: Plan, draw: random.Random) -> dict[tuple[str, str], float]:
     """A small change of every number of a plan that neither a wire nor a format settles."""
     found = {}
     for name, block in planned.blocks.items():
-        for parameter, declared in block.parameters.items():
-            if declared.kind is float and not block.digital() and (name, parameter) not in planned.schedule.drivers:
+        for parameter, declared in type(block).parameters.items():
+            if (
+                declared.kind is float
+                and not type(block).digital()
+                and (name, parameter) not in planned.schedule.drivers
+            ):
                 found[name, parameter] = getattr(block, parameter) * (1.0 + 1e-4 * draw.uniform(-1.0, 1.0))
     return found
 
@@ -49,7 +53,7 @@ def sensors(planned: Plan, draw: random.Random) -> tuple[list[Plan], list[dict[t
         try:
             for name in {name for name, _ in values}:
                 block = planned.blocks[name]
-                now = {p: values.get((name, p), getattr(block, p)) for p in block.parameters}
+                now = {p: values.get((name, p), getattr(block, p)) for p in type(block).parameters}
                 blocks[name] = type(block)(**now)
             plans.append(varied(planned, blocks))
         except ModelError:  # two of its numbers must be alike

@@ -29,6 +29,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.checkpoint import FILE
@@ -36,7 +37,6 @@ from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
 
 
 def made(folder: Path, **changes: Any) -> Graph:
@@ -278,7 +278,7 @@ class TestTheCommand:
     @needs_proc
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_ends_within_a_second(self, number: int) -> None:
-        graph = LIBRARY / "pn_self_test_minimal.toml"
+        graph = library_file("pn_self_test_minimal.toml")
         code, messages, seconds = self.interrupted(graph, "--samples", "1_000_000_000", number=number)
         assert code == 130, messages
         assert seconds < 1.0
@@ -339,7 +339,7 @@ class TestTheCommand:
             resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
         arguments = command(
-            "run", LIBRARY / "recorded_motion.toml", "--duration", "1 s", "--format", form, "--out", tmp_path
+            "run", library_file("recorded_motion.toml"), "--duration", "1 s", "--format", form, "--out", tmp_path
         )
         done = subprocess.run(
             [*arguments, "--engine", "python"], preexec_fn=no_room, capture_output=True, text=True, check=False
@@ -351,7 +351,7 @@ class TestTheCommand:
 
     def test_says_when_the_folder_cannot_be_made(self, tmp_path: Path) -> None:
         (tmp_path / "file").write_text("")
-        arguments = command("run", LIBRARY / "template.toml", "--samples", "3", "--out", tmp_path / "file" / "out")
+        arguments = command("run", library_file("template.toml"), "--samples", "3", "--out", tmp_path / "file" / "out")
         done = subprocess.run(arguments, capture_output=True, text=True, check=False)
         assert done.returncode == 3
         assert f"cannot write or read {tmp_path / 'file' / 'out'}: Not a directory" in done.stderr

@@ -10,6 +10,7 @@ import pytest
 from proofmass.blocks import Constant
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.run.simulate import EngineName, simulate
 from tests.by_hand.around import graph_around, random_block, random_value
@@ -35,15 +36,17 @@ def driven(graph: Graph, parameters: dict[str, list[str]]) -> Graph:
         block = graph.blocks[name]
         for parameter in names:
             source = f"drive_{len(blocks)}"
-            blocks[source] = Constant(value=getattr(block, parameter), unit=block.unit_of(block.parameters[parameter]))
+            blocks[source] = Constant(
+                value=getattr(block, parameter), unit=unit_of(block, type(block).parameters[parameter])
+            )
             wires.append(f"{source}.output -> {name}.{parameter}")
         blocks[name] = at_default(block, names)
     return replace(graph, blocks=blocks, wires=wires)
 
 
 def at_default(block: Block, parameters: list[str]) -> Block:
-    values = {name: getattr(block, name) for name in block.parameters}
-    return type(block)(**(values | {name: block.parameters[name].default for name in parameters}))
+    values = {name: getattr(block, name) for name in type(block).parameters}
+    return type(block)(**(values | {name: type(block).parameters[name].default for name in parameters}))
 
 
 def drawn(kind: type[Block], dice: random.Random, folder: Path) -> Block:

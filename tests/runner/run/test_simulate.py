@@ -27,16 +27,22 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.planning.plan import Plan, plan
-from proofmass.runner.program.generate import generate
+from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run import engines
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, choose, simulate
+from proofmass.runner.targets.content import content_of
 
-LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
 ENGINES: list[EngineName] = ["python", "compiled"]
+
+
+def content(graph: Graph) -> str:
+    """What the program of a graph computes."""
+    return content_of(write_tick(plan(graph)).program)
 
 
 def bits(result: Result) -> dict[str, bytes]:
@@ -91,19 +97,20 @@ class TestNothingElseChangesABit:
         result, other = (simulate(g, samples=100, engine="python") for g in (graph, turned))
         assert list(other) == list(result)[::-1]
         assert bits(other) == bits(result)
-        assert generate(plan(turned)).source == generate(plan(graph)).source
+        assert content(turned) == content(graph)
         assert other.provenance["graph_hash"] == result.provenance["graph_hash"]
 
     def test_not_the_hash_seed_of_python(self) -> None:
         script = (
             "import sys, hashlib; from proofmass import read_graph, simulate;"
-            "from proofmass.runner.program.generate import generate; from proofmass.runner.planning.plan import plan;"
+            "from proofmass.runner.program.tick import write_tick; from proofmass.runner.planning.plan import plan;"
+            "from proofmass.runner.targets.llvm_text import llvm_text;"
             "graph = read_graph(sys.argv[1]); result = simulate(graph, samples=300, engine='python');"
             "rows = b''.join(trace.values.tobytes() for trace in result.traces.values());"
-            "data = generate(plan(graph)).source.encode() + rows;"
+            "data = llvm_text(write_tick(plan(graph)).program).encode() + rows;"
             "print(hashlib.sha256(data).hexdigest(), result.provenance['graph_hash'])"
         )
-        command = [sys.executable, "-c", script, str(LIBRARY / "recorded_motion.toml")]
+        command = [sys.executable, "-c", script, str(library_file("recorded_motion.toml"))]
         answers = {
             subprocess.run(
                 command, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True
@@ -183,7 +190,7 @@ class TestEngines:
         assert choose(planned, 10**6, "python") == "python"
         between = 40_000
         monkeypatch.setenv("PROOFMASS_CACHE", str(tmp_path / "cache"))
-        monkeypatch.setattr("proofmass.runner.targets.compile._loaded", {})
+        monkeypatch.setattr("proofmass.runner.targets.machine_code._loaded", {})
         assert choose(planned, between, "auto") == "python"
         assert simulate(self_test(), samples=20, engine="auto").provenance["engine"] == "python"
         assert simulate(self_test(), samples=20, engine="compiled").provenance["engine"] == "compiled"

@@ -132,7 +132,7 @@ def test_the_gain_for_an_amplitude() -> None:
     graph = servo(Relay(lower=-1e-9, upper=1e-9))
     found = proofmass.margins(with_gains(graph, {}, {"limit": 4.0}), "limit.output")
     assert found.gain_margin == pytest.approx(0.6 / (4.0 / (math.pi * 4.0)), rel=1e-9)
-    with pytest.raises(ModelError, match="turns the phase"):
+    with pytest.raises(ModelError, match="shifts the phase"):
         with_gains(servo(Relay(lower=-0.2, upper=0.2)), {}, {"limit": 1.0})
 
 
@@ -140,7 +140,7 @@ def test_mistakes_are_answered() -> None:
     graph = servo(Saturation())
     for gains, message in (
         ({"limt": 1.0}, "did you mean limit"),
-        ({"error": 1.0}, "is no gain between one wired input and one output"),
+        ({"error": 1.0}, "is not a gain: that needs one wired input and one output"),
         ({"limit": "3 kg"}, "kg"),
     ):
         with pytest.raises(ModelError, match=message):

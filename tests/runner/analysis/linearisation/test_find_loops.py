@@ -1,29 +1,26 @@
 """Loops found in wires, and where each can be opened."""
 
-from pathlib import Path
-
 from proofmass.blocks import Gain, LowPass, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.analysis.linearisation.find_loops import Found, find_loops
+from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.planning.plan import plan
 
-LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
 
-
-def found(blocks: dict[str, Block], wires: list[str], **more: object) -> list[Found]:
+def found(blocks: dict[str, Block], wires: list[str], **more: object) -> list[LoopGroup]:
     return find_loops(plan(Graph(name="loops", rate=1000, blocks=blocks, wires=wires, **more)))  # type: ignore[arg-type]
 
 
 def test_the_loop_of_the_accelerometer_opens_at_each_of_its_outputs() -> None:
-    (loop,) = find_loops(plan(read_graph(LIBRARY / "closed_loop_accelerometer.toml")))
+    (loop,) = find_loops(plan(read_graph(library_file("closed_loop_accelerometer.toml"))))
     assert len(loop.ports) == 9
     assert loop.open_at == loop.ports
 
 
 def test_a_graph_without_a_loop() -> None:
-    assert find_loops(plan(read_graph(LIBRARY / "pn_self_test_minimal.toml"))) == []
+    assert find_loops(plan(read_graph(library_file("pn_self_test_minimal.toml")))) == []
     assert found({"a": UnitDelay(), "b": Gain()}, ["a.output -> b.input", "b.output -> a.input"]) != []
 
 

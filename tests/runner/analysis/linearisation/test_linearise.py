@@ -1,7 +1,6 @@
 """Graphs handed to python-control, and what is said where that cannot be."""
 
 import math
-from pathlib import Path
 
 import control
 import numpy as np
@@ -11,10 +10,11 @@ import proofmass
 from proofmass.blocks import LowPass, Saturation, ShiftRegister, Step, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 
-GRAPH = read_graph(Path(__file__).parents[4] / "graphs" / "library" / "closed_loop_accelerometer.toml")
+GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
 
 def test_names_and_time_step_of_the_closed_loop() -> None:

@@ -228,5 +228,5 @@ def test_a_square_root_at_zero_has_no_derivative() -> None:
 
 def test_too_long_a_period_is_refused() -> None:
     graph = chain(("mean", Decimator(ratio=500_000), "input", "mean"), ("after", UnitDelay(), "input", "output"))
-    with pytest.raises(ModelError, match="tick together too seldom"):
+    with pytest.raises(ModelError, match="tick together too rarely"):
         period_map(plan(graph), [("source", "output")], [("after", "output")])

@@ -1,18 +1,17 @@
 """Pictures of loops: what is drawn is what was computed, with names on all axes."""
 
-from pathlib import Path
-
 import control
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.analysis.linearisation.linearise import linearise
 from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities, step_response
 from proofmass.runner.analysis.margins.sensitivity import Effect, Sensitivity
 from proofmass.runner.analysis.margins.stability import margins
 
-GRAPH = read_graph(Path(__file__).parents[4] / "graphs" / "library" / "closed_loop_accelerometer.toml")
+GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
 
 def test_the_step_response_is_that_of_the_closed_loop() -> None:

@@ -1,7 +1,6 @@
 """Exact derivatives against closed forms and against differences of whole graphs."""
 
 import math
-from pathlib import Path
 
 import pytest
 
@@ -20,6 +19,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop
@@ -27,7 +27,7 @@ from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 from proofmass.runner.planning.plan import plan
 
-GRAPH = read_graph(Path(__file__).parents[4] / "graphs" / "library" / "closed_loop_accelerometer.toml")
+GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
 
 def transfer(graph: Graph, source: str, target: str) -> tuple[Sensitivity, Sensitivity]:

@@ -85,7 +85,7 @@ def test_five_readings() -> None:
 
 
 def test_a_large_mean_is_noted() -> None:
-    assert "taken off with --offset" in notes(verdict(T, M2.output() + 0.01))
+    assert "subtract what does not depend on the temperature with --offset" in notes(verdict(T, M2.output() + 0.01))
     assert "--offset" not in notes(verdict(T, M2.output()))
 
 

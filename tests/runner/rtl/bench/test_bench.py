@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.rtl.bench.bench import bench_files
@@ -15,7 +16,6 @@ from proofmass.runner.rtl.text.machine_verilog import machine_text
 from tests.by_hand.machines import loop_at_rates, made
 from tests.runner.rtl.text.test_machine_verilog import cut_graph
 
-LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
 needs_icarus = pytest.mark.skipif(shutil.which("iverilog") is None, reason="Icarus Verilog is not installed")
 
 
@@ -58,7 +58,7 @@ def test_icarus_finds_no_difference(graph: Graph, clocks: int, tmp_path: Path) -
 
 @needs_icarus
 def test_icarus_finds_no_difference_in_the_self_calibration(tmp_path: Path) -> None:
-    machine, vectors = made(read_graph(LIBRARY / "self_calibration_fixed.toml"), clocks=3000)
+    machine, vectors = made(read_graph(library_file("self_calibration_fixed.toml")), clocks=3000)
     assert played(machine, vectors, tmp_path) == "PASS: 3000 clocks\n"
 
 

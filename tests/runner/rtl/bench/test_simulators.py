@@ -9,6 +9,7 @@ import pytest
 from proofmass.blocks import FixedGain, FixedQuantiser, ShiftRegister, Sine
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.command_line import main
 from proofmass.runner.rtl.bench.bench import bench_files
@@ -21,7 +22,7 @@ from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from tests.by_hand.machines import loop_at_rates, made
 from tests.runner.rtl.text.test_machine_verilog import cut_graph
 
-CALIBRATION = Path(__file__).parents[4] / "graphs" / "library" / "self_calibration_fixed.toml"
+CALIBRATION = library_file("self_calibration_fixed.toml")
 SIMULATORS: tuple[Simulator, ...] = ("icarus", "cocotb", "verilator")
 REGISTER = Graph(name="g", rate=1, samples=50, blocks={"a": ShiftRegister()}, wires=[], probes=["a.bit"])
 GAIN = Graph(

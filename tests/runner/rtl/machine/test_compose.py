@@ -1,7 +1,6 @@
 """Which blocks become hardware, what joins them, at which clocks; and what is refused."""
 
 from fractions import Fraction
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -24,6 +23,7 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.arithmetic.pipeline import pipe
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.planning.plan import plan
@@ -32,11 +32,9 @@ from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.words import Word
 from tests.by_hand.machines import loop_at_rates, made
 
-LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
-
 
 def library(name: str, *only: str) -> Machine:
-    return compose(plan(read_graph(LIBRARY / f"{name}.toml")), only, name)
+    return compose(plan(read_graph(library_file(f"{name}.toml"))), only, name)
 
 
 def refused(graph: Graph, *only: str) -> str:
@@ -85,7 +83,7 @@ def test_each_output_stands_behind_those_that_it_needs() -> None:
 
 def test_every_shipped_graph_becomes_hardware_or_says_why_not() -> None:
     reasons = set()
-    for path in sorted(LIBRARY.glob("*fixed*.toml")) + sorted(LIBRARY.glob("temperature_comp*.toml")):
+    for path in sorted(FOLDER.rglob("*fixed*.toml")) + sorted(FOLDER.rglob("temperature_comp*.toml")):
         try:
             planned = plan(read_graph(path))
         except ModelError:

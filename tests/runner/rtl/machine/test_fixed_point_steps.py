@@ -7,7 +7,6 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -15,6 +14,7 @@ from scipy.signal import lfilter
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, counting_overflows, fixed, where, wrap
 from proofmass.runner.fixed.integer_code import compile_step
 from proofmass.runner.fixed.step_formats import reference_step
+from tests.by_hand.compiled import compiled
 
 TICKS = 20_000
 REFERENCE_TICKS = 400
@@ -158,17 +158,16 @@ def run_step(step: Callable[..., Any], case: Case, inputs: np.ndarray) -> list[A
 def compiled_outputs(case: Case, inputs: np.ndarray) -> np.ndarray:
     """Outputs of the step compiled into a loop."""
     function, formats, constants, x, buffers = case
-    step = numba.njit(compile_step(function, formats).function)
+    step = compile_step(function, formats).function
     out = np.zeros(len(inputs), np.int64)
     first = (constants,) if "c" in formats else ()
     arrays = tuple(np.array(buffer) for buffer in buffers)
 
-    @numba.njit  # type: ignore[untyped-decorator]
     def loop(first: Any, x: Any, inputs: Any, arrays: Any, out: Any) -> None:
         for i in range(len(inputs)):
-            x, out[i] = step(*(first + (x, inputs[i]) + arrays))  # noqa: RUF005  # Numba adds tuples, no more
+            x, out[i] = step(*first, x, inputs[i], *arrays)
 
-    loop(first, x, inputs, arrays, out)
+    compiled(loop)(first, x, inputs, arrays, out)
     return out
 
 
@@ -205,13 +204,13 @@ def test_the_integrator_against_exact_sums_and_its_limits() -> None:
 def test_saturations_are_counted_alike() -> None:
     step = compile_step(integrator, INTEGRATOR, count_overflows=True).function
     reference = reference_step(integrator, INTEGRATOR)
-    compiled = numba.njit(step)
+    code = compiled(step)
     for total in (-(2**23), -(2**23) + 5, 0, 2**23 - 5, 2**23 - 1):
         for u in (-(2**15), -1, 0, 1, 2**15 - 1):
             with counting_overflows() as overflows:
                 expected = reference(0, IntegratorState(total), u)
             assert step(0, IntegratorState(total), u) == (expected, overflows.total)
-            assert compiled(0, IntegratorState(total), u) == (expected, overflows.total)
+            assert code(0, IntegratorState(total), u) == (expected, overflows.total)
 
 
 def test_the_state_space_against_floating_point() -> None:

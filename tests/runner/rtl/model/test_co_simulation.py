@@ -17,6 +17,7 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.arithmetic.pipeline import pipe
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.plan.memory import start
@@ -31,7 +32,7 @@ from tests.by_hand.machines import loop_at_rates
 pytest.importorskip("pyosys")
 
 ROOT = Path(__file__).parents[4]
-CALIBRATION = ROOT / "graphs" / "library" / "self_calibration_fixed.toml"
+CALIBRATION = library_file("self_calibration_fixed.toml")
 TICKS = 3000
 
 IN_ANOTHER_PROCESS = """\

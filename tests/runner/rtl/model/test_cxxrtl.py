@@ -53,7 +53,7 @@ def test_the_pipelined_exponential_gives_every_input_its_value_later() -> None:
 def called(model: Model, name: str, *given: int) -> int:
     """What a compiled loop gets from a function of a model."""
     function = model.function(name)
-    kinds = [ctypes.c_int64] * function.arguments
+    kinds = [ctypes.c_int64] * len(function.parameters)
     found: int = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(function.address)(model.address, *given)
     return found
 

@@ -19,6 +19,7 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
@@ -34,7 +35,7 @@ from tests.by_hand.verilog import ModuleByHand
 pytest.importorskip("pyosys")
 pytest.importorskip("bitwuzla")
 
-CALIBRATION = Path(__file__).parents[4] / "graphs" / "library" / "self_calibration_fixed.toml"
+CALIBRATION = library_file("self_calibration_fixed.toml")
 NUMBERS = {"Correlator"}  # sums of codes: no format says how large they grow
 DIGITAL = [
     kind()
@@ -215,7 +216,7 @@ def test_the_command_ends_with_1_on_a_counter_example(
     def wrong(*given: object, **options: object) -> str:
         return machine_text(*given, **options).replace("1'sd0 : sum", "1'sd1 : sum")  # type: ignore[arg-type]
 
-    monkeypatch.setattr("proofmass.runner.rtl.text.machine_verilog.machine_text", wrong)
+    monkeypatch.setattr("proofmass.runner.commands.rtl_command.machine_text", wrong)
     words = ["rtl", str(CALIBRATION), "--block", "counter", "-o", str(tmp_path), "--ticks", "3", "--prove"]
     assert main(words) == 1
     assert "chip_counter.chip_ is 0 in Python and" in capsys.readouterr().out

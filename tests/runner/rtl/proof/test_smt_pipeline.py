@@ -14,12 +14,13 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.registers.fixed_cordic_exponential import Constants, exponential_constants, exponential_formats
 from proofmass.runner.command_line import main
+from proofmass.runner.commands.rtl_text import proof_lines
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.rtl.machine.modules import Module
 from proofmass.runner.rtl.machine.reference import ModuleReference, reference_of
 from proofmass.runner.rtl.proof.proof import Proof, prove
-from proofmass.runner.rtl.proof.prove_machine import proof_lines, prove_machine
+from proofmass.runner.rtl.proof.prove_machine import prove_machine
 from proofmass.runner.rtl.text.machine_verilog import machine_text
 from proofmass.runner.rtl.text.verilog import module_text
 from tests.by_hand.modules import Reference, module_of

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.command_line import main
@@ -18,8 +19,6 @@ from proofmass.runner.rtl.text.amaranth import amaranth_files, class_name
 from proofmass.runner.rtl.tools.yosys import run_yosys
 from tests.by_hand.machines import loop_at_rates, made
 from tests.runner.rtl.text.test_machine_verilog import cut_graph
-
-LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
 
 
 def verilog_of(module: Module, text: str, folder: Path) -> str:
@@ -71,7 +70,7 @@ def test_modules_are_proved_equal_to_python(graph: Any, tmp_path: Path) -> None:
 
 
 def test_the_digital_half_of_the_calibration_is_proved_equal_to_python(tmp_path: Path) -> None:
-    machine, _ = made(read_graph(LIBRARY / "self_calibration_fixed.toml"), clocks=1)
+    machine, _ = made(read_graph(library_file("self_calibration_fixed.toml")), clocks=1)
     for name, (proved, goals) in proofs_of(machine, tmp_path).items():
         assert proved == goals > 0, name
 
@@ -111,7 +110,7 @@ def test_names_of_the_class_itself_are_kept_free(tmp_path: Path) -> None:
 
 
 def test_lines_tell_their_python_and_the_command_writes_them(tmp_path: Path) -> None:
-    words = ["rtl", str(LIBRARY / "self_calibration_fixed.toml"), "--block", "stiffness", "--ticks", "1"]
+    words = ["rtl", str(library_file("self_calibration_fixed.toml")), "--block", "stiffness", "--ticks", "1"]
     assert main([*words, "-o", str(tmp_path), "--amaranth"]) == 0
     text = (tmp_path / "fixed_stiffness_controller_amaranth.py").read_text(encoding="utf-8")
     assert "class FixedStiffnessController(Elaboratable):" in text

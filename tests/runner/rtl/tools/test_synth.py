@@ -7,6 +7,7 @@ import pytest
 
 from proofmass.blocks import FixedProduct, ShiftRegister
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
@@ -23,8 +24,8 @@ from tests.by_hand.modules import module_of
 
 pytest.importorskip("pyosys")
 
-CALIBRATION = Path(__file__).parents[4] / "graphs" / "library" / "self_calibration_fixed.toml"
-GYROSCOPE = Path(__file__).parents[4] / "graphs" / "library" / "self_calibration_gyroscope_fixed.toml"
+CALIBRATION = library_file("self_calibration_fixed.toml")
+GYROSCOPE = library_file("self_calibration_gyroscope_fixed.toml")
 REFERENCE_MODEL = Path(__file__).parents[4] / "benchmarks" / "reference_model_32_bits.toml"
 
 

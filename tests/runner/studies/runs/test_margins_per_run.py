@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import MARGIN_MEASURES
@@ -16,14 +17,13 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.margins.stability import all_margins, margins
 from proofmass.runner.studies.whole.study import replay, run_study
 
-LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
 GAIN = 8000.0  # V/rad
 
 
 @pytest.fixture(scope="module")
 def graph() -> Graph:
     """The closed-loop accelerometer for two milliseconds, with a measure."""
-    whole = read_graph(LIBRARY / "closed_loop_accelerometer.toml")
+    whole = read_graph(library_file("closed_loop_accelerometer.toml"))
     return Graph(
         name=whole.name,
         rate=whole.rate,

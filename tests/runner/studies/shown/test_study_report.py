@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
@@ -144,7 +145,7 @@ def test_a_study_file_stands_for_the_folder_it_ran_in_last(
     path.write_text(STUDY)
     (tmp_path / "other.toml").write_text(STUDY.replace("200 ppm", "300 ppm"))
     assert main(["report", str(path)]) == 1
-    assert "no folder of this study is near" in capsys.readouterr().err
+    assert "no folder of this study is beside the file or here" in capsys.readouterr().err
     run_study(read_study(path), runs=2, engine="python", folder=path.parent / "beside")
     (path.parent / "beside").rename(path.parent / "moved")
     run_study(read_study(tmp_path / "other.toml"), runs=2, engine="python", folder=here / "other")
@@ -158,8 +159,7 @@ def test_a_study_file_stands_for_the_folder_it_ran_in_last(
 
 def test_margins_of_the_runs_are_in_the_report(tmp_path: Path) -> None:
     """Measures of the ledger that no signal has."""
-    library = Path(__file__).parents[4] / "graphs" / "library"
-    text = (library / "scale_factor_drift.toml").read_text().partition("[study]")[0]
+    text = library_file("scale_factor_drift.toml").read_text().partition("[study]")[0]
     text = text.replace('duration = "0.3 s"', 'duration = "1 ms"').replace('from = "0.25 s"', 'from = "0 s"')
     more = '[study]\nruns = 2\nmargins = "0 s"\n[study.spread]\n"pickoff.gain" = { normal = "1 %", relative = true }\n'
     (tmp_path / "study.toml").write_text(text + more)

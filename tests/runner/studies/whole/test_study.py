@@ -105,7 +105,7 @@ def test_a_changed_graph_or_study_is_refused_with_what_changed(study: Study, tmp
             run_study(read_study(path), runs=1, engine="python", folder=tmp_path)
         assert said in caught.value.problems[0].got
     (tmp_path / FILE).write_bytes(b"no database at all, but long enough to look at" * 100)
-    with pytest.raises(ModelError, match="is no ledger"):
+    with pytest.raises(ModelError, match="is not the ledger"):
         run_study(study, runs=1, engine="python", folder=tmp_path)
 
 

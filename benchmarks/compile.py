@@ -1,0 +1,134 @@
+"""CPU seconds from a plan to machine code, beside gcc -O3 for the same program: `python benchmarks/compile.py`.
+
+Each graph of the library in a process that has lowered nothing before; then all of them in one process; then chains of
+blocks. The parts: writing the program (lowering included), printing it for LLVM, LLVM's passes, the object file.
+"""
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+from compare_with_c import LIBRARY
+
+from proofmass import Graph, read_graph
+from proofmass.blocks import Constant, Gain, LowPass
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.tick import write_tick
+from proofmass.runner.targets import machine_code
+from proofmass.runner.targets.c99 import c99_text
+from proofmass.runner.targets.llvm_text import llvm_text
+from proofmass.runner.targets.native import settings
+
+PARTS = ("plan", "write", "print", "parse", "passes", "emit")
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", help="graphs of the library, or chain_N; all when none is named")
+    parser.add_argument("--gcc", action="store_true", help="compile the C of each as well")
+    parser.add_argument("--one", action="store_true", help="measure one graph in this process, as JSON")
+    parser.add_argument("--chains", type=int, nargs="*", default=[], metavar="BLOCKS")
+    arguments = parser.parse_args()
+    if arguments.one:
+        print(json.dumps([measured(graph_of(name), arguments.gcc) for name in arguments.names]))
+        return
+    names = arguments.names or library()
+    print(f"{'graph':34} {'blocks':>6} {'lines':>7} " + " ".join(f"{part:>7}" for part in (*PARTS, "sum", "gcc")))
+    for name in names:
+        show(name, alone([name], arguments.gcc)[0])
+    if not arguments.names:
+        together = alone(names, False)
+        show("all in one process", {key: sum(row[key] for row in together) for key in together[0]})
+    for blocks in arguments.chains:
+        show(f"chain_{blocks}", alone([f"chain_{blocks}"], arguments.gcc)[0])
+
+
+def library() -> list[str]:
+    """Names of the graphs that run alone."""
+    paths = (path for path in sorted(LIBRARY.rglob("*.toml")) if "[blocks" in path.read_text(encoding="utf-8"))
+    return [path.stem for path in paths if runs_alone(read_graph(path))]
+
+
+def graph_of(name: str) -> Graph:
+    """A graph of the library, or a chain of blocks with one loop round it."""
+    if not name.startswith("chain_"):
+        return read_graph(next(LIBRARY.rglob(f"{name}.toml")))
+    count = int(name.removeprefix("chain_"))
+    blocks: dict[str, Any] = {"source": Constant(value=1.0)}
+    wires, before = [], "source.output"
+    for number in range(count - 1):
+        low = LowPass(corner_frequency=1000.0 + number) if number % 2 else Gain(gain=1.0 - 1e-6 * number)
+        blocks[f"block_{number}"] = low
+        wires.append(f"{before} -> block_{number}.input")
+        before = f"block_{number}.output"
+    return Graph(name=name, rate="10 kHz", samples=10, blocks=blocks, wires=wires, probes=[before])
+
+
+def alone(names: list[str], gcc: bool) -> list[dict[str, float]]:
+    """What is measured in a fresh process."""
+    command = [sys.executable, __file__, "--one", *(["--gcc"] if gcc else []), *names]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, env=os.environ)
+    rows: list[dict[str, float]] = json.loads(done.stdout)
+    return rows
+
+
+def measured(graph: Graph, gcc: bool) -> dict[str, float]:
+    """CPU seconds of each part."""
+    row: dict[str, float] = {"blocks": 0, "lines": 0}
+    clock = time.process_time()
+
+    def note(part: str) -> None:
+        nonlocal clock
+        now = time.process_time()
+        row[part], clock = now - clock, now
+
+    planned = plan(graph)
+    note("plan")
+    written = write_tick(planned)
+    note("write")
+    text, told = llvm_text(written.program), settings(written)
+    note("print")
+    machine = machine_code.machine_of(told)
+    module = llvm.parse_assembly(text)
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    note("parse")
+    machine_code.optimise(module, machine, told)
+    note("passes")
+    machine.emit_object(module)
+    note("emit")
+    row |= {"blocks": len(planned.blocks), "lines": text.count("\n")}
+    row["sum"] = sum(row[part] for part in PARTS[1:])
+    row["gcc"] = of_gcc(c99_text(written.program)) if gcc else 0.0
+    return row
+
+
+def of_gcc(text: str) -> float:
+    """CPU seconds of gcc -O3."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "program.c"
+        file.write_text(text)
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        command = ["gcc", "-O3", "-march=native", "-std=c99", "-ffp-contract=off", "-c", str(file), "-o", f"{folder}/o"]
+        subprocess.run(command, check=True)
+        behind = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return behind.ru_utime + behind.ru_stime - before.ru_utime - before.ru_stime
+
+
+def show(name: str, row: dict[str, float]) -> None:
+    """A line of the table."""
+    numbers = " ".join(f"{row[part]:7.2f}" for part in (*PARTS, "sum", "gcc"))
+    print(f"{name:34} {row['blocks']:6.0f} {row['lines']:7.0f} {numbers}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

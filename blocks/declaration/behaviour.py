@@ -1,0 +1,53 @@
+"""A function of a block as it is registered: what it takes by name and what it returns."""
+
+import dataclasses
+import dis
+import inspect
+import typing
+from collections.abc import Callable, Collection
+from typing import Any
+
+from proofmass.blocks.declaration.arguments import Meaning, meaning_of
+from proofmass.blocks.declaration.problem import did_you_mean
+
+
+@dataclasses.dataclass(frozen=True)
+class Behaviour:
+    """A registered function, and the names of its arguments after the first with what they mean."""
+
+    function: Callable[..., Any]
+    arguments: tuple[str, ...]
+    meanings: tuple[Meaning, ...]
+    returns: Any
+    reads_constants: bool  # some outputs are a field of the state and nothing else
+
+
+def bound(
+    owner: str, function: Callable[..., Any], known: Collection[str], inputs: Collection[str], buffers: Collection[str]
+) -> Behaviour:
+    """Return the behaviour of a function whose arguments after the first are all `known`."""
+    names = list(inspect.signature(function).parameters)
+    unknown = [name for name in names[1:] if name not in known]
+    if names and names[0] in {*known, *inputs, *buffers} - {"p", "c"}:
+        raise TypeError(
+            f"{owner}.{function.__name__}: the first argument is the constants, whatever it is called; "
+            f"write def {function.__name__}(c, {', '.join(names)})"
+        )
+    if not names or unknown:
+        hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
+        raise TypeError(f"{owner}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
+    reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
+    meanings = tuple(meaning_of(name, buffers) for name in names[1:])
+    return Behaviour(function, tuple(names[1:]), meanings, _returned(function), reads_constants)
+
+
+def _returned(function: Callable[..., Any]) -> Any:
+    """The annotation of what is returned, with names in quotes looked up, those of the fields of a tuple too."""
+    returns = function.__annotations__.get("return")
+    if isinstance(returns, str):
+        returns = typing.get_type_hints(function)["return"]
+    if hasattr(returns, "_fields") and any(
+        isinstance(kind, str | typing.ForwardRef) for kind in returns.__annotations__.values()
+    ):
+        returns.__annotations__ = typing.get_type_hints(returns)
+    return returns

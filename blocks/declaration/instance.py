@@ -1,0 +1,43 @@
+"""Facts of a block that rest on the values of its parameters: units, sizes, formats."""
+
+import typing
+
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.parameter import Parameter, fill
+from proofmass.blocks.declaration.ports import BufferPort, Port, Size
+from proofmass.blocks.declaration.problem import ModelError, Problem
+
+
+def unit_of(block: Block, what: Port | Parameter) -> str:
+    """The unit of a port or parameter, with the block's own unit parameters put in."""
+    if "{" not in what.unit:
+        return what.unit
+    return fill(what.unit, {n: getattr(block, n) for n, p in type(block).parameters.items() if p.kind is str})
+
+
+def size_of(block: Block, size: Size) -> int:
+    """A size as a number: itself, the value of an integer parameter, or the length of a list parameter."""
+    if isinstance(size, int):
+        return size
+    if callable(size):
+        return size(block)
+    value = getattr(block, size)
+    return len(value) if isinstance(value, tuple) else int(value)
+
+
+def shape_of(block: Block, what: Port | BufferPort) -> tuple[int, ...]:
+    """The shape of a port or buffer as numbers."""
+    return tuple(size_of(block, size) for size in what.shape)
+
+
+def format_of(block: Block, what: str) -> Fixed:
+    """The format of a fixed-point port or buffer, or of a field as in "x.total"; `formats` may say "x" for all."""
+    functions = type(block).functions
+    formats = functions["formats"].function(block) if "formats" in functions else {}
+    known = formats.get(what) or formats.get(what.partition(".")[0])
+    if known is None:
+        key = f"{type(block).__name__}.formats"
+        hint = f'return it there: {{"{what}": Fixed(16, 12)}}'
+        raise ModelError([Problem(message=f"the format of {what} is not said", key=key, hint=hint)])
+    return typing.cast(Fixed, known)

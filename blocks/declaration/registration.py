@@ -1,0 +1,150 @@
+"""How functions are registered on a kind of block: one decorator for each thing that a function can be.
+
+The decorators are attributes of the kind, as in `@Gain.output("V")`, and not of its blocks; see `facts.py`.
+"""
+
+import inspect
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.behaviour import Behaviour, bound
+from proofmass.blocks.declaration.facts import Facts, Requirements
+from proofmass.blocks.declaration.names import MOVING, refuse_taken, taken
+from proofmass.blocks.declaration.parameter import fill
+from proofmass.blocks.declaration.ports import Number, Port, Size
+from proofmass.blocks.declaration.units import UnitError, unit
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Registration(Facts):
+    """A kind of block on which functions are registered."""
+
+    def formats(cls, function: Function) -> Function:
+        """Register `formats(p) -> dict[str, Fixed]`: of fixed-point ports, buffers, state ("x") and constants ("c")."""
+        cls.functions["formats"] = _bound(cls, function, set())
+        return function
+
+    def constants(cls, function: Function) -> Function:
+        """Register `constants(p, period) -> Constants`: what the loop needs, from the parameters."""
+        cls.functions["constants"] = _bound(cls, function, {"period"})
+        return function
+
+    def start(cls, function: Function) -> Function:
+        """Register `start(p, buffers...) -> State`: the state at tick 0; without it every field starts at zero."""
+        cls.functions["start"] = _bound(cls, function, set(cls.buffers))
+        return function
+
+    def update(cls, function: Function) -> Function:
+        """Register `update(c, x, buffers..., inputs...) -> State`: from this tick to the block's next."""
+        cls.functions["update"] = _bound(cls, function, _in_the_loop(cls) - {"out"})
+        return function
+
+    def derivative(cls, *, linear: bool) -> Callable[[Function], Function]:
+        """Register `derivative(c, x, inputs...) -> State`: the block is continuous and the runner integrates it.
+
+        Only fields of type float are integrated; the others are modes, which events change.
+        """
+
+        def register(function: Function) -> Function:
+            cls.functions["derivative"] = _bound(cls, function, {"x", *cls.inputs, "time"})
+            cls.__declaration__.linear = linear
+            return function
+
+        return register
+
+    def event(cls, *, then: Callable[..., Any]) -> Callable[[Function], Function]:
+        """Register `clearance(c, x, inputs..., time) -> float`, above zero for as long as nothing happens.
+
+        When it falls to zero or below, the runner finds the instant and calls `then(c, x, inputs..., time) -> State`,
+        after which the clearance must be above zero again: a mode in the state, or the sign of a velocity, says so.
+        """
+
+        def register(function: Function) -> Function:
+            known = {"x", *cls.inputs, "time"}
+            cls.events[function.__name__] = _bound(cls, function, known), _bound(cls, then, known)
+            return function
+
+        return register
+
+    def corner(cls, function: Function) -> Function:
+        """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are.
+
+        Within a group of continuous blocks steps end at the instant at which the sign changes: no method of
+        integration is as accurate as it says across a corner or a jump.
+        """
+        cls.corners[function.__name__] = _bound(cls, function, {*cls.inputs, "time"})
+        return function
+
+    def requires(cls, function: Requirements) -> Requirements:
+        """Register `requires(p)`, which yields (parameter, what is expected) where parameters do not go together."""
+        cls.__declaration__.requirements = function
+        return function
+
+    def output(
+        cls,
+        unit: str,
+        *,
+        shape: tuple[Size, ...] = (),
+        dtype: Number | None = None,
+        every: Size = 1,
+        no_value: str = "",
+    ) -> Callable[[Function], Function]:
+        """Register the output port that the function computes; its name, dtype and doc are the port's.
+
+        With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the port tick once
+        in so many ticks of its block. A function that returns NaN where physics ends has the run end there;
+        `no_value` then says what has happened, and what to do.
+        """
+
+        def register(function: Function) -> Function:
+            name = function.__name__
+            refuse_taken(cls, name)
+            _refuse_twice(cls, name)
+            computed = _bound(cls, function, _in_the_loop(cls))
+            kind = dtype or computed.returns
+            if kind not in (float, int, bool, FixedValue) or bool(shape) != (Meaning.OUT in computed.meanings):
+                raise TypeError(
+                    f"{cls.__name__}.{name} must return float, int, bool or FixedValue, or write its entries into out"
+                )
+            refuse_no_unit(cls, name, unit)
+            doc = inspect.getdoc(function) or ""
+            cls.outputs[name] = Port(name, unit, doc, kind, shape, None, every, no_value)
+            cls.output_functions[name] = computed
+            return function
+
+        return register
+
+
+def refuse_no_unit(kind: Facts, name: str, text: str) -> None:
+    """Raise TypeError where a block of the user's own has a unit that is none; tests see to those of the library."""
+    if kind.__module__.startswith("proofmass.blocks."):
+        return
+    texts = {n: p.default for n, p in kind.parameters.items() if p.kind is str}
+    try:
+        unit(fill(text, texts))
+    except UnitError as error:
+        raise TypeError(f"{kind.__name__}.{name}: {error}" + (f"; {error.hint}" if error.hint else "")) from None
+
+
+def _refuse_twice(kind: Facts, name: str) -> None:
+    """Raise TypeError where something else of the block has the name of an output."""
+    if name in MOVING:
+        raise taken(kind, name, f"{name} is {MOVING[name]}")
+    named = {"a parameter": [*kind.parameters], "an input": [*kind.inputs], "a buffer": [*kind.buffers]}
+    for what, names in (named | {"an output": [*kind.outputs]}).items():
+        if name in names:
+            raise taken(kind, name, f"it is the name of {what} of the block")
+
+
+def _in_the_loop(kind: Facts) -> set[str]:
+    """Arguments of functions that run in the loop; where `formats` come first, the parameters are one of them."""
+    fixed = {Meaning.STATE, Meaning.TIME, Meaning.TICK, Meaning.DEVIATE, Meaning.OUT}
+    fixed |= {Meaning.PARAMETERS} if "formats" in kind.functions else set()
+    return {*(meaning.argument for meaning in fixed), *kind.buffers, *kind.inputs}
+
+
+def _bound(kind: Facts, function: Callable[..., Any], known: set[str]) -> Behaviour:
+    return bound(kind.__name__, function, known, kind.inputs, kind.buffers)

@@ -1,0 +1,53 @@
+"""Butterworth filter of order n: |H|^2 = 1 / (1 + W^(2n)), W = tan(pi f T) / tan(pi fc T), or 1 / W as high-pass.
+
+The poles of the prototype are at radius 1 and quality 1 / (2 sin((2k + 1) pi / (2n))) (Butterworth, On the theory of
+filter amplifiers, 1930). At the corner fc the response is down by 3 dB; at most it is half the rate.
+"""
+
+from proofmass.blocks.arithmetic.elementary import sine_of_turns
+from proofmass.blocks.arithmetic.sections import (
+    LARGEST_ORDER,
+    Delays,
+    Poles,
+    Sections,
+    designed,
+    filtered,
+    moved,
+    warped,
+)
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class Butterworth(Block):
+    """Digital low-pass or high-pass with the flattest response: anti-aliasing, bandwidth of an output."""
+
+    order: int = param("1", "Number of poles.", default=2, at_least=1, at_most=LARGEST_ORDER)
+    corner_frequency: float = param("Hz", "Where it is down by 3 dB.", default=100.0, above=0.0)
+    high_pass: bool = param("", "Whether it passes what is above the corner.", default=False)
+    unit: str = param("", "Unit of input and output.", default="1")
+
+    input = Input("{unit}", "What is filtered.")
+
+
+@Butterworth.constants
+def constants(p: Butterworth, period: float) -> Sections:
+    poles = Poles(
+        1.0, quality(0, p.order), 1.0, quality(1, p.order), 1.0, quality(2, p.order), 1.0, quality(3, p.order)
+    )
+    return designed(poles, p.order, p.high_pass, warped(p.corner_frequency, period), 1.0)
+
+
+def quality(pair: int, order: int) -> float:
+    """Quality of a pole pair, counted from the imaginary axis; 1 of those beyond the order."""
+    return 0.5 / sine_of_turns((2 * pair + 1) / (4 * order)) if 2 * pair < order else 1.0
+
+
+@Butterworth.output("{unit}")
+def output(c: Sections, x: Delays, input: float) -> float:
+    """The filtered signal."""
+    return filtered(c, x, input)
+
+
+@Butterworth.update
+def update(c: Sections, x: Delays, input: float) -> Delays:
+    return moved(c, x, input)

@@ -1,0 +1,47 @@
+"""Answers of commands: text for people or JSON for programs, then the files that were written."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from proofmass.runner.commands.exit_codes import INTERRUPTED
+
+
+def print_json(data: Any) -> None:
+    """Print plain data as JSON."""
+    click.echo(json.dumps(data, indent=2))
+
+
+def print_text(lines: Iterable[str], err: bool = False) -> None:
+    """Print lines; nothing if there are none."""
+    for line in lines:
+        click.echo(line, err=err)
+
+
+def print_files(folder: Path, names: Iterable[str], as_json: bool) -> None:
+    """Say which files a folder has got; on standard error where JSON is on standard output."""
+    click.echo(f"written to {folder}: {', '.join(names)}", err=as_json)
+
+
+def print_file(path: Path, as_json: bool = False) -> None:
+    """Say which file was written; on standard error where JSON is on standard output."""
+    click.echo(f"wrote {path}", err=as_json)
+
+
+def write_or_print(text: str, output: Path | None) -> None:
+    """Write a text to a file, or print it without one."""
+    if output is None:
+        click.echo(text)
+    else:
+        output.write_text(text if text.endswith("\n") else text + "\n", encoding="utf-8")
+        print_file(output)
+
+
+def print_interruption(done: str, folder: Path | None, cure: str) -> int:
+    """Say how far an interrupted command got and how to go on; returns the exit code."""
+    kept = f"; kept in {folder}" if folder is not None else ""
+    click.echo(f"interrupted after {done}{kept}\n  hint:     {cure}", err=True)
+    return INTERRUPTED

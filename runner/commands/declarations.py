@@ -1,0 +1,393 @@
+"""Arguments and options of each command; its function is imported when it is called."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from proofmass.runner.commands.options import (
+    blocks_option,
+    duration_option,
+    engine_option,
+    file_argument,
+    graph_argument,
+    json_option,
+    out_option,
+    output_option,
+    plot_option,
+    quiet_option,
+    seed_option,
+    set_option,
+)
+from proofmass.runner.host.versions import PROOFMASS
+
+
+class Commands(click.Group):
+    """Commands with "did you mean"."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError:
+            from proofmass.blocks.declaration.problem import did_you_mean
+
+            raise click.UsageError(
+                f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'command')}", ctx
+            ) from None
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
+@click.version_option(PROOFMASS, prog_name="proofmass")
+@click.option("--traceback", is_flag=True, help="Show Python's traceback of an error; allowed after the command too.")
+def cli(traceback: bool) -> None:
+    """Simulate inertial sensors and the loops around them, declared as block diagrams.
+
+    \b
+    proofmass new sensor.toml                 write a commented graph to start from
+    proofmass check sensor.toml               list everything that is wrong with it
+    proofmass run sensor.toml --out results   simulate it, write traces, plot and report
+
+    Exit codes: 0 done, 1 the model is wrong, 2 wrong usage, 3 the run failed, 130 interrupted.
+    """
+
+
+@cli.command()
+@graph_argument
+@duration_option
+@click.option(
+    "--samples", type=click.IntRange(1), help="Run this many ticks of the base rate, instead of for a duration."
+)
+@seed_option("the graph")
+@engine_option("cxxrtl")
+@set_option
+@click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable.")
+@out_option("Write traces, plot and report to this folder (default: none is written).")
+@click.option(
+    "--format",
+    "formats",
+    multiple=True,
+    type=click.Choice(["netcdf", "csv", "parquet"]),
+    help="Choose the format of traces; repeatable (default: netcdf).",
+)
+@click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
+@click.option("--show-source", is_flag=True, help="Print the generated loop instead of running it.")
+@quiet_option
+@blocks_option
+@json_option
+def run(**options: Any) -> int:
+    """Run a graph once and show what its probes recorded.
+
+    \b
+    proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
+    proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
+    """
+    from proofmass.runner.commands.run_command import RunRequest, run_graph
+
+    return run_graph(RunRequest(**options))
+
+
+@cli.command()
+@graph_argument
+@blocks_option
+@json_option
+def check(graph: Path, own: Path | None, as_json: bool) -> int:
+    """List everything that is wrong with a graph or a study.
+
+    Files that it names are read, and it is planned as for a run. Exit code 1 if it cannot run, or if a loop misses a
+    margin that the graph requires.
+
+    \b
+    proofmass check sensor.toml
+    """
+    from proofmass.runner.commands.check_command import check_graph
+
+    return check_graph(graph, own, as_json)
+
+
+@cli.command()
+@graph_argument
+@click.option("--loop", default="", metavar="NAME", help="Choose a loop by name, or by the output to open it at.")
+@click.option(
+    "--at", default="0 s", show_default=True, metavar="TIME", help='Linearise at this time, or where it has "settled".'
+)
+@click.option(
+    "--sensitivity",
+    nargs=2,
+    metavar="INPUT OUTPUT",
+    help="Rank what each parameter does to scale factor and bias between two outputs, and to the margins.",
+)
+@click.option(
+    "--gain",
+    "gains",
+    multiple=True,
+    metavar="BLOCK=GAIN",
+    help="Replace a quantiser, comparator or relay by a gain; repeatable.",
+)
+@click.option(
+    "--amplitude",
+    "amplitudes",
+    multiple=True,
+    metavar="BLOCK=AMPLITUDE",
+    help="Replace a block by its gain for a sine of this amplitude (its describing function); repeatable.",
+)
+@click.option("--limit-cycle", default="", metavar="BLOCK", help="Predict limit cycles by this describing function.")
+@plot_option("picture", "Draw Bode, Nyquist and step response")
+@set_option
+@blocks_option
+@json_option
+def margins(**options: Any) -> int:
+    """Show how stable the loops of a graph are.
+
+    The answer has margins, closed-loop poles and, if asked for, sensitivities to parameters and limit cycles.
+
+    \b
+    proofmass margins graphs/library/accelerometer/closed_loop_accelerometer.toml --plot loop.png
+    proofmass margins sensor.toml --loop dac.voltage --set pid.integral=12
+    proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
+    proofmass margins modulator.toml --gain quantiser=0.7
+    proofmass margins modulator.toml --limit-cycle quantiser
+    """
+    from proofmass.runner.commands.margins_command import MarginsRequest, show_margins
+
+    return show_margins(MarginsRequest(**options))
+
+
+@cli.command()
+@graph_argument
+@output_option("the screen")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["svg", "mermaid", "dot"]),
+    help="Choose the format (default: by the file's ending, else svg).",
+)
+@blocks_option
+def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -> int:
+    """Draw the block diagram of a graph.
+
+    \b
+    proofmass draw sensor.toml -o sensor.svg
+    proofmass draw sensor.toml --format mermaid
+    """
+    from proofmass.runner.commands.draw_command import draw_graph
+
+    return draw_graph(graph, output, form, own)
+
+
+@cli.command()
+@file_argument("source")
+@click.option("--temperature", metavar="COLUMN", help="Name the column, or signal of a graph, of the temperature.")
+@click.option("--output", metavar="COLUMN", help="Name the column, or signal of a graph, that depends on it.")
+@click.option("--offset", type=float, default=0.0, show_default=True, help="Subtract this from the output first.")
+@click.option(
+    "--order",
+    "orders",
+    type=click.IntRange(1, 6),
+    multiple=True,
+    default=(3, 4),
+    show_default=True,
+    help="Compare with a polynomial of this order; repeatable.",
+)
+@click.option(
+    "--start",
+    type=(float, float),
+    metavar="B1 B2",
+    help="Start the alternation from these exponents (default: those found by a scan).",
+)
+@click.option("--starts", is_flag=True, help="Try a grid of starts, and show from which both methods converge.")
+@plot_option("plot", "Draw readings, fits and residuals")
+@click.option(
+    "--write",
+    "target",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write the coefficients into this graph file.",
+)
+@click.option("--block", "names", multiple=True, help="Write to this block only; repeatable (default: every model).")
+@set_option
+@duration_option
+@seed_option("the graph")
+@engine_option()
+@blocks_option
+@json_option
+def fit(**options: Any) -> int:
+    """Fit a temperature law to a table or to a run of a graph.
+
+    Two exponentials are fitted, with polynomials to compare. SOURCE is a graph file, or a table: CSV, Parquet or
+    netCDF with a column of temperature (or of its sensor's voltage) and one of output.
+
+    \b
+    proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
+    proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
+    """
+    from proofmass.runner.commands.fit_command import FitRequest, run_fit
+
+    return run_fit(FitRequest(**options))
+
+
+@cli.command()
+@file_argument("study")
+@click.option("--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors (default: as the study says).")
+@seed_option("the study")
+@engine_option()
+@out_option("Write ledger, tables and report to this folder; a study that is there already is continued.")
+@click.option("--threads", type=click.IntRange(1, 1024), help="Use this many threads (default: one per processor).")
+@click.option(
+    "--lanes",
+    type=click.IntRange(0, 64),
+    help="Run this many sensors side by side in a thread; 0 for one at a time (default: automatic).",
+)
+@click.option(
+    "--dask", metavar="ADDRESS|local[:N]", help="Run on the Dask cluster at ADDRESS, or start N local workers."
+)
+@click.option(
+    "--format",
+    "formats",
+    multiple=True,
+    type=click.Choice(["csv", "parquet"]),
+    help="Write tables in this format beside netCDF; repeatable.",
+)
+@click.option(
+    "--report/--no-report", default=True, show_default=True, help="Write pictures, influences and report.html."
+)
+@click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes, instead.")
+@click.option(
+    "--epoch",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Replay the run at this epoch, the first being 0.",
+)
+@quiet_option
+@blocks_option
+@json_option
+def montecarlo(**options: Any) -> int:
+    """Run a study of many sensors, spread and aged.
+
+    It shows their measures, and how many keep the limits. STUDY is a file that names its graph, or a graph file
+    with a table [study].
+
+    \b
+    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
+    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
+    """
+    from proofmass.runner.commands.montecarlo_command import StudyRequest, run_montecarlo
+
+    return run_montecarlo(StudyRequest(**options))
+
+
+@cli.command()
+@click.argument("study", type=click.Path(path_type=Path))
+@output_option("report.html in the folder of the study")
+@blocks_option
+def report(study: Path, output: Path | None, own: Path | None) -> int:
+    """Write a study as one HTML file.
+
+    The page has tables, histograms, fans, a tornado, and the runs to look at. STUDY is the folder of `proofmass
+    montecarlo --out`, even of a study under way, or the study file: then the folder is the one in which it ran
+    last, beside the file or here.
+
+    \b
+    proofmass report drift
+    proofmass report graphs/library/accelerometer/scale_factor_drift.toml
+    """
+    from proofmass.runner.commands.report_command import report_study
+
+    return report_study(study, output, own)
+
+
+@cli.command()
+@graph_argument
+@click.option("--block", "names", multiple=True, metavar="NAME", help="Write this block or subgraph only; repeatable.")
+@out_option("Write to this folder.", "-o", "--output", "out", required=True)
+@click.option(
+    "--ticks",
+    type=click.IntRange(1, 10**7),
+    help="Test this many clocks (default: the graph's duration, at most 10,000).",
+)
+@click.option(
+    "--keep-adders/--merge-adders",
+    default=True,
+    show_default=True,
+    help="Mark sums so that synthesis makes carry chains of them.",
+)
+@click.option("--amaranth", is_flag=True, help="Write the blocks as modules of Amaranth too.")
+@click.option(
+    "--simulate",
+    "simulators",
+    multiple=True,
+    type=click.Choice(["icarus", "verilator", "cocotb"]),
+    help="Run the test bench with this simulator; repeatable.",
+)
+@click.option("--prove", is_flag=True, help="Prove the Verilog equal to the Python functions for all inputs.")
+@click.option(
+    "--synth",
+    "family",
+    type=click.Choice(["xc2vp", "xc7", "ice40", "ecp5"]),
+    help="Count lookup tables, flip-flops and multipliers; place and route for ice40 and ecp5.",
+)
+@set_option
+@blocks_option
+@json_option
+def rtl(**options: Any) -> int:
+    """Write the digital part of a graph as Verilog.
+
+    A self-checking test bench and a report come with it. Exit code 1 if a simulator finds a difference, or a proof
+    fails.
+
+    \b
+    proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
+    proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
+    """
+    from proofmass.runner.commands.rtl_command import RtlRequest, write_rtl
+
+    return write_rtl(RtlRequest(**options))
+
+
+@cli.command()
+@click.argument("kind", required=False)
+@blocks_option
+@json_option
+def blocks(kind: str | None, own: Path | None, as_json: bool) -> int:
+    """List all kinds of blocks, or describe one.
+
+    The description has equation, parameters, ports, and lines for a graph file.
+
+    \b
+    proofmass blocks
+    proofmass blocks MassSpringDamper
+    """
+    from proofmass.runner.commands.blocks_command import show_blocks
+
+    return show_blocks(kind, own, as_json)
+
+
+@cli.command()
+@file_argument("file")
+def new(file: Path) -> int:
+    """Write a commented graph to start from.
+
+    It is ready to run. A file that exists is not overwritten.
+
+    \b
+    proofmass new sensor.toml && proofmass run sensor.toml
+    """
+    from proofmass.runner.commands.new_command import write_new_graph
+
+    return write_new_graph(file)
+
+
+@cli.command()
+@output_option("the screen")
+@blocks_option
+def schema(output: Path | None, own: Path | None) -> int:
+    """Write the JSON Schema of graph files.
+
+    Editors complete and check graph files by it.
+
+    \b
+    proofmass schema -o proofmass-graph.json
+    """
+    from proofmass.runner.commands.schema_command import write_schema
+
+    return write_schema(output, own)

@@ -1,0 +1,18 @@
+"""The command `draw`: the block diagram of a graph as SVG, Mermaid or DOT."""
+
+from pathlib import Path
+
+from proofmass.graphs.drawing import diagram
+from proofmass.runner.commands.answers import write_or_print
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.graph_options import graph_of
+
+_FORMATS = {"svg": diagram.svg, "mermaid": diagram.mermaid, "dot": diagram.dot}
+_BY_ENDING = {".mmd": "mermaid", ".mermaid": "mermaid", ".dot": "dot", ".gv": "dot"}
+
+
+def draw_graph(path: Path, output: Path | None, form: str | None, own: Path | None) -> int:
+    """Write the diagram of a graph to a file, or print it, and return the exit code."""
+    form = form or _BY_ENDING.get(output.suffix if output else "", "svg")
+    write_or_print(_FORMATS[form](graph_of(path, own)), output)
+    return DONE

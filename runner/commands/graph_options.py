@@ -1,0 +1,51 @@
+"""The graph that a command works on: a file, with what `--blocks`, `--set` and `--probe` say."""
+
+import dataclasses
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import UnitError
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import Graph, Probe, read_probe, split
+from proofmass.runner.commands.own_blocks import own_blocks
+
+
+def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
+    """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
+    graph = read_graph(path, own_blocks(own))
+    values = dict(_change(graph, text) for text in changes)
+    graph = graph.with_parameters(values) if values else graph
+    return dataclasses.replace(graph, probes=(*graph.probes, *_new_probes(graph, probes)))
+
+
+def _change(graph: Graph, text: str) -> tuple[str, Any]:
+    """Key and value of one `--set`."""
+    key, equals, value = text.partition("=")
+    key = key.strip()
+    if not equals or "." not in key:
+        raise click.UsageError(f"--set {text}: write BLOCK.PARAMETER=VALUE, for example adc.reference=5V")
+    driver = next((wire.source for wire in graph.wires if wire.target == key), "")
+    if driver:
+        message = f"is driven by {driver}: a value would change nothing"
+        hint = f"change {split(driver)[0]}, or remove the wire"
+        raise ModelError([Problem(message=message, key=key, hint=hint)])
+    try:
+        return key, tomllib.loads(f"value = {value}")["value"]
+    except (ValueError, RecursionError):
+        return key, value.strip()
+
+
+def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
+    probed = {probe.signal for probe in graph.probes}
+    for signal in dict.fromkeys(signals):
+        try:
+            probe = read_probe(signal)
+        except UnitError:
+            raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
+        if signal not in probed:
+            yield probe

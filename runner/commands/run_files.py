@@ -1,0 +1,28 @@
+"""The files of a run in its folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from proofmass.runner.run.result import Result
+
+
+def write_run(result: Result, out: Path, formats: tuple[str, ...], more: Sequence[tuple[str, str]] = ()) -> list[str]:
+    """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files."""
+    from proofmass.runner.output import export  # matplotlib and xarray, which a run without files does not wait for
+    from proofmass.runner.output.plot import save_plot
+    from proofmass.runner.output.report import save_report
+
+    names: list[str] = []
+    if result.traces:
+        if "netcdf" in formats:
+            export.save_netcdf(result, out / "traces.nc")
+            names.append("traces.nc")
+        if "csv" in formats:
+            names += [path.name for path in export.save_csv(result, out)]
+        if "parquet" in formats:
+            names += [path.name for path in export.save_parquet(result, out)]
+        save_plot(result, out / "plot.svg")
+        names.append("plot.svg")
+    export.save_summary(result, out / "summary.json")
+    save_report(result, out / "report.html", more)
+    return [*names, "summary.json", "report.html"]

@@ -1,0 +1,90 @@
+"""A run as text for people and as plain data for `--json`."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.progress import time_text
+from proofmass.runner.output.counts import count
+from proofmass.runner.output.text_table import text_table
+from proofmass.runner.run.result import Result
+
+_HEAD = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
+_LONGEST = 300  # characters of a line about the integration
+
+
+def show_run(result: Result, as_json: bool) -> None:
+    """Print a run as text, or as JSON."""
+    if as_json:
+        print_json(run_data(result))
+    else:
+        print_text(run_lines(result))
+
+
+def run_lines(result: Result) -> Iterator[str]:
+    """Yield length and speed of a run, its signals as a table, its overflows and measures."""
+    seconds = float(max(result.ticks - 1, 0) / result.base_rate)
+    rate, engine = write_rate(result.base_rate), result.provenance["engine"]
+    tick = time_text(result.seconds / max(result.ticks, 1))
+    yield f"{result.graph.name}: {count(result.ticks, 'tick')} at {rate} ({time_text(seconds)}), {engine} engine"
+    yield f"prepared in {time_text(result.preparation)}, ran in {time_text(result.seconds)}: {tick} a tick"
+    integration = result.provenance.get("integration")
+    if integration:
+        yield f"continuous blocks {_shortened(integration)}"
+    rows = [_row(row) for row in result.summary()]
+    if rows:
+        yield from ("", *text_table([_HEAD, *rows], left=(0, 1)), "")
+    yield from _overflows(result)
+    yield from _measures(result)
+
+
+def run_data(result: Result) -> dict[str, Any]:
+    """Return a run as plain data."""
+    return {
+        "graph": result.graph.name,
+        "ticks": result.ticks,
+        "interrupted": result.interrupted,
+        "base_rate_hz": float(result.base_rate),
+        "seed": result.seed,
+        "seconds": result.seconds,
+        "preparation_seconds": result.preparation,
+        "signals": result.summary(),
+        "overflows": dict(result.overflows),
+        "measures": {name: measure.as_data() for name, measure in result.measures.items()},
+        **result.provenance,
+    }
+
+
+def _row(row: dict[str, Any]) -> tuple[str, ...]:
+    numbers = [f"{row[key]:.9g}" if key in row else "" for key in _HEAD[3:7]]
+    last = row.get("last", "")
+    text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last:.9g}" if last != "" else ""
+    return row["signal"], row["unit"], f"{row['rows']:,}", *numbers, text
+
+
+def _overflows(result: Result) -> Iterator[str]:
+    """A line for each block whose values did not fit; one that is meant to wrap is not a fault."""
+    blocks = flatten(result.graph).blocks
+    for name, ticks in result.overflows.items():
+        of = f"{ticks:,} of its {result.overflow_ticks.get(name, result.ticks):,} ticks"
+        if ticks and getattr(blocks.get(name), "overflow", "") == "wrap":
+            yield f'{name}: wrapped in {of}, as its overflow = "wrap" says'
+        elif ticks:
+            yield f"{name}: a value did not fit its format in {of}"
+
+
+def _measures(result: Result) -> Iterator[str]:
+    for name, measure in result.measures.items():
+        unit = f" {measure.unit}" if measure.unit != "1" else ""
+        of = f"{measure.statistic} of {measure.signal}"
+        if math.isnan(measure.value):
+            yield f"{name} has no value: the run is too short for the {of}; run longer, or measure from earlier"
+        else:
+            yield f"{name} = {measure.value:.9g}{unit}: {of}"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."

@@ -1,0 +1,15 @@
+"""The command `schema`: the JSON Schema of graph files."""
+
+import json
+from pathlib import Path
+
+from proofmass.graphs.schema.schema import schema
+from proofmass.runner.commands.answers import write_or_print
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.own_blocks import own_blocks
+
+
+def write_schema(output: Path | None, own: Path | None) -> int:
+    """Write the schema to a file, or print it, and return the exit code."""
+    write_or_print(json.dumps(schema(own_blocks(own)), indent=2), output)
+    return DONE

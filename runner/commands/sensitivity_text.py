@@ -1,0 +1,43 @@
+"""Sensitivities of scale factor, bias and margins, computed and shown as ranked tables of parameters."""
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop, tick_at
+from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
+from proofmass.runner.plan.planned import Plan
+
+_ROWS = 12  # of a table of parameters
+
+
+def sensitivities(
+    graph: Graph, planned: Plan, loops: Mapping[str, Margins], source: str, target: str, at: str | Fraction
+) -> list[Sensitivity]:
+    """Return scale factor and bias from one output to another, and the margins of loops, with their derivatives."""
+    tick = tick_at(planned, at)
+    ends = node_of(planned, graph, source), node_of(planned, graph, target)
+    quantities = list(transfer_sensitivities(planned, *ends, tick))
+    for margins in loops.values():
+        if not margins.system.continuous:  # derivatives by parameters are those of sampled loops
+            node = node_of(planned, planned.graph, margins.open_at)
+            quantities += margin_sensitivities(planned, margins, open_loop(planned, node, tick, by_parameters=True))
+    return quantities
+
+
+def sensitivity_text(sensitivity: Sensitivity) -> str:
+    """Return a ranked table of the parameters that move one quantity."""
+    unit = f" {sensitivity.unit}" if sensitivity.unit != "1" else ""
+    lines = [
+        f"{sensitivity.quantity}: {sensitivity.value:.8g}{unit}",
+        f"  {'parameter':<32} {'for +1 %':>12}  derivative",
+    ]
+    for effect in sensitivity.effects[:_ROWS]:
+        change = f"{effect.of_one_percent:+.4g}" if effect.of_one_percent is not None else ""
+        per = f" {sensitivity.unit} per {effect.unit}" if effect.unit != "1" else unit
+        lines.append(f"  {effect.parameter:<32} {change:>12}  {effect.derivative:.6g}{per}")
+    more = len(sensitivity.effects) - _ROWS
+    lines += [f"  and {more} more"] if more > 0 else []
+    lines += [f"  {name:<32} {'':>12}  none: a corner, or an infinite slope" for name in sensitivity.undefined]
+    return "\n".join(lines)

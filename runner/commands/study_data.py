@@ -1,0 +1,58 @@
+"""A study as plain data for programs: `--json` and study.json."""
+
+import math
+from typing import Any
+
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.points import first_point, parts
+
+
+def study_data(result: StudyResult) -> dict[str, Any]:
+    """Return size, measures, yields, faults and provenance of a study, for each point of a sweep too."""
+    study, points = result.study, _points(result)
+    return {
+        "graph": study.graph.name,
+        "runs": len(result.numbers),
+        "planned_runs": result.planned_runs,
+        "interrupted": result.interrupted,
+        "seed": study.seed,
+        "epochs_s": list(study.epochs),
+        **_answers(result),
+        **({"points": points} if points else {}),
+        "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
+        "digest": result.digest,
+        "seconds": result.seconds,
+        **result.provenance,
+    }
+
+
+def _points(result: StudyResult) -> list[dict[str, Any]]:
+    """The points of a sweep; empty for a study without one."""
+    study, by_point = result.study, parts(result).values()
+    if len(by_point) < 2:
+        return []
+    numbered = [(first_point(part), part) for part in by_point]
+    return [
+        {"sweep": _swept(study, point), **_recalibration(study, point), **_answers(part)} for point, part in numbered
+    ]
+
+
+def _swept(study: Study, point: int) -> dict[str, float]:
+    return {study.name_of(name): value for name, value in study.point(point).items()}
+
+
+def _recalibration(study: Study, point: int) -> dict[str, float | None]:
+    interval = study.recalibrated_every(point)
+    return {"every_s": interval if math.isfinite(interval) else None} if study.recalibration.carried else {}
+
+
+def _answers(result: StudyResult) -> dict[str, Any]:
+    measures = [_finite(row) for row in result.summary()]
+    return {"measures": measures, "yield": result.yields(), "yield_intervals": result.yield_intervals()}
+
+
+def _finite(row: dict[str, Any]) -> dict[str, Any]:
+    """A row for JSON, which has no infinity: null where an interval has no end."""
+    ends = {k: [end if math.isfinite(end) else None for end in ends] for k, ends in row.get("intervals", {}).items()}
+    return row | ({"intervals": ends} if ends else {})

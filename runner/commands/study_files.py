@@ -1,0 +1,35 @@
+"""The files of a study in its folder."""
+
+import json
+from pathlib import Path
+
+from proofmass.runner.commands.study_data import study_data
+from proofmass.runner.output.export import whole_file
+from proofmass.runner.studies.kept.folder import STUDY_FILE
+from proofmass.runner.studies.kept.ledger import FILE as LEDGER
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.export import save_study_csv, save_study_netcdf, save_study_parquet
+
+
+def write_study(result: StudyResult, out: Path, formats: tuple[str, ...], report: bool) -> list[str]:
+    """Write the tables of a study, its pictures and report if asked for; returns the names of the files."""
+    with whole_file(out / "study.json") as file:
+        file.write((json.dumps(study_data(result), indent=2) + "\n").encode())
+    tables = {"csv": save_study_csv, "parquet": save_study_parquet}
+    save_study_netcdf(result, out / "study.nc")
+    more = [tables[form](result, out / f"study.{form}").name for form in formats]
+    names = [LEDGER, STUDY_FILE, "study.json", "study.nc", *more]
+    return [*names, *_write_report(result, out, formats)] if report else names
+
+
+def _write_report(result: StudyResult, out: Path, formats: tuple[str, ...]) -> list[str]:
+    """Influences of the parameters, pictures, and the report."""
+    from proofmass.runner.studies.shown.export_influences import save_influences  # matplotlib, only for pictures
+    from proofmass.runner.studies.shown.plot import save_study_plot
+    from proofmass.runner.studies.shown.report import FILE, save_study_report
+
+    return [
+        *save_influences(result, out, formats),
+        *(save_study_plot(result, out / f"study.{form}").name for form in ("svg", "png")),
+        save_study_report(result, out / FILE).name,
+    ]

@@ -1,0 +1,60 @@
+"""A study as text for people."""
+
+from collections.abc import Iterator
+
+from proofmass.graphs.studies.ages import age_text, some_of
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.commands.progress import time_text
+from proofmass.runner.output.counts import count
+from proofmass.runner.output.text_table import text_table
+from proofmass.runner.studies.outcome.intervals import concise
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.points import all_points_text, parts
+
+_COLUMNS = ("mean", "std", "p1", "p50", "p99")
+
+
+def study_text(result: StudyResult) -> str:
+    """Return size and time of a study, a table and the yields of each point of its sweep, and what failed."""
+    study, points = result.study, parts(result)
+    runs, time = count(len(result.numbers), "run"), time_text(result.seconds)
+    lines = [f"{study.graph.name}: {runs}{_at_epochs(study)}, {result.engine} engine, {time}", ""]
+    for name, part in points.items():
+        yields = list(_yields(part))
+        lines += [f"{name}:", ""] if name else []
+        lines += [*_table(part), "", *yields]
+        lines += [""] if yields and len(points) > 1 else []
+    if len(points) < study.points:
+        lines += ["", all_points_text(study)]
+    planned = study.runs * study.points
+    if result.planned_runs < planned:
+        lines.append(f"stopped after {result.planned_runs:,} of {planned:,} runs: that was enough")
+    return "\n".join([*lines, *_first_fault(result)]).rstrip()
+
+
+def _at_epochs(study: Study) -> str:
+    return f" at {len(study.epochs)} epochs" if len(study.epochs) > 1 else ""
+
+
+def _table(result: StudyResult) -> Iterator[str]:
+    """A row for each measure and epoch; of many epochs some, the first and the last among them."""
+    epochs = some_of(result.study.epochs)
+    rows: list[tuple[str, ...]] = [("measure", "unit", "age", *_COLUMNS)]
+    for row in (row for row in result.summary() if row["age_s"] in epochs):
+        numbers = [concise(row[key], row["intervals"][key]) if key in row else "" for key in _COLUMNS]
+        rows.append((row["measure"], row["unit"], age_text(row["age_s"]), *numbers))
+    yield from text_table(rows, left=(0, 1))
+    yield "in brackets half of the 95 % confidence interval, in units of the last digits"
+
+
+def _yields(result: StudyResult) -> Iterator[str]:
+    intervals = result.yield_intervals()
+    for name, good in result.yields().items():
+        low, high = intervals[name]
+        yield f"yield, {name}: {100 * good:.2f} %, with 95 % confidence {100 * low:.2f} to {100 * high:.2f} %"
+
+
+def _first_fault(result: StudyResult) -> Iterator[str]:
+    for (run, epoch), text in list(result.faults.items())[:1]:
+        tried = len(result.numbers) * len(result.study.epochs)
+        yield f"{len(result.faults):,} of {tried:,} failed; run {run} at epoch {epoch}: {text}"

@@ -1,0 +1,362 @@
+"""Functions of a program, written statement by statement: scopes are contexts, constants are folded.
+
+    builder = Builder("sum_of")
+    x, n = builder.array(FLOAT, None, name="x"), builder.parameter(INTEGER, "n")
+    total = builder.variable(FLOAT, "total", 0.0)
+    with builder.counted(0, n) as i:
+        builder.set(total, builder.compute("add", builder.get(total), builder.load(x, i)))
+    builder.give(builder.get(total))
+    function = builder.function()
+
+A number of Python stands for the constant that it is. Formulas that are written for numbers run on `Number`.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeAlias
+
+from proofmass.runner.program.form import (
+    FLOAT,
+    INTEGER,
+    OPERATIONS,
+    TRUTH,
+    Array,
+    Break,
+    Call,
+    Compute,
+    Constant,
+    Continue,
+    External,
+    For,
+    Function,
+    Get,
+    If,
+    Kind,
+    Line,
+    Load,
+    Operand,
+    Region,
+    Return,
+    Set,
+    Statement,
+    Store,
+    Value,
+    Variable,
+    View,
+    While,
+)
+from proofmass.runner.program.operations import EVALUATE
+from proofmass.runner.program.structure import Lowered, like, mapped, named
+
+Given: TypeAlias = Operand | float | int | bool  # what builders take for a value
+
+
+class Builder:
+    """Writes one function."""
+
+    def __init__(self, name: str, origin: str = "", inline: bool = False) -> None:
+        self.name, self.origin, self.inline = name, origin, inline
+        self.line: Line | None = None  # of what is written next
+        self.parameters: list[Value | Array] = []
+        self._variables: list[Variable] = []
+        self._results: tuple[Kind, ...] | None = None
+        self._region: Region = []
+        self._body = self._region
+        self.lowered: dict[Any, Any] = {}  # functions of Python for functions of this program, shared with `beside`
+
+    # -- what a function has ---------------------------------------------------------------------------------------
+
+    def parameter(self, kind: Kind, name: str) -> Value:
+        """One more parameter."""
+        value = Value(kind, name)
+        self.parameters.append(value)
+        return value
+
+    def array(self, entry: Kind, length: int | None, name: str, writable: bool = False) -> Array:
+        """One more parameter that is an array."""
+        array = Array(entry, length, writable, name)
+        self.parameters.append(array)
+        return array
+
+    def variable(self, kind: Kind, name: str = "", value: Given | None = None) -> Variable:
+        """A variable, and its first value where that is given."""
+        variable = Variable(kind, name)
+        self._variables.append(variable)
+        if value is not None:
+            self.set(variable, value)
+        return variable
+
+    def function(self) -> Function:
+        """The function as it is written; one that gives results ends by giving zeros, if it can end at all."""
+        results = self._results or ()
+        if results and not always_returns(self._body):
+            self._body.append(Return(tuple(zero(kind) for kind in results), self.line))
+        return Function(
+            self.name, tuple(self.parameters), results, self._body, self._variables, self.origin, self.inline
+        )
+
+    def beside(self, name: str, inline: bool = False) -> "Builder":
+        """A builder of another function of the same program."""
+        other = Builder(name, self.origin, inline)
+        other.lowered = self.lowered
+        return other
+
+    # -- statements ------------------------------------------------------------------------------------------------
+
+    def compute(self, operation: str, *operands: Given, name: str = "") -> Operand:
+        """An operation on values, folded where all of them are constants."""
+        given = tuple(map(operand, operands))
+        folded = _folded(operation, given)
+        if folded is not None:
+            return folded
+        kind = OPERATIONS[operation].result or kind_of(given[-1])
+        return self._computed(Value(kind, name), lambda result: Compute(result, operation, given, self.line))
+
+    def get(self, variable: Variable) -> Value:
+        """What a variable is now."""
+        return self._computed(Value(variable.kind, variable.name), lambda result: Get(result, variable, self.line))
+
+    def set(self, variable: Variable, value: Given) -> None:
+        """A variable becomes a value."""
+        self.add(Set(variable, operand(value), self.line))
+
+    def load(self, array: Array, index: Given, name: str = "") -> Value:
+        """An entry of an array."""
+        return self._computed(Value(array.entry, name), lambda result: Load(result, array, operand(index), self.line))
+
+    def store(self, array: Array, index: Given, value: Given) -> None:
+        """An entry of an array becomes a value."""
+        self.add(Store(array, operand(index), operand(value), self.line))
+
+    def view(self, whole: Array, first: Given, length: int | None, name: str = "") -> Array:
+        """A part of an array."""
+        part = Array(whole.entry, length, whole.writable, name or whole.name)
+        self.add(View(part, whole, operand(first), self.line))
+        return part
+
+    def call(
+        self, function: Function | External, *arguments: Given | Array, names: Sequence[str] = ()
+    ) -> tuple[Value, ...]:
+        """What a function returns."""
+        if isinstance(function, External):
+            kinds: tuple[Kind, ...] = () if function.result is None else (function.result,)
+        else:
+            kinds = function.results
+        results = tuple(Value(kind, name) for kind, name in zip(kinds, [*names, *[""] * len(kinds)], strict=False))
+        given = tuple(each if isinstance(each, Array) else operand(each) for each in arguments)
+        self.add(Call(results, function, given, self.line))
+        return results
+
+    def give(self, *values: Given) -> None:
+        """Leave the function with these results."""
+        given = tuple(map(operand, values))
+        if self._results is None:
+            self._results = tuple(map(kind_of, given))
+        assert self._results == tuple(map(kind_of, given)), "results of different kinds"
+        self.add(Return(given, self.line))
+
+    def leave(self) -> None:
+        """Leave the innermost loop."""
+        self.add(Break(self.line))
+
+    def next_turn(self) -> None:
+        """Go on with the next turn of the innermost loop."""
+        self.add(Continue(self.line))
+
+    def add(self, statement: Statement) -> None:
+        """A statement in the place where the builder is; nothing is written where it never comes."""
+        if not self.ended:
+            self._region.append(statement)
+
+    # -- scopes ----------------------------------------------------------------------------------------------------
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing that is written here would ever be reached."""
+        return bool(self._region) and never_ends(self._region[-1])
+
+    @contextmanager
+    def when(self, condition: Given) -> Iterator[None]:
+        """What is done under a condition; `otherwise` may follow."""
+        node = If(operand(condition), [], [], self.line)
+        with self.within(node.then):
+            yield
+        self.add(node)
+
+    @contextmanager
+    def otherwise(self) -> Iterator[None]:
+        """What is done where the condition just before does not hold."""
+        node = self._region.pop()
+        assert isinstance(node, If), "otherwise stands behind when"
+        with self.within(node.otherwise):
+            yield
+        self._region.append(node)
+
+    @contextmanager
+    def counted(self, first: Given, last: Given, step: int = 1, name: str = "") -> Iterator[Value]:
+        """The turns of a counter."""
+        counter = Value(INTEGER, name)
+        node = For(counter, operand(first), operand(last), step, [], self.line)
+        with self.within(node.body):
+            yield counter
+        self.add(node)
+
+    @contextmanager
+    def repeated(self, condition: Callable[[], Given]) -> Iterator[None]:
+        """The turns of a loop as long as the condition holds, which is written by a function."""
+        test, body, line = Region(), Region(), self.line
+        with self.within(test):
+            holds = operand(condition())
+        with self.within(body):
+            yield
+        self.add(While(test, holds, body, line))
+
+    @contextmanager
+    def within(self, region: Region) -> Iterator[Region]:
+        """Statements written into a region of the caller's."""
+        before, self._region = self._region, region
+        try:
+            yield region
+        finally:
+            self._region = before
+
+    def splice(self, region: Region) -> None:
+        """The statements of a region that was written apart."""
+        for statement in region:
+            self.add(statement)
+
+    def number(self, value: Given) -> "Number":
+        """A value to compute with in a formula."""
+        return Number(self, operand(value))
+
+    def _computed(self, result: Value, made: Callable[[Value], Statement]) -> Value:
+        self.add(made(result))
+        return result
+
+
+class Number:
+    """A value of a function that is being written: arithmetic with it is written down, not done."""
+
+    def __init__(self, builder: Builder, value: Operand) -> None:
+        self.builder, self.value = builder, value
+
+    def __add__(self, other: "Number | float") -> "Number":
+        return self._with("add", self, other)
+
+    def __radd__(self, other: float) -> "Number":
+        return self._with("add", other, self)
+
+    def __sub__(self, other: "Number | float") -> "Number":
+        return self._with("subtract", self, other)
+
+    def __rsub__(self, other: float) -> "Number":
+        return self._with("subtract", other, self)
+
+    def __mul__(self, other: "Number | float") -> "Number":
+        return self._with("multiply", self, other)
+
+    def __rmul__(self, other: float) -> "Number":
+        return self._with("multiply", other, self)
+
+    def __truediv__(self, other: "Number | float") -> "Number":
+        return self._with("divide", self, other)
+
+    def __rtruediv__(self, other: float) -> "Number":
+        return self._with("divide", other, self)
+
+    def __neg__(self) -> "Number":
+        return self._with("negate", self)
+
+    def _with(self, operation: str, *given: "Number | float") -> "Number":
+        operands = (each.value if isinstance(each, Number) else float(each) for each in given)
+        return Number(self.builder, self.builder.compute(operation, *operands))
+
+
+def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
+    """Parameters of a function for a value of its caller."""
+    if isinstance(value, tuple):
+        return like(value, [parameters_like(builder, f"{name}_{of}", part) for of, part in named(value)])
+    if isinstance(value, Array):
+        return builder.array(value.entry, value.length, name, value.writable)
+    return mapped(value, lambda leaf: builder.parameter(leaf.kind, name))
+
+
+def operand(value: Given) -> Operand:
+    """A value of a program; a number of Python as the constant that it is."""
+    if isinstance(value, Value | Constant):
+        return value
+    if isinstance(value, bool):
+        return Constant(TRUTH, value)
+    return Constant(INTEGER, value) if isinstance(value, int) else Constant(FLOAT, float(value))
+
+
+def kind_of(value: Operand) -> Kind:
+    """The kind of a value."""
+    return value.kind
+
+
+def zero(kind: Kind) -> Constant:
+    """The zero of a kind."""
+    return Constant(kind, {FLOAT: 0.0, INTEGER: 0, TRUTH: False}[kind])
+
+
+def always_returns(region: Region) -> bool:
+    """Whether the end of a region is never reached."""
+    return bool(region) and never_ends(region[-1])
+
+
+def never_ends(statement: Statement) -> bool:
+    """Whether what stands behind a statement is never reached."""
+    match statement:
+        case Return() | Break() | Continue():
+            return True
+        case If(_, then, otherwise):
+            return always_returns(then) and always_returns(otherwise)
+        case While(_, Constant(_, True), body):
+            return not _leaves(body)
+    return False
+
+
+def _leaves(region: Region) -> bool:
+    """Whether a region may leave the loop that it is the body of."""
+    for statement in region:
+        match statement:
+            case Break():
+                return True
+            case If(_, then, otherwise) if _leaves(then) or _leaves(otherwise):
+                return True
+    return False
+
+
+def _folded(operation: str, given: tuple[Operand, ...]) -> Operand | None:
+    """What an operation gives without computing it; only what is exact, and no NaN, whose bits machines differ in."""
+    if all(isinstance(each, Constant) for each in given):
+        value: Any = EVALUATE[operation](*(each.value for each in given if isinstance(each, Constant)))
+        kind = OPERATIONS[operation].result or kind_of(given[-1])
+        return None if isinstance(value, float) and math.isnan(value) else Constant(kind, value)
+    if operation == "select":
+        test, a, b = given
+        if isinstance(test, Constant):
+            return a if test.value else b
+        return a if a is b else None
+    return _neutral(operation, *given) if len(given) == 2 else None
+
+
+def _neutral(operation: str, a: Operand, b: Operand) -> Operand | None:
+    """What an operation of integers or truth values gives of which one operand is known."""
+    for known, other, first in ((a, b, True), (b, a, False)):
+        if not isinstance(known, Constant):
+            continue
+        match operation, known.value:
+            case ("both", True) | ("either", False):
+                return other
+            case ("both", False) | ("either", True):
+                return known
+            case ("add_integers" | "or" | "xor", 0) | ("multiply_integers", 1):
+                return other
+            case ("multiply_integers", 0):
+                return known
+            case ("subtract_integers" | "shift_left" | "shift_right", 0) if not first:
+                return other
+    return None

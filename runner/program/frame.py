@@ -1,0 +1,178 @@
+"""Calls of blocks' functions in a function that is being written, and what their arguments stand for there."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, assert_never
+
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.language.forms import constants_form, form_of
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.bindings import (
+    Binding,
+    Buffer,
+    Default,
+    Deviate,
+    Out,
+    Parameters,
+    State,
+    Tick,
+    Time,
+    Wire,
+    bindings,
+)
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.build import Builder, operand
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Operand, Value, Variable
+from proofmass.runner.program.lower import call
+from proofmass.runner.program.lower_numbers import as_kind, nan
+from proofmass.runner.program.slots import fields
+from proofmass.runner.program.structure import Lowered, mapped
+
+KINDS: dict[type, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
+
+
+class Called(NamedTuple):
+    """What a function of a block gives, and whether anything failed in it: None where nothing can."""
+
+    value: Lowered
+    fault: Operand | None
+
+
+class Frame:
+    """What wires, states and constants are in one function of the program.
+
+    Where something changes it is a variable, which is read when it is asked for.
+    """
+
+    def __init__(self, plan: Plan, builder: Builder) -> None:
+        self.plan, self.builder = plan, builder
+        self.wires: dict[Node, Lowered] = {}  # buffers among them
+        self.states: dict[str, Lowered] = {}
+        self.constants: dict[str, Lowered] = {}
+        self.parameters: dict[Node, Lowered] = {}  # those that are not driven, of blocks whose constants are made here
+        self.periods: dict[str, Lowered] = {}  # of these blocks
+        self.deviates: dict[str, Lowered] = {}
+        self.time: Operand = operand(0.0)
+        self.tick: Operand = operand(0)
+        self.failed: Variable | None = None  # whether anything did, in a function of an instant
+
+    # -- what is there -----------------------------------------------------------------------------------------------
+
+    def now(self, held: Lowered) -> Lowered:
+        """What is kept somewhere, as it is now."""
+        return mapped(held, lambda leaf: self.builder.get(leaf) if isinstance(leaf, Variable) else leaf)
+
+    def wire(self, node: Node) -> Lowered:
+        """What an output holds, or a buffer."""
+        return self.now(self.wires[node])
+
+    def set(self, held: Lowered, value: Lowered) -> None:
+        """Variables become values."""
+        if isinstance(held, tuple):
+            for place, part in zip(held, value, strict=True):
+                self.set(place, part)
+        elif isinstance(held, Variable):
+            self.builder.set(held, as_kind(self.builder, value, held.kind))
+
+    def put(self, node: Node, value: Lowered) -> None:
+        """What an output holds from here on."""
+        if isinstance(self.wires.get(node), Variable):
+            self.set(self.wires[node], value)
+        else:
+            self.wires[node] = value
+
+    # -- calls -------------------------------------------------------------------------------------------------------
+
+    def call(self, name: str, function: str) -> Called:
+        """The call of a function of a block, by its role or by the output that it computes."""
+        block = self.plan.blocks[name]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
+        return self.called(name, function, behaviour)
+
+    def called(
+        self, name: str, port: str, behaviour: Behaviour, argument: Callable[[Binding], Lowered] | None = None
+    ) -> Called:
+        """The call of a function of a block that has a role or not."""
+        block = self.plan.blocks[name]
+        bound = bindings(self.plan.schedule, block, name, port, behaviour)
+        known = self.plan.constants[name] is not None or behaviour.reads_constants  # else they come later in the tick
+        constants = self.now(self.constants[name]) if known else ()
+        given = [constants, *map(argument or self.argument, bound)]
+        form = form_of(type(block), behaviour, compiled=True)
+        function: Any = form.function if form else behaviour.function
+        return self.outcome(call(self.builder, function, given), form is not None and form.fails)
+
+    def outcome(self, made: Lowered, fails: bool) -> Called:
+        """What a call gives that may have a fault behind its value."""
+        return Called(made[0], as_kind(self.builder, made[1], TRUTH)) if fails else Called(made, None)
+
+    def argument(self, binding: Binding) -> Lowered:
+        """What a function of a block is given."""
+        match binding:
+            case State(name):
+                return self.now(self.states[name])
+            case Parameters():
+                return None  # known to the integer code
+            case Time():
+                return self.time
+            case Tick(divisor):
+                return self.ticks(divisor)
+            case Deviate(name):
+                return self.now(self.deviates[name])
+            case Out(node) | Buffer(node) | Wire(node):
+                return self.wire(node)
+            case Default(_, value):
+                return operand(value)
+            case _:
+                assert_never(binding)
+
+    def ticks(self, divisor: int) -> Operand:
+        """Ticks of a block."""
+        return self.builder.compute("floor_divide", self.tick, divisor) if divisor > 1 else self.tick
+
+    def driven(self, name: str) -> Called:
+        """The constants of a block, made from its parameters."""
+        block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
+        record: Any = type(block).parameters_class()
+        values = []
+        for parameter, kind in fields(record):
+            driver = drivers.get((name, parameter))
+            value = self.now(self.parameters[name, parameter]) if driver is None else self.wire(driver)
+            wanted = KINDS.get(held_as(kind))
+            values.append(as_kind(self.builder, value, wanted) if wanted else value)
+        parameters = record._make(values)
+        if "constants" not in type(block).functions:
+            return Called(parameters, None)
+        form, behaviour = constants_form(type(block), compiled=True), type(block).functions["constants"]
+        function: Any = form.function if form else behaviour.function
+        given = [parameters, self.now(self.periods[name])][: 1 + len(behaviour.arguments)]
+        return self.outcome(call(self.builder, function, given), form is not None and form.fails)
+
+    def number(self, outcome: Called) -> Operand:
+        """A number that a call gives: NaN where anything failed in it."""
+        value = as_kind(self.builder, outcome.value, FLOAT)
+        return value if outcome.fault is None else self.builder.compute("select", outcome.fault, nan(), value)
+
+    def sound(self, outcome: Called) -> Lowered:
+        """What a call gives in a function of an instant; a fault is noted."""
+        if outcome.fault is not None:
+            if self.failed is None:
+                self.failed = self.builder.variable(TRUTH, "failed")
+            either = self.builder.compute("either", self.builder.get(self.failed), outcome.fault)
+            self.builder.set(self.failed, either)
+        return outcome.value
+
+    def unless_failed(self, value: Operand) -> Operand:
+        """A number that is NaN where anything failed before: the loop looks for that."""
+        if self.failed is None:
+            return value
+        return self.builder.compute("select", self.builder.get(self.failed), nan(), value)
+
+
+def entries(builder: Builder, value: Lowered) -> Sequence[Operand]:
+    """The numbers that a wire holds."""
+    if isinstance(value, Array):
+        assert value.length is not None
+        return [builder.load(value, place) for place in range(value.length)]
+    assert isinstance(value, Value) or value is not None
+    return [value]

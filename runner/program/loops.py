@@ -1,0 +1,89 @@
+"""Algebraic loops in a program: their equations as a function, and what has them solved."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from proofmass.graphs.checks.schedule import AlgebraicLoop
+from proofmass.runner.continuous.algebraic import scratch, solve
+from proofmass.runner.program.build import operand, parameters_like
+from proofmass.runner.program.form import FLOAT, Array, Function, Operand
+from proofmass.runner.program.frame import Frame
+from proofmass.runner.program.lower import call
+from proofmass.runner.program.structure import Lowered
+
+
+class LoopWriter:
+    """Writes one loop, to be solved in the tick or at the instants within one."""
+
+    def __init__(self, loop: AlgebraicLoop, name: str, work: Callable[[str, int], Array]) -> None:
+        self.tears, self.others, self.name = loop.tears, loop.others, name
+        n = len(loop.tears)
+        self.arrays: tuple[Array, ...] = (work(f"{name}_unknown", n),)
+        self.arrays += tuple(work(f"{name}_work_{i}", length) for i, length in enumerate(scratch(n)))
+
+    def solve(self, frame: Frame, arrays: tuple[Array, ...] = ()) -> None:
+        """The solution in the place of the tears, from what they are before; `arrays` are those to work on here."""
+        builder = frame.builder
+        unknown, *work = arrays or self.arrays
+        for i, tear in enumerate(self.tears):
+            builder.store(unknown, i, frame.wire(tear))
+        inner = _Within(frame, self.name)
+        equations = self._equations(inner)
+        call(builder, solve, (equations, tuple(inner.context), unknown, tuple(work)))
+        for i, tear in enumerate(self.tears):
+            frame.put(tear, builder.load(unknown, i))
+
+    def _equations(self, frame: "_Within") -> Function:
+        """What is found for the tears from what is assumed for them; not finite where something in between is not."""
+        builder, n = frame.builder, len(self.tears)
+        unknown = Array(FLOAT, n, True, "unknown")
+        found = Array(FLOAT, n, True, "found")
+        total: Operand = operand(0.0)
+        for i, tear in enumerate(self.tears):
+            frame.put(tear, builder.load(unknown, i))
+        for node in self.others:
+            value = frame.number(frame.call(*node))
+            frame.put(node, value)
+            total = builder.compute("add", total, builder.compute("multiply", 0.0, value))
+        for i, tear in enumerate(self.tears):
+            value = frame.number(frame.call(*tear))
+            known = builder.compute("equal", total, 0.0)
+            builder.store(found, i, builder.compute("select", known, value, total))
+        builder.parameters += [unknown, found]
+        return builder.function()
+
+
+class _Within(Frame):
+    """The equations of a loop: what they read from around it becomes parameters, and the context that is passed."""
+
+    def __init__(self, outer: Frame, name: str) -> None:
+        super().__init__(outer.plan, outer.builder.beside(f"{name}_equations"))
+        self.context: list[Lowered] = []
+        self.outer = outer
+        self.time, self.tick = self._taken("time", outer.time), self._taken("tick", outer.tick)
+        for name in ("wires", "states", "constants", "parameters", "periods", "deviates"):
+            setattr(self, name, _Taken(partial(self._read, name)))
+
+    def _read(self, name: str, key: Any) -> Lowered:
+        return self._taken(
+            "_".join(key) if isinstance(key, tuple) else key, self.outer.now(getattr(self.outer, name)[key])
+        )
+
+    def _taken(self, name: str, value: Lowered) -> Lowered:
+        if value is None or (isinstance(value, tuple) and not value):
+            return value
+        self.context.append(value)
+        return parameters_like(self.builder, name, value)
+
+
+class _Taken(dict[Any, Lowered]):
+    """What is asked for the first time is taken from outside."""
+
+    def __init__(self, take: Callable[[Any], Lowered]) -> None:
+        super().__init__()
+        self._take = take
+
+    def __missing__(self, key: Any) -> Lowered:
+        self[key] = self._take(key)
+        return self[key]

@@ -1,0 +1,205 @@
+"""Functions of Python as functions of a program, from their syntax trees; types follow from the arguments.
+
+A function is lowered once for each kind of arguments, and again when a number or function that it reads from outside
+has become another. What cannot be lowered is refused with its line.
+"""
+
+import ast
+import hashlib
+import inspect
+import types
+import typing
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any, NamedTuple
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.source import SourceError, tree_of
+from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.scope import unchanged
+from proofmass.runner.program.build import Builder, parameters_like
+from proofmass.runner.program.form import Call, Function, Kind, Program, Region
+from proofmass.runner.program.lower_statements import Statements, WiderError
+from proofmass.runner.program.scopes import changing
+from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
+
+_LARGE = "proofmass.runner.continuous."  # solvers are called often and stay functions
+
+
+class LoweredFunction(NamedTuple):
+    """A function of a program, what it returns with kinds in the place of numbers, and what it read from outside."""
+
+    function: Function
+    result: Lowered
+    read: tuple[tuple[Any, str, Any], ...]
+
+
+_kept: dict[Hashable, LoweredFunction] = {}
+
+
+def lower(function: Callable[..., Any], arguments: Sequence[Lowered]) -> LoweredFunction:
+    """The function for arguments like these; raises `ModelError` for what cannot be lowered."""
+    return _lowered(function, tuple(arguments), (), {})
+
+
+def call(builder: Builder, function: Callable[..., Any], arguments: Sequence[Lowered]) -> Lowered:
+    """The call of a function of Python in one that is being written."""
+    lowered = _lowered(function, tuple(arguments), (), builder.lowered)
+    return _called(builder, lowered, arguments)
+
+
+def _called(builder: Builder, lowered: LoweredFunction, arguments: Sequence[Lowered]) -> Lowered:
+    results = iter(builder.call(lowered.function, *leaves(tuple(arguments))))
+    return _filled(lowered.result, results)
+
+
+def _filled(result: Lowered, values: Any) -> Lowered:
+    """What a function returns, with values in the place of kinds."""
+    if isinstance(result, tuple):
+        return like(result, [_filled(part, values) for part in result])
+    return next(values) if isinstance(result, Kind) else result
+
+
+def _lowered(
+    given: Callable[..., Any],
+    arguments: tuple[Lowered, ...],
+    within: tuple[types.FunctionType, ...],
+    own: dict[Hashable, LoweredFunction],
+) -> LoweredFunction:
+    """The function for arguments like these; one for functions of a program is kept with these, in `own`."""
+    function = inspect.unwrap(given)
+    if not isinstance(function, types.FunctionType):
+        message = f"a {type(function).__name__} is no function"
+        raise ModelError([Problem(message=message, hint="write it with `def`")])
+    key = (function, shape_of(arguments))
+    kept = own if has_functions(arguments) else _kept
+    before = kept.get(key)
+    if before is None or not unchanged(list(before.read)):
+        before = _read(function, arguments, described(key[1]), within, own)
+        before = kept[key] = kept.setdefault(before.function.name, before)  # the same code may be of two functions
+    return before
+
+
+def _read(
+    function: types.FunctionType,
+    arguments: tuple[Lowered, ...],
+    shape: str,
+    within: tuple[types.FunctionType, ...],
+    own: dict[Hashable, LoweredFunction],
+) -> LoweredFunction:
+    try:
+        tree = tree_of(function)
+        wider: dict[str, Kind] = {}
+        while True:
+            reader = _Reader(function, tree, wider, within, own)
+            try:
+                return reader.lowered(arguments, shape)
+            except WiderError as error:
+                wider[error.name] = error.kind
+    except SourceError as error:
+        raise ModelError([_problem(function, None, f"{function.__name__}: {error}", "write it into a file")]) from None
+    except RefusedError as refused:
+        raise ModelError([_problem(function, refused.node, refused.message, refused.hint)]) from None
+
+
+class _Reader(Statements):
+    """Reads one function."""
+
+    def __init__(
+        self,
+        function: types.FunctionType,
+        tree: ast.FunctionDef,
+        wider: dict[str, Kind],
+        within: tuple[types.FunctionType, ...],
+        own: dict[Hashable, LoweredFunction],
+    ) -> None:
+        code = function.__code__
+        origin = f"{function.__module__}.{function.__qualname__}"
+        builder = Builder(function.__name__, origin, not function.__module__.startswith(_LARGE))
+        super().__init__(builder, function, frozenset({*code.co_varnames, *code.co_cellvars}))
+        self.tree, self.wider, self.within = tree, wider, (*within, function)
+        self.changing, self.declared = changing(tree), _declared_result(function)
+        self.builder.lowered = own
+        self.functions: list[str] = []  # names of those that it calls
+
+    def lowered(self, arguments: tuple[Lowered, ...], shape: str) -> LoweredFunction:
+        """The function for arguments like these."""
+        names = [argument.arg for argument in (*self.tree.args.posonlyargs, *self.tree.args.args)]
+        defaults = self.function.__defaults__ or ()
+        if self.tree.args.vararg or self.tree.args.kwarg or self.tree.args.kwonlyargs:
+            raise refuse(self.tree, "* among the arguments", "name them one by one")
+        if not len(names) - len(defaults) <= len(arguments) <= len(names):
+            raise refuse(self.tree, f"{self.function.__name__} has {len(names)} arguments, not {len(arguments)}")
+        given = [parameters_like(self.builder, name, value) for name, value in zip(names, arguments, strict=False)]
+        given += [self.known(value) for value in defaults[len(defaults) - (len(names) - len(given)) :]]
+        for name, value in zip(names, given, strict=True):
+            self.set(ast.copy_location(ast.Name(name, ast.Store()), self.tree), value)
+        self.block(self.tree.body)
+        content = [self.builder.origin, shape, ast.dump(self.tree), repr(self._constants()), *self.functions]
+        digest = hashlib.sha256("\0".join(content).encode("utf-8", "surrogatepass")).hexdigest()[:12]
+        plain = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in self.function.__name__)
+        self.builder.name = f"{plain}_{digest}"
+        return LoweredFunction(self.builder.function(), self.result, tuple(self.read))
+
+    def _constants(self) -> list[tuple[str, Any]]:
+        """Numbers that were read from outside: what the function is depends on them."""
+        return [(name, value) for _, name, value in self.read if isinstance(value, int | float | tuple)]
+
+    def called(self, node: ast.AST, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
+        if function in self.within:
+            raise refuse(node, f"{function.__name__} calls itself", "write a loop")
+        lowered = _lowered(function, tuple(arguments), self.within, self.builder.lowered)
+        self.read += lowered.read
+        self.functions.append(lowered.function.name)
+        return _called(self.builder, lowered, arguments)
+
+
+def program(entry: Function) -> Program:
+    """The program of a function with all that it calls."""
+    functions: dict[str, Function] = {}
+    _collect(entry, functions)
+    return Program(functions)
+
+
+def _collect(function: Function, functions: dict[str, Function]) -> None:
+    if functions.get(function.name) is function:
+        return
+    for called in _called_in(function.body):
+        _collect(called, functions)
+    assert function.name not in functions, f"two functions are called {function.name}"
+    functions[function.name] = function
+
+
+def _called_in(region: Region) -> list[Function]:
+    """Functions that statements call, each once."""
+    found: dict[Function, None] = {}
+    left = [region]
+    while left:
+        for statement in left.pop():
+            if isinstance(statement, Call) and isinstance(statement.function, Function):
+                found[statement.function] = None
+            for name in ("then", "otherwise", "test", "body"):
+                if hasattr(statement, name):
+                    left.append(getattr(statement, name))
+    return list(found)
+
+
+def _declared_result(function: types.FunctionType) -> Any:
+    declared = function.__annotations__.get("return")
+    if isinstance(declared, str):
+        try:
+            declared = typing.get_type_hints(function).get("return")
+        except (NameError, TypeError, AttributeError):
+            return None
+    return declared
+
+
+def _problem(function: types.FunctionType, node: ast.AST | None, message: str, hint: str) -> Problem:
+    shown = "" if node is None or isinstance(node, ast.FunctionDef) else ast.unparse(node).splitlines()[0]
+    return Problem(
+        message=message,
+        file=function.__code__.co_filename,
+        line=getattr(node, "lineno", function.__code__.co_firstlineno),
+        key=function.__name__,
+        got=shown if len(shown) <= 80 else f"{shown[:77]}...",
+        hint=hint or "rewrite it, or run in plain Python: --engine python",
+    )

@@ -1,0 +1,180 @@
+"""Calls of Python's own functions, of `math`, of NamedTuples, and of functions that are lowered too."""
+
+import ast
+import inspect
+import math
+import types
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from proofmass.blocks.language import arithmetic
+from proofmass.blocks.language.refusals import refuse
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.program import lower_numbers as numbers
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Kind, Operand, Value
+from proofmass.runner.program.lower_expressions import Expressions
+from proofmass.runner.program.structure import Lowered, is_record, is_scalar
+
+KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
+
+# Functions of numbers that a machine or the C library has, under the names that C gives them.
+_OPERATIONS: dict[Any, str] = {math.sqrt: "square_root", math.fabs: "absolute", math.copysign: "copy_sign"}
+_WHOLE: dict[Any, str] = {math.floor: "floor", math.ceil: "ceiling", math.trunc: "truncate", round: "round_half_even"}
+LIBRARY: dict[Any, External] = {
+    getattr(math, name): External(name, (FLOAT,), FLOAT)
+    for name in (
+        *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "erf", "erfc", "cbrt"),
+        *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+    )
+}
+LIBRARY |= {function: External(name, (FLOAT, FLOAT), FLOAT) for function, name in (
+    (math.atan2, "atan2"),
+    (math.fmod, "fmod"),
+    (math.pow, "pow"),
+)}  # fmt: skip
+LIBRARY |= {
+    getattr(arithmetic, ours): External(name, (FLOAT,) * (1 if name == "cbrt" else 2), FLOAT)
+    for ours, name in arithmetic.OF_C.items()
+}
+_SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
+
+
+class Calls(Expressions):
+    """Reads calls."""
+
+    def called(self, node: ast.AST, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
+        """What a function that is lowered too gives."""
+        raise NotImplementedError
+
+    def _call(self, node: ast.Call) -> Lowered:
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
+            owner = self.expression(node.func.value)
+            return owner._replace(**{str(k.arg): self.expression(k.value) for k in node.keywords})
+        target = self.expression(node.func)
+        given: list[Lowered] = []
+        for part in node.args:
+            if isinstance(part, ast.Starred):
+                given += self.expression(part.value)
+            else:
+                given.append(self.expression(part))
+        named = {str(keyword.arg): self.expression(keyword.value) for keyword in node.keywords}
+        if named and not is_record(target):
+            given = self._in_order(node, target, given, named)
+        elif is_record(target):
+            return self._record(node, target, given, named)
+        return self.call(node, target, given)
+
+    def _in_order(
+        self, node: ast.Call, target: Any, given: Sequence[Lowered], named: dict[str, Lowered]
+    ) -> list[Lowered]:
+        """Arguments in the order in which the function has them, those that it has a value for filled in."""
+        try:
+            bound = inspect.signature(target).bind(*given, **named)
+        except (TypeError, ValueError) as error:
+            raise refuse(node, f"{ast.unparse(node.func)}: {error}") from None
+        bound.apply_defaults()
+        return [self.known(value) if isinstance(value, int | float) else value for value in bound.arguments.values()]
+
+    def _record(self, node: ast.AST, kind: Any, given: Sequence[Lowered], named: dict[str, Lowered]) -> Lowered:
+        values = dict(zip(kind._fields, given, strict=False)) | named
+        for name, value in kind._field_defaults.items():
+            values.setdefault(name, self.known(value))
+        if len(given) > len(kind._fields) or set(values) != set(kind._fields):
+            raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {kind._fields}")
+        return kind._make(self._declared(kind.__annotations__.get(n), values[n]) for n in kind._fields)
+
+    def _declared(self, declared: Any, value: Lowered) -> Lowered:
+        """A value as one of the type that its field or result is declared to have."""
+        wanted = KINDS.get(held_as(declared))
+        return numbers.as_kind(self.builder, value, wanted) if wanted and is_scalar(value) else value
+
+    def call(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered:
+        if isinstance(function, Function):
+            return self._program(function, arguments)
+        if is_record(function):
+            return self._record(node, function, arguments, {})
+        library = LIBRARY.get(function) if callable(function) and function.__hash__ else None
+        if library is not None:
+            return self.builder.call(library, *(self._float(node, value) for value in arguments))[0]
+        if isinstance(function, types.FunctionType):
+            return self.called(node, function, arguments)
+        made = self._own(node, function, arguments) if callable(function) else None
+        if made is None:
+            name = getattr(function, "__name__", type(function).__name__)
+            raise refuse(node, f"{name}() is not compiled", f"write {name} as a function of your own, of numbers")
+        return made
+
+    def _program(self, function: Function, arguments: Sequence[Lowered]) -> Lowered:
+        """A function that is one of the program already."""
+        from proofmass.runner.program.structure import leaves
+
+        results = self.builder.call(function, *leaves(tuple(arguments)))
+        return results[0] if len(results) == 1 else results or None
+
+    def _float(self, node: ast.AST, value: Lowered) -> Operand:
+        return numbers.as_kind(self.builder, self._scalar(node, value), FLOAT)
+
+    def _own(self, node: ast.AST, function: Any, given: Sequence[Lowered]) -> Lowered | None:
+        """Functions of Python itself."""
+        if function in (min, max) and len(given) == 1 and isinstance(given[0], tuple):
+            given = given[0]
+        if function in (min, max):
+            return self._extreme("less", function is max, [self._scalar(node, value) for value in given])
+        if function is len and isinstance(given[0], tuple):
+            return self.known(len(given[0]))
+        if function is len and isinstance(given[0], Array) and given[0].length is not None:
+            return self.known(given[0].length)
+        if function is tuple and isinstance(given[0], tuple):
+            return tuple(given[0])
+        if function in _OPERATIONS:
+            return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in given))
+        return self._of_one(function, self._scalar(node, given[0])) if len(given) == 1 else None
+
+    def _of_one(self, function: Any, value: Operand) -> Operand | None:
+        if function in KINDS:
+            return numbers.as_kind(self.builder, value, KINDS[function])
+        if function is abs:
+            return numbers.absolute(self.builder, value)
+        if function in _WHOLE:
+            if value.kind is not FLOAT:
+                return numbers.as_kind(self.builder, value, INTEGER)
+            return self.builder.compute("integer_of_float", self.builder.compute(_WHOLE[function], value))
+        number = numbers.as_kind(self.builder, value, FLOAT)
+        if function in _SCALED:
+            return self.builder.compute("multiply", number, _SCALED[function])
+        looked = _LOOKS.get(function)
+        return looked(self, number) if looked else None
+
+    def _extreme(self, less: str, largest: bool, values: Sequence[Operand]) -> Operand:
+        """The first of the least or greatest, as Python compares them."""
+        best, *others = numbers.agreed(self.builder, *values)
+        operation = less if best.kind is FLOAT else f"{less}_integers"
+        for other in others:
+            pair = (best, other) if largest else (other, best)
+            best = self._chosen(self.builder.compute(operation, *pair), other, best)
+        return best
+
+    def _chosen(self, test: Operand, a: Operand, b: Operand) -> Operand:
+        made = self.builder.compute("select", test, a, b)
+        if isinstance(made, Value) and made.kind is INTEGER and self.is_natural(a) and self.is_natural(b):
+            self.natural.add(made)
+        return made
+
+
+def _is_nan(reader: Calls, value: Operand) -> Operand:
+    return reader.builder.compute("not_equal", value, value)
+
+
+def _is_infinite(reader: Calls, value: Operand) -> Operand:
+    return reader.builder.compute("equal", reader.builder.compute("absolute", value), math.inf)
+
+
+def _is_finite(reader: Calls, value: Operand) -> Operand:
+    return reader.builder.compute("less", reader.builder.compute("absolute", value), math.inf)
+
+
+_LOOKS: dict[Any, Callable[[Calls, Operand], Operand]] = {
+    math.isnan: _is_nan,
+    math.isinf: _is_infinite,
+    math.isfinite: _is_finite,
+}

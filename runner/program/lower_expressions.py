@@ -1,0 +1,395 @@
+"""Expressions of Python's as operations of a program."""
+
+import ast
+import builtins
+import types
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.runner.program import lower_numbers as numbers
+from proofmass.runner.program.build import Builder, operand, zero
+from proofmass.runner.program.form import (
+    FLOAT,
+    INTEGER,
+    TRUTH,
+    Array,
+    Compute,
+    Constant,
+    Get,
+    If,
+    Load,
+    Operand,
+    Region,
+    Statement,
+    Value,
+    Variable,
+)
+from proofmass.runner.program.structure import Lowered, is_record, is_scalar, leaves, like, mapped, rebuilt
+
+_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations that are not done in vain
+_MANY = 12  # operations that are not done in vain
+_MISSING = object()
+
+
+class Expressions:
+    """Reads expressions of one function."""
+
+    def __init__(self, builder: Builder, function: types.FunctionType, local: frozenset[str]) -> None:
+        self.builder, self.function, self.local = builder, function, local
+        self.names: dict[str, Lowered] = {}  # of the function's variables; what changes is a `Variable`
+        self.read: list[tuple[Any, str, Any]] = []  # values from outside: owner, name, value
+        self.natural: set[Value] = set()  # integers that are not negative
+
+    def expression(self, node: ast.expr) -> Lowered:
+        """An expression; raises `RefusedError`."""
+        method = getattr(self, f"_{type(node).__name__.lower()}", None)
+        if method is None:
+            name = type(node).__name__
+            raise refuse(node, *RefusedError.CONSTRUCTS.get(name, (f"{name} is not compiled", "write it with numbers")))
+        return method(node)
+
+    def number(self, node: ast.expr) -> Operand:
+        """An expression that is a number."""
+        value = self.expression(node)
+        if not is_scalar(value):
+            raise refuse(node, f"{_described(value)}, where a number is needed")
+        return value  # type: ignore[no-any-return]
+
+    def test(self, node: ast.expr) -> Operand:
+        """A condition."""
+        if isinstance(node, ast.BoolOp):
+            return self._joined(node, self.test)
+        value = self.expression(node)
+        if value is None or isinstance(value, tuple):
+            return operand(bool(value))
+        return numbers.as_kind(self.builder, self._scalar(node, value), TRUTH)
+
+    def call(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered:
+        """What a function of Python gives for arguments."""
+        raise NotImplementedError
+
+    def _scalar(self, node: ast.AST, value: Lowered) -> Operand:
+        if not is_scalar(value):
+            raise refuse(node, f"{_described(value)}, where a number is needed")
+        return value  # type: ignore[no-any-return]
+
+    # -- names and literals ----------------------------------------------------------------------------------------
+
+    def _constant(self, node: ast.Constant) -> Lowered:
+        return self.known(node.value)
+
+    def known(self, value: Any) -> Lowered:
+        """A value of Python as one of the program."""
+        if isinstance(value, float | int):
+            if isinstance(value, int) and not -(1 << 63) <= value < 1 << 64:
+                raise OverflowError(f"{value} is an integer of more than 64 bits")
+            if isinstance(value, int) and not isinstance(value, bool) and value >= 1 << 63:
+                value -= 1 << 64
+            return operand(value)
+        if isinstance(value, tuple):
+            return like(value, map(self.known, value))
+        return value
+
+    def _name(self, node: ast.Name) -> Lowered:
+        if node.id in self.names:
+            return mapped(self.names[node.id], self._now)
+        if node.id in self.local:
+            raise refuse(node, f"{node.id} may have no value here", f"give it one before: {node.id} = 0.0")
+        value = outer(self.function, node.id)
+        if value is _MISSING:
+            raise refuse(node, f"there is no {node.id}", "define or import it")
+        self.read.append((self.function, node.id, value))
+        return self.known(value)
+
+    def _now(self, held: Any) -> Any:
+        return self.builder.get(held) if isinstance(held, Variable) else held
+
+    def _attribute(self, node: ast.Attribute) -> Lowered:
+        owner = self.expression(node.value)
+        if isinstance(owner, types.ModuleType):
+            value = getattr(owner, node.attr, _MISSING)
+            if value is _MISSING:
+                raise refuse(node, f"{owner.__name__} has no {node.attr}")
+            self.read.append((owner, node.attr, value))
+            return self.known(value)
+        if is_record(type(owner)) and node.attr in owner._fields:
+            return getattr(owner, node.attr)
+        raise refuse(node, f"{_described(owner)} has no {node.attr}")
+
+    def _tuple(self, node: ast.Tuple) -> Lowered:
+        parts: list[Lowered] = []
+        for part in node.elts:
+            if isinstance(part, ast.Starred):
+                parts += self.expression(part.value)
+            else:
+                parts.append(self.expression(part))
+        return tuple(parts)
+
+    # -- operators -------------------------------------------------------------------------------------------------
+
+    def _unaryop(self, node: ast.UnaryOp) -> Operand:
+        if isinstance(node.op, ast.Not):
+            return self.builder.compute("not", self.test(node.operand))
+        value = self.number(node.operand)
+        if isinstance(node.op, ast.Invert):
+            return self.builder.compute("xor", numbers.as_kind(self.builder, value, INTEGER), -1)
+        if isinstance(node.op, ast.USub):
+            return numbers.negated(self.builder, value)
+        return numbers.as_kind(self.builder, value, INTEGER) if value.kind is TRUTH else value
+
+    def _binop(self, node: ast.BinOp) -> Lowered:
+        a, b = self.expression(node.left), self.expression(node.right)
+        if isinstance(a, tuple) and isinstance(b, tuple) and isinstance(node.op, ast.Add):
+            return (*a, *b)
+        if isinstance(a, tuple) and isinstance(node.op, ast.Mult) and numbers.as_index(b) is not None:
+            return tuple(a) * (numbers.as_index(b) or 0)
+        return self.operated(node, type(node.op), self._scalar(node, a), self._scalar(node, b))
+
+    def operated(self, node: ast.AST, operator: type[ast.operator], a: Operand, b: Operand) -> Operand:
+        """Two numbers joined by an operator."""
+        whole = FLOAT not in (a.kind, b.kind)
+        value = numbers.operated(self.builder, operator, a, b)
+        if value is None:
+            function = numbers.FUNCTIONS.get((operator, whole))
+            if function is None:
+                raise refuse(node, "bits of a number", "the operators of bits are of integers: write int(...)")
+            kind = INTEGER if whole else FLOAT
+            given = [numbers.as_kind(self.builder, part, kind) for part in (a, b)]
+            made: Operand = self.call(node, function, given)
+            if whole or operator is ast.Pow:
+                return made
+            return self.builder.compute("select", self.builder.compute("equal", given[1], 0.0), numbers.nan(), made)
+        if isinstance(value, Value) and value.kind is INTEGER and self._is_natural(operator, a, b):
+            self.natural.add(value)
+        return value
+
+    def _is_natural(self, operator: type[ast.operator], a: Operand, b: Operand) -> bool:
+        """Whether an integer is not negative, since those that it is made of are not."""
+        if operator in (ast.Mod, ast.BitAnd) and self.is_natural(b):
+            return True
+        return operator in (ast.Add, ast.Mult, ast.FloorDiv, ast.RShift) and self.is_natural(a) and self.is_natural(b)
+
+    def is_natural(self, value: Operand) -> bool:
+        """Whether an integer is surely not negative."""
+        return value.value >= 0 if isinstance(value, Constant) else value in self.natural
+
+    # -- conditions ------------------------------------------------------------------------------------------------
+
+    def _boolop(self, node: ast.BoolOp) -> Operand:
+        return self._joined(node, self.number)
+
+    def _joined(self, node: ast.BoolOp, read: Callable[[ast.expr], Operand]) -> Operand:
+        """`and` or `or`: the rest is evaluated only where it decides."""
+        first, goes_on = read(node.values[0]), isinstance(node.op, ast.And)
+        for part in node.values[1:]:
+            decides = numbers.as_kind(self.builder, first, TRUTH)
+            if isinstance(decides, Constant):
+                first = read(part) if decides.value is goes_on else first
+                continue
+            rest, region = self._apart(lambda part=part: read(part))  # type: ignore[misc]
+            if first.kind is rest.kind is TRUTH and _is_cheap(region):
+                self.builder.splice(region)
+                first = self.builder.compute("both" if goes_on else "either", first, rest)
+            elif goes_on:
+                first = self._either(decides, rest, region, first, [])
+            else:
+                first = self._either(decides, first, [], rest, region)
+        return first
+
+    def _ifexp(self, node: ast.IfExp) -> Lowered:
+        test = self.test(node.test)
+        if isinstance(test, Constant):
+            return self.expression(node.body if test.value else node.orelse)
+        a, then = self._apart(lambda: self.expression(node.body))
+        b, other = self._apart(lambda: self.expression(node.orelse))
+        if is_scalar(a) and is_scalar(b):
+            return self._either(test, a, then, b, other)
+        return self._either_of_many(node, test, a, then, b, other)
+
+    def _either(self, test: Operand, a: Operand, then: Region, b: Operand, other: Region) -> Operand:
+        """One of two numbers; both are computed where that is cheaper than to decide."""
+        kind = numbers.widest(a.kind, b.kind)
+        if _is_cheap(then) and _is_cheap(other) and len(then) + len(other) <= _MANY:
+            self.builder.splice(then)
+            self.builder.splice(other)
+            chosen = self.builder.compute("select", test, *numbers.agreed(self.builder, a, b))
+            if isinstance(chosen, Value) and self.is_natural(a) and self.is_natural(b):
+                self.natural.add(chosen)
+            return chosen
+        variable = self.builder.variable(kind)
+        self._branches(test, [variable], [a], then, [b], other)
+        return self.builder.get(variable)
+
+    def _either_of_many(
+        self, node: ast.AST, test: Operand, a: Lowered, then: Region, b: Lowered, other: Region
+    ) -> Lowered:
+        """One of two tuples."""
+        first, second = list(leaves(a)), list(leaves(b))
+        arrays = any(isinstance(part, Array) for part in (*first, *second))
+        if type(a) is not type(b) or len(first) != len(second) or (arrays and first != second):
+            raise refuse(node, f"{_described(a)} in one case and {_described(b)} in another")
+        if arrays:
+            return a
+        kinds = [numbers.widest(x.kind, y.kind) for x, y in zip(first, second, strict=True)]  # type: ignore[union-attr]
+        variables = [self.builder.variable(kind) for kind in kinds]
+        self._branches(test, variables, first, then, second, other)
+        return rebuilt(a, map(self.builder.get, variables))
+
+    def _branches(
+        self,
+        test: Operand,
+        variables: Sequence[Variable],
+        a: Sequence[Any],
+        then: Region,
+        b: Sequence[Any],
+        other: Region,
+    ) -> None:
+        node = If(test, then, other, self.builder.line)
+        for region, values in ((then, a), (other, b)):
+            with self.builder.within(region):
+                for variable, value in zip(variables, values, strict=True):
+                    self.builder.set(variable, numbers.as_kind(self.builder, value, variable.kind))
+        self.builder.add(node)
+
+    def _apart(self, read: Callable[[], Lowered]) -> tuple[Lowered, Region]:
+        """A value, and the statements that it takes, not yet written."""
+        with self.builder.within([]) as region:
+            value = read()
+        return value, region
+
+    def _compare(self, node: ast.Compare) -> Operand:
+        left, holds = self.expression(node.left), operand(True)
+        for operator, part in zip(node.ops, node.comparators, strict=True):
+            if isinstance(holds, Constant) and not holds.value:
+                return holds
+            read = lambda left=left, operator=operator, part=part: self._pair(node, left, operator, part)  # noqa: E731
+            (right, one), region = self._apart(read)
+            if isinstance(holds, Constant) or _is_cheap(region):
+                self.builder.splice(region)
+                holds = self.builder.compute("both", holds, one)
+            elif part is node.comparators[-1]:
+                holds = self._either(holds, one, region, zero(TRUTH), [])
+            else:
+                raise refuse(node, "a chain of comparisons that calls functions", "join them by `and`")
+            left = right
+        return holds
+
+    def _pair(self, node: ast.Compare, left: Lowered, operator: ast.cmpop, part: ast.expr) -> tuple[Lowered, Operand]:
+        """The right side of a comparison, and whether it holds."""
+        right = self.expression(part)
+        if isinstance(operator, ast.Is | ast.IsNot):
+            return right, operand((left is right) is isinstance(operator, ast.Is))
+        if isinstance(operator, ast.In | ast.NotIn):
+            if not isinstance(right, tuple):
+                raise refuse(node, "in is of tuples", "compare with == and or")
+            among = operand(False)
+            for entry in right:
+                equal = self._compared(node, ast.Eq, left, entry)
+                among = self.builder.compute("either", among, equal)
+            return right, among if isinstance(operator, ast.In) else self.builder.compute("not", among)
+        return right, self._compared(node, type(operator), left, right)
+
+    def _compared(self, node: ast.AST, operator: type[ast.cmpop], left: Lowered, right: Lowered) -> Operand:
+        a, b = self._scalar(node, left), self._scalar(node, right)
+        if not numbers.needs_comparing(a, b):
+            return numbers.compared(self.builder, operator, a, b)
+        from proofmass.blocks.language.arithmetic import compare
+
+        turned = a.kind is FLOAT
+        order = self.call(node, compare, (b, a) if turned else (a, b))
+        if turned:  # -1 and 1 change places; 2 is a NaN
+            order = self.builder.compute(
+                "select", self.builder.compute("equal_integers", order, 2), 2, numbers.negated(self.builder, order)
+            )
+        is_nan = self.builder.compute("equal_integers", order, 2)
+        holds = numbers.compared(self.builder, operator, order, operand(0))
+        known = operand(operator is ast.NotEq)
+        return self.builder.compute("select", is_nan, known, holds)
+
+    # -- entries ---------------------------------------------------------------------------------------------------
+
+    def _subscript(self, node: ast.Subscript) -> Lowered:
+        whole = self.expression(node.value)
+        if isinstance(node.slice, ast.Slice):
+            return self._slice(node, node.slice, whole)
+        if isinstance(whole, Array):
+            return self.builder.load(whole, self.index(whole, self.number(node.slice)))
+        if not isinstance(whole, tuple):
+            raise refuse(node, f"{_described(whole)} has no entries")
+        return self.entry(node, whole, self.number(node.slice))
+
+    def entry(self, node: ast.AST, whole: tuple[Lowered, ...], index: Operand) -> Lowered:
+        """An entry of a tuple."""
+        known = numbers.as_index(index)
+        if known is not None:
+            if not -len(whole) <= known < len(whole):
+                raise refuse(node, f"there is no entry {known} among {len(whole)}")
+            return whole[known]
+        if not whole or not all(is_scalar(part) for part in whole):
+            raise refuse(node, f"{_described(whole)} has no entries that an index may choose")
+        parts = numbers.agreed(self.builder, *whole)
+        chosen = parts[0]
+        for number, part in enumerate(parts[1:], 1):
+            chosen = self.builder.compute("select", self._is(index, number, len(parts)), part, chosen)
+        return chosen
+
+    def _is(self, index: Operand, number: int, length: int) -> Operand:
+        same = self.builder.compute("equal_integers", index, number)
+        if self.is_natural(index):
+            return same
+        return self.builder.compute("either", same, self.builder.compute("equal_integers", index, number - length))
+
+    def index(self, whole: Array, index: Operand) -> Operand:
+        """The place of an entry: counted from the end where the index is negative."""
+        known = numbers.as_index(index)
+        if known is not None and known >= 0:
+            return index
+        index = numbers.as_kind(self.builder, index, INTEGER)
+        if self.is_natural(index):
+            return index
+        assert whole.length is not None, "an array of unknown length, indexed from its end"
+        behind = self.builder.compute("add_integers", index, whole.length)
+        return self.builder.compute("select", self.builder.compute("less_integers", index, 0), behind, index)
+
+    def _slice(self, node: ast.Subscript, part: ast.Slice, whole: Lowered) -> Lowered:
+        bounds = [None if bound is None else self.expression(bound) for bound in (part.lower, part.upper, part.step)]
+        known = [None if bound is None else numbers.as_index(bound) for bound in bounds]
+        if any(bound is not None and index is None for bound, index in zip(bounds, known, strict=True)):
+            raise refuse(node, "a part of a list whose ends are not known", "write a loop over its entries")
+        if isinstance(whole, tuple):
+            return tuple(whole)[slice(*known)]
+        if isinstance(whole, Array) and whole.length is not None and known[2] in (None, 1):
+            first, last, _ = slice(*known).indices(whole.length)
+            return self.builder.view(whole, first, max(last - first, 0))
+        raise refuse(node, "a part of a list", "write a loop over its entries")
+
+
+def outer(function: types.FunctionType, name: str) -> Any:
+    """A value that a function reads from outside."""
+    for free, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        if free == name:
+            return cell.cell_contents
+    return function.__globals__.get(name, getattr(builtins, name, _MISSING))
+
+
+def _is_cheap(region: Region) -> bool:
+    """Whether statements may as well be executed where their values are not needed."""
+    return len(region) <= _MANY and all(map(_costs_little, region))
+
+
+def _costs_little(statement: Statement) -> bool:
+    match statement:
+        case Compute(_, operation):
+            return operation not in _DEAR
+        case Get() | Load(_, _, Constant()):
+            return True
+    return False
+
+
+def _described(value: Lowered) -> str:
+    if isinstance(value, Array):
+        return "a list of values"
+    if isinstance(value, tuple):
+        return f"a {type(value).__name__}" if is_record(type(value)) else f"a tuple of {len(value)}"
+    return f"the {type(value).__name__} {getattr(value, '__name__', '')}".strip()

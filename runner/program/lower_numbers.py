@@ -1,0 +1,144 @@
+"""Python's operators and conversions on values of a program."""
+
+import ast
+import math
+from typing import Any
+
+from proofmass.blocks.language import arithmetic
+from proofmass.runner.program.build import Builder, zero
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, Kind, Operand, Value
+
+_EXACT = 2**53  # integers up to there are numbers
+
+OF_NUMBERS: dict[type[ast.operator], str] = {
+    ast.Add: "add",
+    ast.Sub: "subtract",
+    ast.Mult: "multiply",
+    ast.Div: "divide",
+}
+OF_INTEGERS: dict[type[ast.operator], str] = {
+    ast.Add: "add_integers",
+    ast.Sub: "subtract_integers",
+    ast.Mult: "multiply_integers",
+    ast.FloorDiv: "floor_divide",
+    ast.Mod: "modulo",
+    ast.BitAnd: "and",
+    ast.BitOr: "or",
+    ast.BitXor: "xor",
+    ast.LShift: "shift_left",
+    ast.RShift: "shift_right",
+}
+OF_TRUTH: dict[type[ast.operator], str] = {ast.BitAnd: "both", ast.BitOr: "either", ast.BitXor: "differ"}
+# Operators that are functions of ours, by whether both operands are integers.
+FUNCTIONS: dict[tuple[type[ast.operator], bool], Any] = {
+    (ast.Div, True): arithmetic.true_divide,
+    (ast.Pow, True): arithmetic.power,
+    (ast.Pow, False): arithmetic.c_power,
+    (ast.FloorDiv, False): arithmetic.number_floor_divide,
+    (ast.Mod, False): arithmetic.number_modulo,
+}
+_COMPARISONS: dict[type[ast.cmpop], tuple[str, bool]] = {  # operation, and whether the operands change places
+    ast.Lt: ("less", False),
+    ast.LtE: ("less_equal", False),
+    ast.Gt: ("less", True),
+    ast.GtE: ("less_equal", True),
+    ast.Eq: ("equal", False),
+    ast.NotEq: ("not_equal", False),
+}
+
+
+def as_kind(builder: Builder, value: Operand, kind: Kind) -> Operand:
+    """A value as one of another kind, as `float`, `int` and `bool` of Python have it."""
+    match value.kind, kind:
+        case (Kind.INTEGER, Kind.FLOAT):
+            return builder.compute("float_of_integer", value)
+        case (Kind.TRUTH, Kind.FLOAT):
+            return builder.compute("float_of_truth", value)
+        case (Kind.TRUTH, Kind.INTEGER):
+            return builder.compute("integer_of_truth", value)
+        case (Kind.FLOAT, Kind.INTEGER):
+            return builder.compute("integer_of_float", value)
+        case (Kind.FLOAT | Kind.INTEGER, Kind.TRUTH):
+            unequal = "not_equal" if value.kind is FLOAT else "not_equal_integers"
+            return builder.compute(unequal, value, zero(value.kind))
+    return value
+
+
+def widest(*kinds: Kind) -> Kind:
+    """The kind that holds values of all of some kinds."""
+    return next(kind for kind in (FLOAT, INTEGER, TRUTH) if kind in kinds)
+
+
+def agreed(builder: Builder, *values: Operand) -> list[Operand]:
+    """Values as one kind that holds them all."""
+    kind = widest(*(value.kind for value in values))
+    return [as_kind(builder, value, kind) for value in values]
+
+
+def operated(builder: Builder, operator: type[ast.operator], a: Operand, b: Operand) -> Operand | None:
+    """Two numbers joined by an operator; None where that takes a function of `FUNCTIONS`."""
+    if a.kind is b.kind is TRUTH and operator in OF_TRUTH:
+        return builder.compute(OF_TRUTH[operator], a, b)
+    if FLOAT not in (a.kind, b.kind):
+        if operator not in OF_INTEGERS:
+            return None
+        return builder.compute(OF_INTEGERS[operator], as_kind(builder, a, INTEGER), as_kind(builder, b, INTEGER))
+    if operator not in OF_NUMBERS:
+        return None
+    return builder.compute(OF_NUMBERS[operator], *agreed(builder, a, b))
+
+
+def needs_comparing(a: Operand, b: Operand) -> bool:
+    """Whether one is an integer that may not be exact as a number, and the other a number."""
+    whole = a if b.kind is FLOAT else b
+    if {a.kind, b.kind} != {FLOAT, INTEGER}:
+        return False
+    return not (isinstance(whole, Constant) and abs(int(whole.value)) <= _EXACT)
+
+
+def compared(builder: Builder, operator: type[ast.cmpop], a: Operand, b: Operand) -> Operand:
+    """A comparison of two values that are exact in the wider kind."""
+    if a.kind is b.kind is TRUTH and operator in (ast.Eq, ast.NotEq):
+        unequal = builder.compute("differ", a, b)
+        return unequal if operator is ast.NotEq else builder.compute("not", unequal)
+    operation, turned = _COMPARISONS[operator]
+    kind = FLOAT if FLOAT in (a.kind, b.kind) else INTEGER
+    left, right = as_kind(builder, a, kind), as_kind(builder, b, kind)
+    if turned:
+        left, right = right, left
+    return builder.compute(operation if kind is FLOAT else f"{operation}_integers", left, right)
+
+
+def negated(builder: Builder, value: Operand) -> Operand:
+    """The number of the other sign."""
+    if value.kind is FLOAT:
+        return builder.compute("negate", value)
+    return builder.compute("subtract_integers", 0, as_kind(builder, value, INTEGER))
+
+
+def absolute(builder: Builder, value: Operand) -> Operand:
+    """The size of a number."""
+    if value.kind is FLOAT:
+        return builder.compute("absolute", value)
+    whole = as_kind(builder, value, INTEGER)
+    return builder.compute("select", builder.compute("less_integers", whole, 0), negated(builder, whole), whole)
+
+
+def nan() -> Constant:
+    """What is no number."""
+    return Constant(FLOAT, math.nan)
+
+
+def is_constant(value: Any) -> bool:
+    """Whether it is a number that is known."""
+    return isinstance(value, Constant)
+
+
+def as_index(value: Operand) -> int | None:
+    """An integer that is known."""
+    return int(value.value) if isinstance(value, Constant) and value.kind is not FLOAT else None
+
+
+def is_value(value: Any) -> bool:
+    """Whether it is a number that the program computes."""
+    return isinstance(value, Value)

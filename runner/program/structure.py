@@ -1,0 +1,99 @@
+"""What Python's values are in a program: numbers, arrays, tuples and NamedTuples of them, and what is known beforehand.
+
+A NamedTuple of the program is one of Python with values of the program in its fields. Functions, classes, modules and
+None are no values of a program: they are known where a function is lowered, and part of what it is lowered for.
+"""
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from typing import Any, TypeAlias
+
+from proofmass.runner.program.form import Array, Constant, Function, Kind, Operand, Value, Variable
+
+Lowered: TypeAlias = Any  # Operand | Array | tuple of Lowered | what is known
+Leaf: TypeAlias = Operand | Array
+
+
+def is_scalar(value: Lowered) -> bool:
+    """Whether it is a number or truth value."""
+    return isinstance(value, Value | Constant)
+
+
+def leaves(value: Lowered) -> Iterator[Leaf]:
+    """The numbers and arrays of a value, in order; what is known is none."""
+    if isinstance(value, tuple):
+        for part in value:
+            yield from leaves(part)
+    elif isinstance(value, Value | Constant | Array):
+        yield value
+
+
+def like(value: tuple[Any, ...], parts: Iterable[Any]) -> tuple[Any, ...]:
+    """A tuple of other parts, a NamedTuple where the value is one."""
+    make: Callable[[Iterable[Any]], tuple[Any, ...]] = getattr(type(value), "_make", tuple)
+    return make(parts)
+
+
+def mapped(value: Lowered, made: Callable[[Any], Any]) -> Lowered:
+    """The same structure with something else in the place of its numbers, arrays and variables."""
+    if isinstance(value, tuple):
+        return like(value, [mapped(part, made) for part in value])
+    return made(value) if isinstance(value, Value | Constant | Array | Variable) else value
+
+
+def rebuilt(shape: Lowered, parts: Iterable[Any]) -> Lowered:
+    """The same structure with other numbers, in their order."""
+    left = iter(parts)
+    return mapped(shape, lambda _: next(left))
+
+
+def named(value: tuple[Lowered, ...]) -> list[tuple[str, Lowered]]:
+    """The parts of a tuple with the names that readers know them by."""
+    return list(zip(map(str, getattr(value, "_fields", range(len(value)))), value, strict=True))
+
+
+def shape_of(value: Lowered) -> Hashable:
+    """What a function is lowered for: the same for values that differ in nothing but what they compute."""
+    if isinstance(value, tuple):
+        return type(value), tuple(map(shape_of, value))
+    if isinstance(value, Value | Constant):
+        return value.kind
+    if isinstance(value, Array):
+        return Array, value.entry, value.length, value.writable
+    return _Known(value)
+
+
+def has_functions(value: Lowered) -> bool:
+    """Whether functions of a program are among it."""
+    return any(map(has_functions, value)) if isinstance(value, tuple) else isinstance(value, Function)
+
+
+class _Known:
+    """Something known: equal where it is the same thing."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Known) and other.value is self.value
+
+    def __hash__(self) -> int:
+        return id(self.value)
+
+
+def described(shape: Hashable) -> str:
+    """A shape as text that is the same in every process."""
+    if isinstance(shape, tuple):
+        return f"({', '.join(map(described, shape))})"
+    if isinstance(shape, _Known):
+        value = shape.value
+        if isinstance(value, Function):
+            return value.name
+        return f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', repr(value))}"
+    if isinstance(shape, Kind):
+        return shape.value
+    return f"{shape.__module__}.{shape.__qualname__}" if isinstance(shape, type) else repr(shape)
+
+
+def is_record(kind: Any) -> bool:
+    """Whether it is a NamedTuple."""
+    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")

@@ -1,0 +1,484 @@
+"""The plan as a program: one function that runs the ticks from one to another, on memory that it is given.
+
+Numbers that a run may change (parameters, seed, state) are read from arrays, never written into the program; what is
+fixed by the graph (wiring, rate ratios, sizes) is.
+"""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from operator import itemgetter
+from typing import Any
+
+from proofmass.blocks.arithmetic.counter_random import normal_deviate
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.instance import shape_of
+from proofmass.blocks.language.forms import constants_form
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
+from proofmass.runner.plan.keys import (
+    BasePeriod,
+    ConstantOf,
+    Given,
+    Moving,
+    OverflowsOf,
+    ParameterOf,
+    PeriodOf,
+    StateField,
+    StreamOf,
+    WireOf,
+    variable,
+    word,
+)
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.build import Builder
+from proofmass.runner.program.digital import DigitalWriter
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Kind, Operand, Program, Variable
+from proofmass.runner.program.frame import KINDS, Called, Frame, entries
+from proofmass.runner.program.groups import GroupWriter
+from proofmass.runner.program.loops import LoopWriter
+from proofmass.runner.program.lower import call, program
+from proofmass.runner.program.lower_numbers import nan
+from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, fields, parts
+from proofmass.runner.program.stepped import group_writer
+from proofmass.runner.program.structure import Lowered, mapped
+from proofmass.runner.program.watched import watched
+
+_LONG = 8  # entries of a tuple among constants, from which on they stay in memory
+Step = Callable[[], object]
+
+
+@dataclass(frozen=True)
+class TickLoop:
+    """The program, and where its numbers stand."""
+
+    program: Program
+    constants: Slots[Given]
+    constant_values: Mapping[Given, Any]
+    memory: Slots[Moving]
+    vectors: tuple[Node, ...]  # buffers and wires with a shape, in the order of the arguments
+    vector_kinds: tuple[type, ...]
+    scratch: int  # floats that the loop works on, not kept from call to call
+
+
+def write_tick(plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> TickLoop:
+    """The program of a plan. Constants of blocks with `varied` parameters follow from these before the first tick.
+
+    With `lanes` it is written for runs side by side: measures are reduced at the end.
+    """
+    return TickWriter(plan, varied, lanes).written()
+
+
+class TickWriter:
+    """Writes the function of all ticks; what it is made of is written by its parts."""
+
+    def __init__(self, plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> None:
+        self.plan, self.lanes = plan, lanes
+        self.varied = {name for name, _ in varied} - settled_before(plan, varied)
+        self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
+        self.frame = Frame(plan, self.builder)
+        self.constants, self.memory = Slots[Given](), Slots[Moving]()
+        self.values: dict[Given, Any] = {}
+        self.vectors = dict(_vectors(plan))
+        self.scratch_used = 0
+        self._back: list[tuple[tuple[str, int], Variable]] = []  # places that variables are written back to
+        self.first, self.last, self.seed, self.run = (
+            self.builder.parameter(INTEGER, name) for name in ("first", "last", "seed", "run")
+        )
+        self.given = {FLOATS: self._memory(FLOAT, FLOATS), INTEGERS: self._memory(INTEGER, INTEGERS)}
+        moving = {FLOATS: "state_numbers", INTEGERS: "state_integers"}
+        self.moving = {name: self._memory(kind, moving[name], True) for name, kind in _KINDS.items()}
+        self._scratch = self._memory(FLOAT, "scratch", True)
+        for node, (kind, length) in self.vectors.items():
+            entry = FLOAT if kind is float else INTEGER
+            array = self.builder.array(entry, length, variable(node), node not in plan.recorded)
+            self.frame.wires[node] = array
+        self.probes = [
+            self.builder.array(KINDS[probe.dtype], None, f"probe_{number}", True)
+            for number, probe in enumerate(plan.probes)
+        ]
+
+    def _memory(self, kind: Kind, name: str, writable: bool = False) -> Array:
+        return self.builder.array(kind, None, name, writable)
+
+    def written(self) -> TickLoop:
+        """The whole of it."""
+        entry = self._entry()
+        return TickLoop(
+            program(entry),
+            self.constants,
+            self.values,
+            self.memory,
+            tuple(self.vectors),
+            tuple(kind for kind, _ in self.vectors.values()),
+            self.scratch_used,
+        )
+
+    def _entry(self) -> Function:
+        builder = self.builder
+        self.period = self.constant(BasePeriod(), float, self.plan.period)
+        self.not_finite = builder.variable(FLOAT, "not_finite")
+        self.refused = builder.variable(INTEGER, "refused")
+        self.digital = DigitalWriter(self.frame, self.refused)
+        self.begin()
+        self.rows = {i: builder.variable(INTEGER, f"row_{i}") for i, p in enumerate(self.plan.probes) if p.stride > 1}
+        flags = [(FLOATS, self.not_finite), (INTEGERS, self.refused)]
+        for name, flag in flags:
+            builder.set(flag, builder.load(self.moving[name], self.memory.counts[name]))
+        self.check_constants()
+        with builder.counted(self.first, self.last, 1, "tick") as tick:
+            self.frame.tick = tick
+            number = builder.compute("float_of_integer", tick)
+            self.frame.time = builder.compute("multiply", number, self.period, name="time")
+            self.outputs()
+            self.record()
+            self.updates()
+            self.move()
+        self.finish()
+        for (name, index), kept in self._back:
+            value: Operand = builder.get(kept)
+            if kept.kind is TRUTH:
+                value = builder.compute("integer_of_truth", value)
+            builder.store(self.moving[name], index, value)
+        for name, flag in flags:
+            builder.store(self.moving[name], self.memory.counts[name], builder.get(flag))
+        return builder.function()
+
+    # -- before the ticks --------------------------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """What the loop reads before the first tick."""
+        plan, frame = self.plan, self.frame
+        self.checks: list[Called] = []  # constants that a run alone would refuse
+        for name in plan.blocks:
+            self.constants_of(name)
+        self.loops = [LoopWriter(loop, f"loop_{i}", self.scratch) for i, loop in enumerate(plan.schedule.loops)]
+        for name, block in plan.blocks.items():
+            state: Any = type(block).state_class()
+            if state is not None:
+                kept = ((StateField(name, f), held_as(k), f) for f, k in fields(state))
+                frame.states[name] = state._make(self.kept(key, kind, f"{word(name)}_{f}") for key, kind, f in kept)
+            for port, output in type(block).outputs.items():
+                if not output.shape:
+                    key = WireOf(name, port)
+                    frame.wires[name, port] = self.kept(key, held_as(output.dtype), variable((name, port)))
+        for name in plan.blocks:
+            if plan.constants[name] is None:
+                frame.constants[name] = self._variables_like(name)
+        for name in self.digital.counted:
+            self.digital.counts[name] = self.kept(OverflowsOf(name), int, f"{word(name)}_overflows")
+        self.groups: list[GroupWriter] = [group_writer(self, solver) for solver in plan.solvers]
+        for group in self.groups:
+            group.begin()
+
+    def kept(self, key: Moving, kind: type, name: str) -> Variable:
+        """A variable that goes on from call to call of the loop."""
+        place = self.memory.add(key, kind)
+        kept = self.builder.variable(KINDS[kind], name, self._read(self.moving, place, kind))
+        self._back.append((place, kept))
+        return kept
+
+    def constant(self, key: Given, kind: Any, value: Any) -> Lowered:
+        """A number that the loop is given, or a tuple of them."""
+        if isinstance(value, tuple):
+            return self._constant_tuple(key, kind, value)
+        self.values[key] = value
+        return self._read(self.given, self.constants.add(key, kind), kind)
+
+    def _constant_tuple(self, key: Given, kind: Any, value: tuple[Any, ...]) -> Lowered:
+        """A long one stays where it is, beside the others."""
+        among = parts(key, kind, value)
+        kinds = {of for _, of, _ in among}
+        if self.lanes or len(value) < _LONG or len(kinds) > 1 or not kinds <= {float, int}:
+            return tuple(self.constant(of, entry, number) for of, entry, number in among)
+        places = []
+        for of, entry, number in among:
+            self.values[of] = number
+            places.append(self.constants.add(of, entry))
+        name, first = places[0]
+        return self.builder.view(self.given[name], first, len(value))
+
+    def _read(self, arrays: Mapping[str, Array], place: tuple[str, int], kind: type) -> Operand:
+        value = self.builder.load(arrays[place[0]], place[1])
+        return self.builder.compute("not_equal_integers", value, 0) if kind is bool else value
+
+    def scratch(self, name: str, length: int) -> Array:
+        """Numbers to work on."""
+        self.scratch_used += length
+        return self.builder.view(self._scratch, self.scratch_used - length, length, name)
+
+    def constants_of(self, name: str) -> None:
+        """Constants of a block as they are given, or variables for those that are made from parameters."""
+        block, values = self.plan.blocks[name], self.plan.constants[name]
+        if values is None:
+            self._parameters_of(name)
+        elif name in self.varied and "constants" in type(block).functions:
+            self._parameters_of(name)
+            self.checks.append(self.frame.driven(name))
+            self.frame.constants[name] = self.checks[-1].value
+        else:
+            made = type(values)
+            of = ((ConstantOf(name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True))
+            self.frame.constants[name] = made._make(self.constant(*each) for each in of)
+
+    def _variables_like(self, name: str) -> Lowered:
+        """Variables for constants that are made in the tick."""
+        with self.builder.within([]):
+            made = self.frame.driven(name).value
+        return mapped(made, lambda leaf: self.builder.variable(leaf.kind, f"{word(name)}_constant"))
+
+    def _parameters_of(self, name: str) -> None:
+        plan, block = self.plan, self.plan.blocks[name]
+        for p, kind in fields(type(block).parameters_class()):
+            if (name, p) not in plan.schedule.drivers:
+                key = ParameterOf(name, p)
+                self.frame.parameters[name, p] = self.constant(key, held_as(kind), getattr(block, p))
+        self.frame.periods[name] = self.constant(PeriodOf(name), float, plan.block_period(name))
+
+    def check_constants(self) -> None:
+        """Faults in constants that follow from varied parameters, and what is not finite of them."""
+        for made in self.checks:
+            self.fault(made)
+            for value in made.value:
+                if getattr(value, "kind", None) is FLOAT:
+                    self.look_at(value)
+
+    # -- the parts of a tick, in their order ---------------------------------------------------------------------------
+
+    def outputs(self) -> None:
+        """Everything that wires hold in a tick."""
+        plan, builder = self.plan, self.builder
+        self.digital.begin_tick()
+        drawn: set[str] = set()
+        looked_at = watched(plan)
+        for name, block in plan.blocks.items():
+            kind = type(block)
+            if any(map(draws, (*kind.output_functions.values(), *kind.functions.values()))):
+                self.frame.deviates[name] = builder.variable(FLOAT, f"{word(name)}_normal")
+        when_due(self.frame, self._in_order(drawn, looked_at))
+        for name, block in plan.blocks.items():
+            update = type(block).functions.get("update")
+            if update is not None and draws(update) and name not in drawn:
+                self.draw(name)
+        due = (node for node in plan.schedule.order if node in looked_at and plan.stride(node) == 1)
+        numbers = [entry for node in due for entry in entries(builder, self.frame.wire(node))]
+        if numbers:
+            total: Operand = numbers[0]
+            for number in numbers[1:]:
+                total = builder.compute("add", total, number)
+            self.look_at(total)
+
+    def _in_order(self, drawn: set[str], looked_at: Collection[Node]) -> Iterator[tuple[int, Step]]:
+        """What computes the outputs in their order, each with the ticks from one time to the next."""
+        plan = self.plan
+        solved = {loop.tears[0]: loop for loop in self.loops}
+        tears = {tear for loop in self.loops for tear in loop.tears}
+        for name, port in plan.schedule.order:
+            if not port:
+                yield plan.schedule.divisors[name], partial(self.driven, name)
+                continue
+            block, stride = plan.blocks[name], plan.stride((name, port))
+            if draws(type(block).output_functions[port]) and name not in drawn:
+                drawn.add(name)
+                yield stride, partial(self.draw, name)
+            if (name, port) in solved:
+                yield stride, partial(solved[name, port].solve, self.frame)
+            elif (name, port) not in tears:
+                yield stride, partial(self.output, name, port)
+            if type(block).outputs[port].dtype is FixedValue and not type(block).digital():
+                yield stride, partial(self.digital.hold, (name, port))
+            if (name, port) in looked_at and stride > 1:
+                yield stride, partial(self._look_at_wire, (name, port))
+
+    def output(self, name: str, port: str) -> None:
+        """An output of a block."""
+        value = self.value_of(name, port)
+        if not type(self.plan.blocks[name]).outputs[port].shape:
+            self.frame.set(self.frame.wires[name, port], value)
+
+    def value_of(self, name: str, function: str) -> Lowered:
+        """What a function of a block gives; a fault in it is noted."""
+        if name in self.plan.digital:
+            return self.digital.call(name, function)
+        return self.fault(self.frame.call(name, function))
+
+    def fault(self, made: Called) -> Lowered:
+        """Note a fault, which ends the run."""
+        if made.fault is not None:
+            builder = self.builder
+            number = builder.compute("integer_of_truth", made.fault)
+            builder.set(self.refused, builder.compute("or", builder.get(self.refused), number))
+        return made.value
+
+    def look_at(self, value: Operand) -> None:
+        """NaN from here on when a number is not finite."""
+        self.lose(self.builder.compute("subtract", value, value))
+
+    def lose(self, nothing: Operand) -> None:
+        """NaN from here on when a number is not zero but NaN."""
+        total = self.builder.compute("add", self.builder.get(self.not_finite), nothing)
+        self.builder.set(self.not_finite, total)
+
+    def _look_at_wire(self, node: Node) -> None:
+        for entry in entries(self.builder, self.frame.wire(node)):
+            self.look_at(entry)
+
+    def driven(self, name: str) -> None:
+        """Constants of a block from what drives its parameters, which are within their bounds."""
+        drivers = self.plan.schedule.drivers
+        for p, declared in type(self.plan.blocks[name]).parameters.items():
+            if (name, p) in drivers:
+                self._within(self.frame.wire(drivers[name, p]), declared)
+        self.frame.set(self.frame.constants[name], self.fault(self.frame.driven(name)))
+
+    def _within(self, value: Operand, declared: Any) -> None:
+        builder = self.builder
+        limits = [(declared.above, "less", True), (declared.at_least, "less_equal", True)]
+        limits += [(declared.below, "less", False), (declared.at_most, "less_equal", False)]
+        for limit, operation, above in limits:
+            if limit is not None:
+                pair = (float(limit), value) if above else (value, float(limit))
+                self.lose(builder.compute("select", builder.compute(operation, *pair), 0.0, nan()))
+
+    def draw(self, name: str) -> None:
+        """A fresh normal deviate of a block."""
+        stream = self.constant(StreamOf(name), int, self.plan.stream(name))
+        sample = self.frame.ticks(self.plan.schedule.divisors[name])
+        made = call(self.builder, normal_deviate, (self.seed, self.run, stream, sample))
+        self.builder.set(self.frame.deviates[name], made)
+
+    def record(self) -> None:
+        """Rows of the probes."""
+        for number, probe in enumerate(self.plan.probes):
+            if probe.stride == 1:
+                self._row(number, self.builder.compute("subtract_integers", self.frame.tick, self.first))
+                continue
+            row = self.rows[number]
+            with self.builder.when(due(self.frame, probe.stride)):
+                self._row(number, self.builder.get(row))
+                self.builder.set(row, self.builder.compute("add_integers", self.builder.get(row), 1))
+
+    def _row(self, number: int, row: Operand) -> None:
+        probe, builder, array = self.plan.probes[number], self.builder, self.probes[number]
+        wire = self.frame.wire(probe.node)
+        if not probe.shape:
+            builder.store(array, row, wire)
+            return
+        width = probe.shape[0]
+        begin = builder.compute("multiply_integers", row, width)
+        with builder.counted(0, width, 1, "entry") as entry:
+            value: Operand = builder.load(wire, entry)
+            if array.entry is TRUTH:
+                value = builder.compute("not_equal_integers", value, 0)
+            builder.store(array, builder.compute("add_integers", begin, entry), value)
+
+    def updates(self) -> None:
+        """States of discrete blocks in the next tick."""
+        divisors = self.plan.schedule.divisors
+        names = (name for name, block in self.plan.blocks.items() if "update" in type(block).functions)
+        when_due(self.frame, ((divisors[name], partial(self.update, name)) for name in names))
+        self.digital.end_tick()
+
+    def update(self, name: str) -> None:
+        """The state of a block in the next tick."""
+        value = self.value_of(name, "update")
+        if type(self.plan.blocks[name]).state_class() is not None:
+            self.frame.set(self.frame.states[name], value)
+
+    def move(self) -> None:
+        """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
+        builder, frame, plan = self.builder, self.frame, self.plan
+        self.following: dict[Node, Operand] = {}
+        if plan.ahead:
+            later = builder.compute("float_of_integer", builder.compute("add_integers", frame.tick, 1))
+            after = builder.compute("multiply", later, self.period, name="time_next")
+
+            def argument(binding: Binding) -> Lowered:
+                match binding:
+                    case Time():
+                        return after
+                    case Wire(node):
+                        return self.following[node]
+                return frame.argument(binding)
+
+            for name, port in plan.ahead:
+                made = frame.called(name, port, type(plan.blocks[name]).output_functions[port], argument)
+                self.following[name, port] = frame.number(made)
+        for group in self.groups:
+            group.move()
+
+    def finish(self) -> None:
+        """What is done behind the last tick, before what moves is written back."""
+        if self.lanes:
+            self.measure()
+
+    def measure(self) -> None:
+        """Values of the measures that blocks reduce, behind the last tick: each where its wire stands."""
+        frame = self.frame
+        for name, port in dict.fromkeys(measure.node for measure in self.plan.measures if measure.reduced):
+            divisor = self.plan.schedule.divisors[name]
+            last = self.builder.compute("subtract_integers", 0, self.last)
+            frame.tick = self.builder.compute(
+                "subtract_integers", 0, self.builder.compute("floor_divide", last, divisor)
+            )
+            made = frame.called(name, port, type(self.plan.blocks[name]).output_functions[port], self._at_the_end)
+            frame.set(frame.wires[name, port], made.value)
+
+    def _at_the_end(self, binding: Binding) -> Lowered:
+        return self.frame.tick if isinstance(binding, Tick) else self.frame.argument(binding)
+
+
+def draws(behaviour: Behaviour) -> bool:
+    """Whether a function is given a normal deviate."""
+    return Meaning.DEVIATE in behaviour.meanings
+
+
+def due(frame: Frame, stride: int) -> Operand:
+    """Whether a tick is one of every so many."""
+    left = frame.builder.compute("modulo", frame.tick, stride)
+    return frame.builder.compute("equal_integers", left, 0)
+
+
+def when_due(frame: Frame, steps: Iterable[tuple[int, Step]]) -> None:
+    """What stands with the ticks from one time to the next, under the conditions that it is due."""
+    for stride, together in groupby(steps, key=itemgetter(0)):
+        if stride == 1:
+            for _, step in together:
+                step()
+            continue
+        with frame.builder.when(due(frame, stride)):
+            for _, step in together:
+                step()
+
+
+def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
+    """Blocks whose varied parameters are settled before a run starts: their start or their checks use them too."""
+
+    def settled(name: str, parameter: str) -> bool:
+        block = plan.blocks[name]
+        kinds = [kind for _, kind in fields(type(block).constants_class())]
+        form = constants_form(type(block), compiled=True)
+        once = not type(block).taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
+        return once or any(kind not in (float, int, bool) for kind in kinds)
+
+    return frozenset(name for name, parameter in varied if settled(name, parameter))
+
+
+def _vectors(plan: Plan) -> Iterator[tuple[Node, tuple[type, int]]]:
+    """Buffers and wires with a shape: the type and number of their entries."""
+    for solver in plan.solvers:
+        if solver.largest in plan.buffers:
+            yield solver.largest, (float, len(solver.group.states))
+    for name, block in plan.blocks.items():
+        for buffer, declared in type(block).buffers.items():
+            yield (name, buffer), (held_as(declared.dtype), len(plan.buffers[name, buffer]))
+        for port, output in type(block).outputs.items():
+            if output.shape:
+                yield (name, port), (held_as(output.dtype), shape_of(block, output)[0])
+
+
+_KINDS = {FLOATS: FLOAT, INTEGERS: INTEGER}

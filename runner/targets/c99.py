@@ -1,0 +1,302 @@
+"""A program as readable C99, with no library but libm; the lines of Python stand beside what comes from them.
+
+Compiled without contraction (`-ffp-contract=off`, as `-std=c99` has it anyway) it computes the bits of the reference.
+"""
+
+import linecache
+import math
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import PurePath
+
+from proofmass.runner.program.form import (
+    FLOAT,
+    INTEGER,
+    TRUTH,
+    Array,
+    Break,
+    Call,
+    Compute,
+    Constant,
+    Continue,
+    External,
+    For,
+    Function,
+    Get,
+    If,
+    Line,
+    Load,
+    Operand,
+    Program,
+    Region,
+    Return,
+    Set,
+    Statement,
+    Store,
+    Value,
+    View,
+    While,
+)
+from proofmass.runner.program.names import Names
+from proofmass.runner.program.walk import statements, used_once
+from proofmass.runner.targets.c99_operations import CALLED, HELPERS, INFIX, RESERVED
+
+TYPES = {FLOAT: "double", INTEGER: "int64_t", TRUTH: "bool"}
+_ZEROS = {FLOAT: "0.0", INTEGER: "0", TRUTH: "false"}
+_LONGEST = 72  # characters of an expression that takes in others
+_COLUMN = 88  # where the lines of Python stand
+_PLAIN = 2**31  # integers below need no suffix
+
+
+def c99_text(program: Program, name: str = "") -> str:
+    """The translation unit of a program; its entry is called by `name`, or as the program has it."""
+    names = _function_names(program, name)
+    functions = [_FunctionOfC(function, names) for function in program.functions.values()]
+    bodies = ["\n".join(function.lines()) for function in functions]
+    helpers = {helper for function in functions for helper in function.helpers}
+    externals = {external: None for function in functions for external in function.externals}
+    head = ["#include <math.h>", "#include <stdbool.h>", "#include <stdint.h>", "#include <string.h>", ""]
+    parts = [text for helper, text in HELPERS.items() if helper in helpers]
+    return "\n".join([*head, *map(_declared, externals), *parts, *bodies])
+
+
+def _function_names(program: Program, entry: str) -> dict[Function, str]:
+    """A name in C for each function; the entry has its own."""
+    entry = entry or program.entry.name
+    taken = Names([*RESERVED, entry])
+    return {f: entry if f is program.entry else taken.free(f.name) for f in program.functions.values()}
+
+
+def _declared(external: External) -> str:
+    """A function of another library: one that a compiler must call, not replace by what it takes for the same."""
+    kinds = ", ".join(TYPES[kind] for kind in external.parameters) or "void"
+    returned = "void" if external.result is None else TYPES[external.result]
+    if external.address is None:
+        return f"static {returned} (*const volatile c_{external.symbol})({kinds}) = {external.symbol};\n"
+    return f"extern {returned} {external.symbol}({kinds});\n"
+
+
+class _FunctionOfC:
+    """One function; what is read once becomes a part of the expression that reads it."""
+
+    def __init__(self, function: Function, functions: dict[Function, str]) -> None:
+        self.function, self.functions = function, functions
+        self.is_entry = function is list(functions)[-1]
+        self.names = Names([*RESERVED, *functions.values()])
+        self.parts = used_once(function.body)
+        self.written: dict[Value, str] = {}  # expressions that wait for the statement that reads them
+        self.helpers: set[str] = set()
+        self.externals = list(dict.fromkeys(_externals(function)))
+        for external in self.externals:
+            self.names.free(f"c_{external.symbol}")
+        self.told: Line | None = None
+
+    def lines(self) -> Iterator[str]:
+        """Definition of the function."""
+        function, name = self.function, self.functions[self.function]
+        if len(function.results) > 1:
+            yield from _structure(name, function)
+        parameters = ", ".join(map(self._parameter, function.parameters)) or "void"
+        if function.origin:
+            yield f"/* {function.origin} */"
+        how = "" if self.is_entry else "static inline " if function.inline else "static "
+        yield f"{how}{_returned(name, function)} {name}({parameters})"
+        yield "{"
+        for variable in function.variables:
+            yield f"    {TYPES[variable.kind]} {self.names[variable]} = {_ZEROS[variable.kind]};"
+        yield from self._region(function.body)
+        yield "}"
+        yield ""
+
+    def _parameter(self, parameter: Value | Array) -> str:
+        if isinstance(parameter, Value):
+            return f"{TYPES[parameter.kind]} {self.names[parameter]}"
+        restrict = "restrict " if self.is_entry else ""
+        return f"{_pointer(parameter)}{restrict}{self.names[parameter]}"
+
+    # -- statements ------------------------------------------------------------------------------------------------
+
+    def _region(self, region: Region) -> Iterator[str]:
+        return (f"    {line}" for line in chain(*map(self._statement, region)))
+
+    def _statement(self, statement: Statement) -> Iterator[str]:
+        if isinstance(statement, Compute) and self._waits(statement):
+            return
+        beside = self._python(statement.line)
+        for line in self._lines(statement):
+            yield f"{line:{_COLUMN - 4}}/* {beside} */" if beside else line
+            beside = ""
+
+    def _waits(self, statement: Compute) -> bool:
+        """Whether an operation is written where it is read; its text is kept for there."""
+        text = self._operation(statement)
+        if statement.result not in self.parts or len(text) > _LONGEST:
+            return False
+        simple = statement.operation not in INFIX and statement.operation not in ("select", "negate")
+        self.written[statement.result] = text if simple else f"({text})"
+        return True
+
+    def _lines(self, statement: Statement) -> Iterator[str]:
+        match statement:
+            case Compute(result):
+                yield self._defined(result, self._operation(statement))
+            case Get(result, variable):
+                yield self._defined(result, self.names[variable])
+            case Set(variable, value):
+                yield f"{self.names[variable]} = {self._operand(value)};"
+            case Load(result, array, index):
+                yield self._defined(result, f"{self.names[array]}[{self._operand(index)}]")
+            case Store(array, index, value):
+                yield f"{self.names[array]}[{self._operand(index)}] = {self._operand(value)};"
+            case View(part, whole, first):
+                yield f"{_pointer(part)}{self.names[part]} = {self.names[whole]} + {self._operand(first)};"
+            case Call(results, function, arguments):
+                yield from self._call(results, function, arguments)
+            case If():
+                yield from self._if(statement)
+            case For():
+                yield self._for(statement)
+                yield from self._region(statement.body)
+                yield "}"
+            case While():
+                yield from self._while(statement)
+            case Break():
+                yield "break;"
+            case Continue():
+                yield "continue;"
+            case Return(values):
+                yield self._return(values)
+
+    def _defined(self, result: Value, text: str) -> str:
+        return f"const {TYPES[result.kind]} {self.names[result]} = {text};"
+
+    def _if(self, statement: If) -> Iterator[str]:
+        yield f"if ({_bare(self._operand(statement.condition))}) {{"
+        yield from self._region(statement.then)
+        if statement.otherwise:
+            yield "} else {"
+            yield from self._region(statement.otherwise)
+        yield "}"
+
+    def _for(self, statement: For) -> str:
+        i, first, last = self.names[statement.counter], self._operand(statement.first), self._operand(statement.last)
+        sign = "<" if statement.step > 0 else ">"
+        if statement.step in (1, -1):
+            return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i}{'++' if statement.step > 0 else '--'}) {{"
+        if isinstance(statement.last, Constant) and abs(statement.last.value + statement.step) < 2**63:
+            return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i} += {_number(statement.step)}) {{"
+        self.helpers |= {"add_integers", "subtract_integers"}
+        more, (high, low) = self.names.free("more"), (last, i) if statement.step > 0 else (i, last)
+        left = f"(uint64_t)subtract_integers({high}, {low}) > UINT64_C({abs(statement.step)})"
+        step = f"{more} = {left}, {i} = add_integers({i}, {_number(statement.step)})"
+        return f"for (int64_t {i} = {first}, {more} = {i} {sign} {last}; {more}; {step}) {{"
+
+    def _while(self, statement: While) -> Iterator[str]:
+        tested = list(self._region(statement.test))
+        if not tested:
+            yield f"while ({_bare(self._operand(statement.condition))}) {{"
+        else:
+            yield "while (true) {"
+            yield from tested
+            yield f"    if (!{self._operand(statement.condition)}) break;"
+        yield from self._region(statement.body)
+        yield "}"
+
+    def _return(self, values: tuple[Operand, ...]) -> str:
+        texts = [_bare(self._operand(value)) for value in values]
+        if len(values) < 2:
+            return " ".join(["return", *texts]) + ";"
+        return f"return ({self.functions[self.function]}_results){{{', '.join(texts)}}};"
+
+    def _call(
+        self, results: tuple[Value, ...], function: Function | External, arguments: tuple[Operand | Array, ...]
+    ) -> Iterator[str]:
+        read = ", ".join(self.names[a] if isinstance(a, Array) else _bare(self._operand(a)) for a in arguments)
+        if isinstance(function, External):
+            name = function.symbol if function.address is not None else f"c_{function.symbol}"
+        else:
+            name = self.functions[function]
+        if not results:
+            yield f"{name}({read});"
+        elif len(results) == 1:
+            yield self._defined(results[0], f"{name}({read})")
+        else:
+            several = self.names.free(f"of_{name}")
+            yield f"const {name}_results {several} = {name}({read});"
+            for place, result in enumerate(results):
+                yield self._defined(result, f"{several}.result_{place}")
+
+    # -- expressions -----------------------------------------------------------------------------------------------
+
+    def _operation(self, statement: Compute) -> str:
+        operation, read = statement.operation, [self._operand(operand) for operand in statement.operands]
+        if operation in INFIX:
+            return f"{read[0]} {INFIX[operation]} {read[1]}"
+        if operation == "select":
+            return f"{read[0]} ? {read[1]} : {read[2]}"
+        if operation == "negate":
+            return f"-({read[0]})" if read[0].startswith("-") else f"-{read[0]}"
+        if operation in HELPERS:
+            self.helpers.add(operation)
+        return f"{CALLED.get(operation, operation)}({', '.join(map(_bare, read))})"
+
+    def _operand(self, operand: Operand) -> str:
+        if isinstance(operand, Constant):
+            return _number(operand.value)
+        return self.written.get(operand) or self.names[operand]
+
+    def _python(self, line: Line | None) -> str:
+        """The line of Python, where it is another than that of the statement before."""
+        if line is None or line == self.told:
+            return ""
+        self.told = line
+        text = linecache.getline(line.file, line.number).strip().replace("*/", "* /").replace("/*", "/ *")
+        return f"{PurePath(line.file).name}:{line.number}  {text}".rstrip().replace("??", "? ?")
+
+
+def _number(value: float | int | bool) -> str:
+    """A number as C has it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        if math.isfinite(value):
+            return repr(value)
+        return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+    if value == -(2**63):
+        return "INT64_MIN"
+    return str(value) if abs(value) < _PLAIN else f"INT64_C({value})"
+
+
+def _bare(text: str) -> str:
+    """An expression without the parentheses round all of it."""
+    if not (text.startswith("(") and text.endswith(")")):
+        return text
+    depth = 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if not depth:
+            return text[1:-1] if place == len(text) - 1 else text
+    return text
+
+
+def _pointer(array: Array) -> str:
+    return f"{'' if array.writable else 'const '}{TYPES[array.entry]} *"
+
+
+def _returned(name: str, function: Function) -> str:
+    if len(function.results) > 1:
+        return f"{name}_results"
+    return TYPES[function.results[0]] if function.results else "void"
+
+
+def _structure(name: str, function: Function) -> Iterator[str]:
+    yield "typedef struct {"
+    yield from (f"    {TYPES[kind]} result_{place};" for place, kind in enumerate(function.results))
+    yield f"}} {name}_results;"
+    yield ""
+
+
+def _externals(function: Function) -> Iterator[External]:
+    for statement in statements(function.body):
+        if isinstance(statement, Call) and isinstance(statement.function, External):
+            yield statement.function

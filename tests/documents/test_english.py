@@ -1,0 +1,34 @@
+"""English of docstrings in the rooms that have been read by the rules of docs/contributing.md."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ROOMS = (
+    "graphs/drawing", "graphs/schema", "runner/analysis", "runner/commands", "runner/design", "runner/host",
+    "runner/output", "runner/studies",
+)  # fmt: skip
+RIDDLES = re.compile(r"(What|Whether|How|Where|Why|Which|Of|By|As|But|In so|The same|Those|These|Some of)\b")
+
+
+def docstrings(path: Path) -> Iterator[tuple[int, str]]:
+    """Line and text of each docstring of a file."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (text := ast.get_docstring(node)):
+            yield getattr(node, "lineno", 1), text
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_docstrings_begin_with_a_verb_or_a_noun(room: str) -> None:
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line}: {text.splitlines()[0]}"
+        for path in sorted((ROOT / room).rglob("*.py"))
+        for line, text in docstrings(path)
+        if RIDDLES.match(text)
+    ]
+    assert wrong == []

@@ -1,0 +1,53 @@
+"""Programs as PTX: a kernel without fused arithmetic; what a GPU has not is refused."""
+
+import re
+
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.program.form import FLOAT, Array, Call, External, Function, Line, Value
+from proofmass.runner.targets.gpu import KERNEL, ptx_text
+from proofmass.runner.targets.lane_text import LanesOf
+from tests.by_hand.hostile_operations import operations_program
+from tests.by_hand.programs import Writer, program
+from tests.by_hand.random_programs import RandomProgram
+from tests.by_hand.small_programs import SMALL
+
+FUSED = re.compile(r"^\s+(@%p\d+ )?(fma|mad)\b.*f64", re.MULTILINE)
+NOTHING = LanesOf(frozenset(), frozenset(), {})
+
+
+def test_nothing_is_fused() -> None:
+    x, gain, state = Value(FLOAT, "x"), Value(FLOAT, "gain"), Array(FLOAT, 1, True, "state")
+    w = Writer("entry", x, gain, state)
+    w.store(state, 0, w.do("add", w.do("multiply", w.load(state, 0), gain), w.do("divide", x, gain)))
+    text = ptx_text(program(w.function), LanesOf(frozenset({gain}), frozenset(), {}))
+    assert {"mul.rn.f64", "add.rn.f64", "div.rn.f64"} <= set(re.findall(r"[a-z]+\.rn\.f64", text))
+    assert not FUSED.search(text)
+    assert f".entry {KERNEL}(" in text
+
+
+@pytest.mark.parametrize("made", [operations_program, *(lambda c=c: c()[0] for c in SMALL.values())])
+def test_everything_can_be_written(made: object) -> None:
+    text = ptx_text(made(), NOTHING)  # type: ignore[operator]
+    assert ".version" in text
+    assert not FUSED.search(text)
+    assert not re.search(r"\.extern \.func", text)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_programs(seed: int) -> None:
+    made = RandomProgram(seed)
+    text = ptx_text(made.program, LanesOf(frozenset({made.number}), frozenset({made.table}), {}))
+    assert not FUSED.search(text)
+
+
+def test_functions_of_libm_are_refused_with_their_line() -> None:
+    x = Value(FLOAT, "x")
+    line = Line("my_blocks.py", 7)
+    sine = Call((Value(FLOAT),), External("sin", (FLOAT,), FLOAT), (x,), line)
+    with pytest.raises(ModelError) as caught:
+        ptx_text(program(Function("entry", (x,), (), [sine], origin="my_blocks.output")), NOTHING)
+    [problem] = caught.value.problems
+    assert problem.message == "a GPU has no function sin"
+    assert (problem.file, problem.line, problem.key) == ("my_blocks.py", 7, "my_blocks.output")
