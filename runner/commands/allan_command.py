@@ -12,7 +12,6 @@ from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import SignalRequest, signal_of
 
-
 _MISFIT = 6.0  # dB, by which the density of a few lines may be off
 
 
@@ -44,7 +43,9 @@ def allan_text(found: Allan) -> str:
     curve = found.curves[Statistic.ALLAN]
     for i in _octaves(curve):
         cells = [in_field_unit("B", float(v[i]), found.unit) for v in (curve.deviation, curve.low, curve.high)]
-        others = [_at(found.curves[s], float(curve.taus[i]), found.unit) for s in (Statistic.HADAMARD, Statistic.MODIFIED)]
+        others = [
+            _at(found.curves[s], float(curve.taus[i]), found.unit) for s in (Statistic.HADAMARD, Statistic.MODIFIED)
+        ]
         lines.append(
             f"  {curve.taus[i]:12.6g} {cells[0]:12.6g}  {cells[1]:12.6g} to {cells[2]:<11.6g} {curve.freedom[i]:8.1f}"
             + "".join(f" {other:>12}" for other in others)
@@ -61,7 +62,11 @@ def coefficient_text(level: Level, unit: str) -> str:
 
 def _misfit(found: Allan) -> list[str]:
     off = found.levels.misfit
-    return [f"  note: N, B, K and Q do not describe it: {off:.1f} dB off; it holds more than noise"] if off > _MISFIT else []
+    return (
+        [f"  note: N, B, K and Q do not describe it: {off:.1f} dB off; it holds more than noise"]
+        if off > _MISFIT
+        else []
+    )
 
 
 def _octaves(curve: Curve) -> list[int]:

@@ -49,10 +49,14 @@ def _signal(options: dict[str, Any]) -> Any:
 @file_argument("source")
 @click.option("--window", default="", help="Window (default: hann of the density, blackman-harris-7 of the tone).")
 @click.option(
-    "--segment", type=click.IntRange(0), help="Values of a segment of the density, 0 for all (default: about an eighth)."
+    "--segment",
+    type=click.IntRange(0),
+    help="Values of a segment of the density, 0 for all (default: about an eighth).",
 )
 @click.option("--band", nargs=2, metavar="FROM TO", help='Count rms, noise and slope from "1 Hz" to "100 Hz".')
-@click.option("--tone", default="", metavar="FREQUENCY", help="Look for the tone here (default: the largest in the band).")
+@click.option(
+    "--tone", default="", metavar="FREQUENCY", help="Look for the tone here (default: the largest in the band)."
+)
 @plot_option("picture", "Draw the density")
 @_signal_options
 def spectrum(**options: Any) -> int:
@@ -115,7 +119,9 @@ def noise(**options: Any) -> int:
 @click.option("--bias-instability", metavar="QUANTITY", help='B, as "1 deg/h".')
 @click.option("--flat", is_flag=True, help="The bias instability is the flat part of an Allan curve, 0.664 B.")
 @click.option("--rate-random-walk", "--rrw", "wander", metavar="QUANTITY", help='K, as "1 deg/(h*sqrt(h))".')
-@click.option("--longest", default="10000 s", show_default=True, help="Longest averaging time that flicker must hold for.")
+@click.option(
+    "--longest", default="10000 s", show_default=True, help="Longest averaging time that flicker must hold for."
+)
 @click.option("--rate", default="1 kHz", show_default=True, help="Rate of the blocks.")
 @click.option("--unit", default="", help="Unit of the signal (default: rad/s or m/s^2, as the quantities say).")
 def noise_model(**options: Any) -> int:

@@ -70,7 +70,9 @@ def noise_text(budget: NoiseBudget) -> str:
     ]
     for source in budget.sources[:_ROWS]:
         doubtful = "  ?" if source.doubtful else ""
-        lines.append(f"  {source.block:<28} {source.kind:<20} {source.rms:12.5g} {100.0 * source.share:7.2f} %{doubtful}")
+        lines.append(
+            f"  {source.block:<28} {source.kind:<20} {source.rms:12.5g} {100.0 * source.share:7.2f} %{doubtful}"
+        )
     more = len(budget.sources) - _ROWS
     lines += [f"  and {more} more"] if more > 0 else []
     lines += _coefficients(budget)

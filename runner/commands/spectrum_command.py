@@ -43,7 +43,9 @@ def show_spectrum(request: SpectrumRequest) -> int:
         data = density.as_data() | {"rms": density.rms(band), "band_hz": band, "slope_db_per_decade": slope}
         print_json(data | {"tone": _finite(figures.as_data()) if figures else None})
     else:
-        print_text([spectrum_text(density, band, slope), tone_text(figures, whole) if figures else "no tone stands out"])
+        print_text(
+            [spectrum_text(density, band, slope), tone_text(figures, whole) if figures else "no tone stands out"]
+        )
     if request.picture is not None:
         from proofmass.runner.analysis.spectrum.plot import plot_spectrum
         from proofmass.runner.output.plot import save_figure
@@ -52,9 +54,7 @@ def show_spectrum(request: SpectrumRequest) -> int:
     return DONE
 
 
-def _figures(
-    whole: Spectrum, tone: float, band: tuple[float, float] | None
-) -> tuple[Tones | None, ModelError | None]:
+def _figures(whole: Spectrum, tone: float, band: tuple[float, float] | None) -> tuple[Tones | None, ModelError | None]:
     try:
         return tones(whole, tone=tone, band=band), None
     except ModelError as error:

@@ -41,9 +41,9 @@ def _reaches(function: Any, seen: set[Any]) -> bool:
     return any(_reaches(value, seen) for value in named if isinstance(value, types.FunctionType))
 
 
-def with_quantisers(function: Callable[..., Any], quantise: Callable[[Any, Callable[[Any], Any]], Any]) -> Any:
-    """As `for_duals`, where `quantise(value, rule)` says what the rules of rounding make of a value."""
-    own = {rule: functools.partial(quantise, rule=_REPLACED[rule]) for rule in _RULES}
+def with_quantisers(function: Callable[..., Any], quantise: Callable[[Callable[[Any], Any], Any], Any]) -> Any:
+    """As `for_duals`, where `quantise(rule, value)` says what a rule of rounding makes of a value."""
+    own = {rule: functools.partial(quantise, _REPLACED[rule]) for rule in _RULES}
     return with_functions(function, _REPLACED | own)
 
 

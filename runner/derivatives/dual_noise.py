@@ -7,7 +7,8 @@ slope one, counted in steps of the rounding.
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
-from proofmass.blocks.declaration.declare import Behaviour, Block
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.derivatives.dual import dual, slopes_of
 from proofmass.runner.derivatives.dual_functions import quantises, with_quantisers
 from proofmass.runner.derivatives.dual_plan import SIGNALS
@@ -23,14 +24,15 @@ _MOVING = (Deviate, State, Buffer, Time, Tick)
 def noise_blocks(plan: Plan) -> list[str]:
     """The blocks that draw random numbers, or round what is not always the same."""
     drawing = {name for name in plan.blocks if any(isinstance(b, Deviate) for b in _given(plan, name))}
-    rounding = {name for name, block in plan.blocks.items() if any(quantises(b.function) for b in _steps(block))}
+    steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
+    rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}
     return sorted((drawing | (rounding & _moving(plan))) - plan.digital.keys())
 
 
 def _moving(plan: Plan) -> set[str]:
     """Blocks that do not always do the same: they, or what they depend on, have a state or follow the time."""
     own = {name for name in plan.blocks if any(isinstance(b, _MOVING) for b in _given(plan, name))}
-    own |= {name for name, block in plan.blocks.items() if block.continuous()}
+    own |= {name for name, block in plan.blocks.items() if type(block).continuous()}
     readers: dict[str, set[str]] = {}
     for (name, _), (source, _) in plan.schedule.drivers.items():
         readers.setdefault(source, set()).add(name)
@@ -43,13 +45,14 @@ def _moving(plan: Plan) -> set[str]:
 
 def _given(plan: Plan, name: str) -> Iterator[Binding]:
     """What the functions of a block that run in the loop are given."""
-    block = plan.blocks[name]
-    for function in (*block.output_functions, *(role for role in _ROLES if role in block.functions)):
+    for function in _steps(plan.blocks[name]):
         yield from plan.bindings(name, function)
 
 
-def _steps(block: Block) -> list[Behaviour]:
-    return [*block.output_functions.values(), *(block.functions[role] for role in _ROLES if role in block.functions)]
+def _steps(block: Block) -> dict[str, Behaviour]:
+    """The functions of a block that run in the loop, by output or role."""
+    kind = type(block)
+    return dict(kind.output_functions) | {role: kind.functions[role] for role in _ROLES if role in kind.functions}
 
 
 class NoisyTicks(DualTicks):
@@ -70,7 +73,7 @@ class NoisyTicks(DualTicks):
         owner = self._owner
         if owner not in self._noise:
             return super()._callable(block, behaviour)
-        return with_quantisers(behaviour.function, lambda value, rule: self._rounded(owner, value, rule))  # type: ignore[no-any-return]
+        return with_quantisers(behaviour.function, lambda rule, value: self._rounded(owner, value, rule))  # type: ignore[no-any-return]
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         if not isinstance(binding, Deviate) or binding.block not in self._noise:

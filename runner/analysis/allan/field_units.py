@@ -9,7 +9,13 @@ _GYROSCOPE = {"N": "deg/sqrt(h)", "B": "deg/h", "K": "deg/(h*sqrt(h))", "Q": "de
 _ACCELEROMETER = {
     "N": "m/(s*sqrt(h))", "B": "ug0", "K": "ug0/sqrt(h)", "Q": "m/s", "density": "ug0/sqrt(Hz)",
 }  # fmt: skip
-_OF = {"N": "({unit})/sqrt(Hz)", "B": "{unit}", "K": "({unit})/sqrt(s)", "Q": "({unit})*s", "density": "({unit})/sqrt(Hz)"}
+_OF = {
+    "N": "({unit})/sqrt(Hz)",
+    "B": "{unit}",
+    "K": "({unit})/sqrt(s)",
+    "Q": "({unit})*s",
+    "density": "({unit})/sqrt(Hz)",
+}
 WORDS = {
     "N": "white noise", "B": "bias instability", "K": "random walk", "Q": "quantisation", "density": "density",
 }  # fmt: skip

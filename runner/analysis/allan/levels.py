@@ -2,8 +2,9 @@
 
     S(f) = 2 N^2 + B^2 / (pi f) + 2 K^2 T^2 / (4 sin^2(pi f T)) + 2 Q^2 4 sin^2(pi f T) / T
 
-N is white (angle or velocity random walk), B flicker (bias instability), K a random walk of the signal, Q quantisation of
-its integral, T the period of the samples. The Allan variance is N^2 / tau + 2 ln 2 B^2 / pi + K^2 tau / 3 + 3 Q^2 / tau^2.
+N is white (angle or velocity random walk), B flicker (bias instability), K a random walk of the signal, Q quantisation
+of its integral, T the period of the samples. The Allan variance is N^2 / tau + 2 ln 2 B^2 / pi + K^2 tau / 3 +
+3 Q^2 / tau^2.
 
 A one-sided density of amplitude is sqrt(2) N: the standard's densities are two-sided.
 """
@@ -59,7 +60,7 @@ class Levels:
 
     def variance(self, taus: Array) -> Array:
         """The Allan variance that the coefficients make."""
-        return allan_terms(taus) @ np.array([level.value**2 for level in self.levels])
+        return np.asarray(allan_terms(taus) @ np.array([level.value**2 for level in self.levels]))
 
 
 def density_terms(frequencies: Array, period: float) -> Array:
@@ -95,7 +96,9 @@ def matched(frequencies: Array, density: Array, period: float) -> Levels:
     """The coefficients that come closest to a density without scatter, in the least squares of its relative errors."""
     terms = density_terms(frequencies, period)
     squares = _positive(terms / density[:, None], np.ones(len(density)))
-    levels = tuple(Level(name, math.sqrt(s), math.sqrt(s), math.sqrt(s)) for name, s in zip(NAMES, squares, strict=True))
+    levels = tuple(
+        Level(name, math.sqrt(s), math.sqrt(s), math.sqrt(s)) for name, s in zip(NAMES, squares, strict=True)
+    )
     return Levels(levels, period, _misfit(terms @ squares, density))
 
 

@@ -45,7 +45,7 @@ def bends(of: NoiseMap, low: float, high: float) -> Array:
             apart *= _RATIO
         ends.add(middle)
     inside = np.array(sorted(f for f in ends if low <= f <= high))
-    return inside[np.concatenate([[True], np.diff(inside) > 1e-12 * high])]
+    return np.asarray(inside[np.concatenate([[True], np.diff(inside) > 1e-12 * high])])
 
 
 def resonances(of: NoiseMap) -> list[tuple[float, float]]:

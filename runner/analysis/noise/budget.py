@@ -1,12 +1,14 @@
 """The noise budget of an output: what each source contributes, and what it amounts to at an input."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.checks.schedule import Node
@@ -14,6 +16,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
 from proofmass.runner.analysis.noise.band import grid, mean_squares
@@ -62,7 +65,7 @@ class NoiseBudget:
     density: Array
     input: str
     input_unit: str
-    gain: Array  # from the input, as complex numbers; empty without one
+    gain: Complex  # from the input; empty without one
     period: float  # of the schedule, in seconds
     notes: tuple[str, ...]
 
@@ -86,7 +89,7 @@ class NoiseBudget:
         """Averaging times, and the Allan deviation that the density referred to the input makes."""
         most = max(2.0, 0.1 / self.frequencies[0] * self.rate)
         factors = np.unique(np.round(np.geomspace(1, most, int(_TAUS * math.log10(most)) + 2)))
-        taus = factors / self.rate
+        taus = np.asarray(factors / self.rate, dtype=np.float64)
         positive = self.density > 0.0
         known = self.frequencies[positive], self.referred_density[positive]
         return taus, allan_deviation(*known, 1.0 / self.rate, taus)
@@ -108,7 +111,11 @@ class NoiseBudget:
                     "rms": source.rms,
                     "share": source.share,
                     "density": source.density.tolist(),
-                    **({"moved_steps": _finite(source.dither.change), "doubtful": source.doubtful} if source.dither else {}),
+                    **(
+                        {"moved_steps": _finite(source.dither.change), "doubtful": source.doubtful}
+                        if source.dither
+                        else {}
+                    ),
                 }
                 for source in self.sources
             ],
@@ -138,13 +145,15 @@ def noise(
     input: str = "",
     band: tuple[float, float] | None = None,
     at: str | float | Fraction | None = None,
+    frequencies: Sequence[float] = (),
 ) -> NoiseBudget:
     """The noise budget of an output: density and rms of what each source makes there, exactly for small signals.
 
     Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error counts as white and
     uniform over one step. What sampling, holding and decimation fold into the band is in it. `band` is in Hz, up to
     half the rate of the output unless said; `at` is the operating point, as in `linearise`, the second common period
-    unless said: in tick 0 processes start. With an `input` the density is referred to it as well.
+    unless said: in tick 0 processes start. With an `input` the density is referred to it as well. Densities are those at
+    some `frequencies` in Hz, ascending, or else on a logarithmic grid.
 
     Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
     """
@@ -160,8 +169,8 @@ def noise(
     limits = _band(found, band)
     squares = mean_squares(found, limits) if band is not None or not found.settles else found.mean_squares()
     low = limits[0] if limits[0] > 0.0 else 0.5 * found.rate * 10.0**-_DECADES
-    frequencies = grid(found, low, limits[1])
-    densities = found.densities(frequencies)
+    shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(found, low, limits[1])
+    densities = found.densities(shown)
     moved = {dither.block: dither for dither in dithers(whole)}
     total = float(np.sum(squares))
     made = [
@@ -182,11 +191,11 @@ def noise(
         band=limits,
         sources=tuple(sorted(made, key=lambda source: (-source.rms, source.block, source.kind))),
         rms=math.sqrt(total),
-        frequencies=frequencies,
+        frequencies=shown,
         density=np.sum(densities, axis=1),
         input=input,
         input_unit=_unit(planned, sources[0]) if sources else "",
-        gain=found.gain(frequencies, sources[0]) if sources else np.zeros(0),
+        gain=found.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=found.period,
         notes=(*whole.notes, *_notes(planned, whole, made, found, band)),
     )
@@ -194,7 +203,7 @@ def noise(
 
 def _unit(planned: Plan, node: Node) -> str:
     block = planned.blocks[node[0]]
-    return short_unit(block.unit_of(block.outputs[node[1]]))
+    return short_unit(unit_of(block, type(block).outputs[node[1]]))
 
 
 def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]:

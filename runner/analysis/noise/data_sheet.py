@@ -1,7 +1,8 @@
 """From the figures of a data sheet to the blocks that make such noise.
 
-N is the coefficient of random walk, a one-sided density sqrt(2) N; B that of bias instability, whose flat Allan deviation
-is sqrt(2 ln 2 / pi) B = 0.664 B and whose one-sided density is B^2 / (pi f); K that of the random walk of the signal.
+N is the coefficient of random walk, a one-sided density sqrt(2) N; B that of bias instability, whose flat Allan
+deviation is sqrt(2 ln 2 / pi) B = 0.664 B and whose one-sided density is B^2 / (pi f); K that of the random walk of the
+signal.
 """
 
 import math
@@ -31,7 +32,9 @@ def noise_blocks_of(
     unit = unit or _unit_of(figures)
     numbers = {name: _number(name, text, unit) for name, text in figures.items()}
     if "density" in numbers and "N" in numbers:
-        raise ModelError([Problem(message="give a density or a random walk, not both: one follows from the other", key="N")])
+        raise ModelError(
+            [Problem(message="give a density or a random walk, not both: one follows from the other", key="N")]
+        )
     blocks: dict[str, Block] = {}
     if "density" in numbers or "N" in numbers:
         blocks["white"] = WhiteNoise(density=numbers.get("density", math.sqrt(2.0) * numbers.get("N", 0.0)), unit=unit)
@@ -56,7 +59,9 @@ def _added(blocks: dict[str, Block], unit: str) -> tuple[dict[str, Block], list[
     if len(sources) == 1:
         return blocks, wires
     blocks["noise"] = Sum(unit=unit)
-    wires += [f"{source} -> noise.{entry}" for source, entry in zip(sources, ("first", "second", "third"), strict=False)]
+    wires += [
+        f"{source} -> noise.{entry}" for source, entry in zip(sources, ("first", "second", "third"), strict=False)
+    ]
     return blocks, wires
 
 
@@ -67,7 +72,16 @@ def _unit_of(figures: Mapping[str, str]) -> str:
             return unit
     text = ", ".join(figures.values())
     hint = "say the unit of the signal, as in --unit V"
-    raise ModelError([Problem(message="the figures are not all of an angular rate or of an acceleration", key="unit", got=text, hint=hint)])
+    raise ModelError(
+        [
+            Problem(
+                message="the figures are not all of an angular rate or of an acceleration",
+                key="unit",
+                got=text,
+                hint=hint,
+            )
+        ]
+    )
 
 
 def _fits(text: str, unit: str) -> bool:
@@ -83,4 +97,6 @@ def _number(name: str, text: str, unit: str) -> float:
         return convert(text, wanted)
     except UnitError as error:
         expected = f"a quantity such as 0.1 {wanted}"
-        raise ModelError([Problem(message=str(error), key=name, got=text, expected=expected, hint=error.hint)]) from None
+        raise ModelError(
+            [Problem(message=str(error), key=name, got=text, expected=expected, hint=error.hint)]
+        ) from None

@@ -75,7 +75,7 @@ class NoiseMap:
         _, b, _, d = self.matrices
         q = self.observed
         weight = self.variances * (np.einsum("ik,ij,jk->k", b, q, b) + np.sum(d**2, axis=0) / self.values)
-        return self._by_source(weight[None])[0]
+        return np.asarray(self._by_source(weight[None])[0])
 
     @cached_property
     def observed(self) -> Array:
@@ -143,6 +143,6 @@ def summed(a: Array, first: Any) -> Array:
         more = power @ total @ power.T
         total = total + more
         if np.all(np.abs(more) <= 1e-18 * np.abs(total)):
-            return total
+            break
         power = power @ power
-    return total
+    return np.asarray(total)

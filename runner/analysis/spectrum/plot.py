@@ -42,7 +42,9 @@ def plot_spectrum(of: Spectrum, figures: Tones | None = None, band: tuple[float,
     return figure
 
 
-def _thinned(lines: "np.ndarray[tuple[int], np.dtype[np.intp]]", of: Spectrum) -> "np.ndarray[tuple[int], np.dtype[np.intp]]":
+def _thinned(
+    lines: "np.ndarray[tuple[int], np.dtype[np.intp]]", of: Spectrum
+) -> "np.ndarray[tuple[int], np.dtype[np.intp]]":
     """Lines to draw: where many fall on one place of the logarithmic axis, the lowest and the highest of them."""
     if len(lines) <= _LINES:
         return lines
@@ -53,4 +55,4 @@ def _thinned(lines: "np.ndarray[tuple[int], np.dtype[np.intp]]", of: Spectrum) -
     for first, last in zip(starts, [*starts[1:], len(lines)], strict=True):
         values = of.density[lines[first:last]]
         kept += sorted({int(first + np.argmin(values)), int(first + np.argmax(values))})
-    return lines[np.array(kept)]
+    return np.asarray(lines[np.array(kept)])

@@ -41,7 +41,9 @@ class Series:
         first = max(0, math.ceil(seconds / self.period - 1e-9))
         if first >= len(self.values):
             message, length = "nothing is left of the signal", f"{self.duration:.6g} s of signal"
-            raise ModelError([Problem(message=message, key="skip", got=f"{seconds:.6g} s", expected=f"less than {length}")])
+            raise ModelError(
+                [Problem(message=message, key="skip", got=f"{seconds:.6g} s", expected=f"less than {length}")]
+            )
         return replace(self, values=self.values[first:])
 
 

@@ -1,7 +1,7 @@
 """A tone and what lies beside it: SNR, SNDR, THD, SFDR, ENOB, as IEEE Std 1241 has them, from a spectrum.
 
-The lines about zero, the tone and its harmonics within the main lobe of the window are theirs; the rest is noise, and is
-taken to go on beneath them at its mean density. Harmonics above half the rate fold back. All ratios are of mean squares;
+The lines about zero, the tone and its harmonics within the main lobe of the window are theirs; the rest is noise, and
+goes on beneath them at its mean density. Harmonics above half the rate fold back. All ratios are of mean squares;
 ENOB = (SNDR - 10 log10(3/2)) / (20 log10(2)) is that of a converter which the tone fills.
 """
 
@@ -97,10 +97,9 @@ def _above(of: Spectrum, lines: Any, floor: float) -> float:
 
 def _middle(of: Spectrum, power: Array, lobe: int, tone: float, band: tuple[float, float] | None) -> int:
     """Index of the highest line: near the tone that is named, or in the band."""
+    lines = of.within(band) & ~_near(of, [0.0], lobe)
     if tone:
         lines = np.abs(of.frequencies - tone) <= (lobe + 1) * of.step
-    else:
-        lines = of.within(band) & ~_near(of, [0.0], lobe)
     if not lines.any() or len(of.frequencies) < _ROOM * (lobe + 1):
         raise ModelError([_no_room(of)])
     middle = int(np.argmax(np.where(lines, power, -1.0)))

@@ -136,11 +136,9 @@ def spectrum(
         )
         raise ModelError([problem])
     density, segments = _mean_density(series.values, length, window, series.rate)
-    frequencies = np.arange(length // 2 + 1) * (series.rate / length)
+    frequencies = np.arange(length // 2 + 1, dtype=np.float64) * np.float64(series.rate / length)
     mean = float(np.mean(series.values))
-    return Spectrum(
-        series.name, series.unit, series.rate, count, mean, window, length, segments, frequencies, density
-    )
+    return Spectrum(series.name, series.unit, series.rate, count, mean, window, length, segments, frequencies, density)
 
 
 def hop_of(segment: int) -> int:

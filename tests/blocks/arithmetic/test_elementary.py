@@ -100,7 +100,9 @@ def argument_names(function: Callable[..., float]) -> tuple[str, ...]:
 
 def test_every_function_is_measured() -> None:
     assert set(CASES) == set(FUNCTIONS)
-    assert {"sine_of_turns", "cosine_of_turns", "bounded_exponential", "logarithm_of_fraction", *OF_MATH} == set(FUNCTIONS)
+    assert {"sine_of_turns", "cosine_of_turns", "bounded_exponential", "logarithm_of_fraction", *OF_MATH} == set(
+        FUNCTIONS
+    )
 
 
 @pytest.mark.skipif(not LONG_IS_LONGER, reason="long doubles have no more bits than numbers here")

@@ -73,7 +73,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
 
 def test_a_constant_drops_out() -> None:
     values = published_set()
-    assert deviation_at(Statistic.ALLAN, values + 1e6, 10) == pytest.approx(deviation_at(Statistic.ALLAN, values, 10), rel=1e-8)
+    assert deviation_at(Statistic.ALLAN, values + 1e6, 10) == pytest.approx(
+        deviation_at(Statistic.ALLAN, values, 10), rel=1e-8
+    )
     drifting = values + 1e-3 * np.arange(1000)
     assert deviation_at(Statistic.HADAMARD, drifting, 10) == pytest.approx(deviation_at(Statistic.HADAMARD, values, 10))
 

@@ -39,8 +39,14 @@ def budget(blocks: dict[str, Block], wires: list[str], output: str, **options: o
 
 def first_order(a: float) -> NoiseBudget:
     """y[n+1] = y + (1 - a) (w - y): a loop through an integrator."""
-    blocks = {"w": WhiteNoise(density=2.0), "error": Difference(), "y": DiscreteIntegrator(gain=(1.0 - a) * RATE, output_unit="1")}
-    return budget(blocks, ["w.output -> error.first", "y.output -> error.second", "error.output -> y.input"], "y.output")
+    blocks = {
+        "w": WhiteNoise(density=2.0),
+        "error": Difference(),
+        "y": DiscreteIntegrator(gain=(1.0 - a) * RATE, output_unit="1"),
+    }
+    return budget(
+        blocks, ["w.output -> error.first", "y.output -> error.second", "error.output -> y.input"], "y.output"
+    )
 
 
 @pytest.mark.parametrize("a", [0.0, 0.5, 0.99, 0.999999])
@@ -86,7 +92,9 @@ def test_noise_of_a_resistor_on_a_capacitor_is_kt_over_c() -> None:
 
 
 def test_brownian_force() -> None:
-    found = budget({"gas": BrownianForce(damping=2e-3), "m": Gain(input_unit="N")}, ["gas.force -> m.input"], "m.output")
+    found = budget(
+        {"gas": BrownianForce(damping=2e-3), "m": Gain(input_unit="N")}, ["gas.force -> m.input"], "m.output"
+    )
     assert found.density == pytest.approx(np.full(len(found.density), 4.0 * 1.380649e-23 * 300.0 * 2e-3), rel=EXACT)
 
 
@@ -173,9 +181,15 @@ def test_a_hold_shapes_by_its_sinc() -> None:
 
 
 def test_gauss_markov_noise() -> None:
-    found = budget({"g": GaussMarkov(standard_deviation=0.2, correlation_time=0.03), "o": Gain()}, ["g.deviation -> o.input"], "o.output")
+    found = budget(
+        {"g": GaussMarkov(standard_deviation=0.2, correlation_time=0.03), "o": Gain()},
+        ["g.deviation -> o.input"],
+        "o.output",
+    )
     a = math.exp(-1.0 / (RATE * 0.03))
-    expected = 2.0 * 0.04 * (1.0 - a * a) / RATE / (1.0 - 2.0 * a * np.cos(2.0 * np.pi * found.frequencies / RATE) + a * a)
+    expected = (
+        2.0 * 0.04 * (1.0 - a * a) / RATE / (1.0 - 2.0 * a * np.cos(2.0 * np.pi * found.frequencies / RATE) + a * a)
+    )
     assert found.density == pytest.approx(expected, rel=EXACT)
     assert found.rms == pytest.approx(0.2, rel=EXACT)
 
@@ -203,7 +217,13 @@ def test_flicker_noise_through_a_high_pass() -> None:
 
 def test_noise_is_referred_to_an_input_through_a_delay_of_several_rates() -> None:
     """What comes out of a decimator at the frequency that goes in: a mean of 10, delayed."""
-    blocks = {"u": Gain(gain=2.0), "w": WhiteNoise(), "sum": Sum(), "d": Decimator(ratio=10), "zero": WhiteNoise(density=0.0)}
+    blocks = {
+        "u": Gain(gain=2.0),
+        "w": WhiteNoise(),
+        "sum": Sum(),
+        "d": Decimator(ratio=10),
+        "zero": WhiteNoise(density=0.0),
+    }
     wires = ["zero.output -> u.input", "u.output -> sum.first", "w.output -> sum.second", "sum.output -> d.input"]
     found = budget(blocks, wires, "d.mean", input="u.output")
     x = np.pi * found.frequencies / RATE

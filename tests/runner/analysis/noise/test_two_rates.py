@@ -30,7 +30,7 @@ def loop() -> Graph:
         "slow.output -> back.input",
     ]  # fmt: skip
     slow = dict.fromkeys(("v", "read", "slow", "back"), "")
-    return Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, rates={name: "1000/3 Hz" for name in slow})
+    return Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, rates=dict.fromkeys(slow, "1000/3 Hz"))
 
 
 def mean_square_by_hand() -> tuple[float, float]:
@@ -83,7 +83,9 @@ def output(p: Popcorn, normal: float) -> float:
 
 
 def test_a_block_of_the_users_own_takes_part() -> None:
-    graph = Graph(name="", rate="1 kHz", blocks={"own": Popcorn(spread=3.0), "o": Gain()}, wires=["own.output -> o.input"])
+    graph = Graph(
+        name="", rate="1 kHz", blocks={"own": Popcorn(spread=3.0), "o": Gain()}, wires=["own.output -> o.input"]
+    )
     budget = noise(graph, "o.output")
     assert [(source.block, source.kind) for source in budget.sources] == [("own", "Popcorn")]
     assert budget.rms == pytest.approx(1.5, rel=1e-12)

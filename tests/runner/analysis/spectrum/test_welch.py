@@ -39,7 +39,9 @@ def test_power_is_the_spectrum_of_scipy() -> None:
 
 def test_the_density_of_white_noise() -> None:
     blocks = {"w": WhiteNoise(density=0.3, unit="V"), "o": Gain(input_unit="V", output_unit="V")}
-    graph = Graph(name="", rate="10 kHz", blocks=blocks, wires=["w.output -> o.input"], probes=["o.output"], samples=200_000)
+    graph = Graph(
+        name="", rate="10 kHz", blocks=blocks, wires=["w.output -> o.input"], probes=["o.output"], samples=200_000
+    )
     found = spectrum(simulate(graph)["o.output"], segment=512)
     assert (found.name, found.unit, found.density_unit, found.rate) == ("o.output", "V", "V/sqrt(Hz)", 10e3)
     assert np.mean(found.density[2:-2]) == pytest.approx(0.09, rel=0.02)
