@@ -21,7 +21,7 @@ import numpy as np
 
 from proofmass import read_graph
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan

@@ -8,6 +8,7 @@ import time
 from proofmass import read_graph, simulate
 from proofmass.graphs.files.library import FOLDER
 from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.flatten import flatten
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.targets.native import CompiledLoop
@@ -23,7 +24,7 @@ def main() -> None:
         if "[blocks" not in path.read_text(encoding="utf-8"):
             continue  # a study that names its graph
         graph = read_graph(path)
-        if not runs_alone(graph):
+        if not runs_alone(flatten(graph)):
             continue
         simulate(graph, samples=1, engine="compiled")
         began = time.perf_counter()

@@ -21,7 +21,7 @@ from compare_with_c import build
 
 from proofmass import read_graph
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 from proofmass.runner.studies.whole.study import run_study

@@ -17,7 +17,7 @@ from scipy.stats import chi2
 
 import proofmass
 from proofmass import Graph, NoiseBudget, Series, Spectrum
-from proofmass.graphs.model.graph import read_probe
+from proofmass.graphs.model.build import read_probe
 
 LIBRARY = Path(__file__).parents[1] / "graphs" / "library"
 _LINES = slice(3, -2)  # the window leaks into those beside zero and half the rate

@@ -19,7 +19,7 @@ from scipy import stats
 
 from proofmass.blocks import WhiteNoise
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 

@@ -7,7 +7,7 @@ import dataclasses
 from typing import Any
 
 from proofmass.blocks import Constant, FixedDifference, FixedIntegrator, FixedPID, FixedQuantiser, FixedStateSpace
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.fixed import digital
 from proofmass.runner.run.simulate import simulate
 

@@ -14,7 +14,8 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration import declare
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import format_of, unit_of
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
 
 Column = NDArray[np.int64]
 

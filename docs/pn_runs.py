@@ -14,8 +14,8 @@ from scipy.optimize import least_squares
 from proofmass.blocks import DiscreteMassSpringDamper, LowPass, Step, WhiteNoise
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate

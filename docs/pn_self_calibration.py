@@ -34,7 +34,7 @@ from docs.pn_runs import (
     tested,
     wandering,
 )
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import RunError, simulate
 
 Rows = Iterator[tuple[str, ...]]

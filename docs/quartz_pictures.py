@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from docs.quartz_accelerometer import MICRO_G, PPM, SCALE_FACTOR, TABLE_4, disturbed, library, run, study
 from proofmass.blocks import Decimator
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.studies.ages import YEAR, recalibration_text
 from proofmass.runner.output.plot import BLUE, ORANGE, write_figure
 from proofmass.runner.run.simulate import simulate

@@ -6,93 +6,36 @@ place only, where the author writes `value.to(format, rounding, overflow)`:
     total = (x.total + c.gain * error).to(TOTAL, "half_up", "saturate")
 
 Every rule is written in integer operators alone. The mantissa may therefore be a Python integer, which is the
-reference, or a signal of a trace (`proofmass.runner.fixed.trace`), from which the compiled code is made: both follow
-the same lines. A mantissa has no unit; a port's unit belongs to the value.
+reference, or a `Mantissa` such as the signal of a trace, from which the compiled code is made: both follow the same
+lines. A mantissa has no unit; a port's unit belongs to the value.
 """
 
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, cast, get_args
 
-Rounding = Literal["half_even", "half_up", "floor", "toward_zero"]
+from proofmass.blocks.arithmetic.fixed_format import Fixed
+from proofmass.blocks.arithmetic.mantissa import (
+    Condition,
+    Integer,
+    Mantissa,
+    Rounding,
+    held,
+    maximum,
+    minimum,
+    rounded,
+    selected,
+    wrapped,
+)
+
+__all__ = [
+    "Fixed", "FixedValue", "Overflow", "Rounding", "clip", "counting_overflows", "fixed", "stored", "where", "wrap",
+]  # fmt: skip
+
 Overflow = Literal["saturate", "wrap", "refuse"]
-Integer: TypeAlias = Any  # a Python integer, or a signal of a trace: it has the operators of one
-Condition: TypeAlias = Any  # a Python truth value, or a signal
-
-_ROUNDINGS, _OVERFLOWS = get_args(Rounding), get_args(Overflow)
-_NOTATION = re.compile(r"\(\s*(\d{1,4})\s*,\s*([+-]?\d{1,4})\s*\)(\s+unsigned)?")
-
-MOST_BITS = 512  # of a format: far beyond any register, small enough that no shift can fill the memory
-
-
-@dataclass(frozen=True, repr=False)
-class Fixed:
-    """A fixed-point format: `width` bits in all, the sign included, `fraction` of them after the binary point.
-
-    Written "(32, 30)" in System Generator's notation: -2 to almost 2 in steps of 2**-30; "(8, 0) unsigned" is 0 to 255.
-    `fraction` may be negative or exceed the width. Raises ValueError for a width or fraction out of bounds.
-
-    >>> Fixed(16, 12).lowest, Fixed(16, 12).highest, Fixed(16, 12).resolution
-    (-32768, 32767, Fraction(1, 4096))
-    """
-
-    width: int
-    fraction: int = 0
-    signed: bool = True
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.width <= MOST_BITS:
-            raise ValueError(f"a format of {self.width} bits: the width is 1 to {MOST_BITS}")
-        if abs(self.fraction) > MOST_BITS:
-            raise ValueError(f"a format with {self.fraction} fraction bits: they are -{MOST_BITS} to {MOST_BITS}")
-
-    @classmethod
-    def read(cls, text: str) -> "Fixed":
-        """The format named by a text; raises ValueError."""
-        found = _NOTATION.fullmatch(text.strip())
-        if found is None:
-            raise ValueError("is no format")
-        return cls(int(found[1]), int(found[2]), signed=found[3] is None)
-
-    @cached_property
-    def lowest(self) -> int:
-        """The lowest mantissa."""
-        return -(1 << (self.width - 1)) if self.signed else 0
-
-    @cached_property
-    def highest(self) -> int:
-        """The highest mantissa."""
-        return (1 << (self.width - 1 if self.signed else self.width)) - 1
-
-    @property
-    def resolution(self) -> Fraction:
-        """The value of one step of the mantissa."""
-        return Fraction(2) ** -self.fraction
-
-    def load(self, mantissa: Integer) -> "FixedValue":
-        """The value that a register of this format holds as `mantissa`."""
-        return FixedValue(mantissa, self.fraction)
-
-    def store(self, value: "FixedValue | Integer") -> Integer:
-        """The mantissa that a register of this format holds for a value, which must have a place in it.
-
-        Raises TypeError for a value with more fraction bits, OverflowError for one outside the range.
-        """
-        value = _lifted(value)
-        if value.fraction > self.fraction:
-            raise TypeError(f"{value.fraction} fraction bits do not go into {self!r}: round with .to({self!r})")
-        return _held(value.mantissa << (self.fraction - value.fraction), self)
-
-    def __repr__(self) -> str:
-        return f"Fixed({self.width}, {self.fraction}{'' if self.signed else ', signed=False'})"
-
-    def __str__(self) -> str:
-        return f"({self.width}, {self.fraction}){'' if self.signed else ' unsigned'}"
+_OVERFLOWS = get_args(Overflow)
 
 
 class OverflowCount:
@@ -144,7 +87,7 @@ class FixedValue:
         `half_even` and `half_up` take the nearest step, a tie to the even mantissa or upwards; `floor` drops bits;
         `toward_zero` drops bits of the magnitude. `wrap` keeps the low bits; `refuse` raises OverflowError.
         """
-        mantissa = _rounded(self.mantissa, self.fraction - format.fraction, rounding)
+        mantissa = rounded(self.mantissa, self.fraction - format.fraction, rounding)
         return FixedValue(_fitted(mantissa, format, overflow), format.fraction)
 
     def __add__(self, other: Any) -> "FixedValue":
@@ -190,27 +133,27 @@ class FixedValue:
         """Divided by 2**places: the binary point moves, the mantissa stays, nothing is lost."""
         return FixedValue(self.mantissa, self.fraction + _constant_shift(places))
 
-    def __lt__(self, other: Any) -> Condition:
+    def __lt__(self, other: Any) -> Any:
         a, b, _ = _aligned(self, other)
         return a < b
 
-    def __le__(self, other: Any) -> Condition:
+    def __le__(self, other: Any) -> Any:
         a, b, _ = _aligned(self, other)
         return a <= b
 
-    def __gt__(self, other: Any) -> Condition:
+    def __gt__(self, other: Any) -> Any:
         a, b, _ = _aligned(self, other)
         return a > b
 
-    def __ge__(self, other: Any) -> Condition:
+    def __ge__(self, other: Any) -> Any:
         a, b, _ = _aligned(self, other)
         return a >= b
 
-    def __eq__(self, other: object) -> Condition:
+    def __eq__(self, other: object) -> Any:
         a, b, _ = _aligned(self, other)
         return a == b
 
-    def __ne__(self, other: object) -> Condition:
+    def __ne__(self, other: object) -> Any:
         a, b, _ = _aligned(self, other)
         return a != b
 
@@ -222,7 +165,7 @@ class FixedValue:
     @property
     def value(self) -> Fraction:
         """The number itself; only where the mantissa is a Python integer."""
-        return Fraction(self.mantissa) / Fraction(2) ** self.fraction
+        return Fraction(cast(int, self.mantissa)) / Fraction(2) ** self.fraction
 
     def __float__(self) -> float:
         return float(self.value)
@@ -245,9 +188,9 @@ def fixed(value: int | float | Fraction, format: Fixed, rounding: Rounding | Lit
         raise ValueError(f'{value} is no multiple of {format.resolution}: say a rounding, as in "half_even"')
     # Two bits below the step, the lowest set where anything follows, are enough for every rule of rounding.
     below, left = divmod(scaled.numerator * 4, scaled.denominator)
-    mantissa = _rounded(below | (left != 0), 2, "floor" if rounding == "exact" else rounding)
+    mantissa = rounded(below | (left != 0), 2, "floor" if rounding == "exact" else rounding)
     if not format.lowest <= mantissa <= format.highest:
-        raise ValueError(f"{value} does not fit {_range(format)}")
+        raise ValueError(f"{value} does not fit {format.with_range}")
     return FixedValue(mantissa, format.fraction)
 
 
@@ -259,11 +202,9 @@ def where(condition: Condition, chosen: Any, otherwise: Any) -> Any:
     if isinstance(chosen, FixedValue) or isinstance(otherwise, FixedValue):
         a, b, fraction = _aligned(_lifted(chosen), otherwise)
         return FixedValue(where(condition, a, b), fraction)
-    if isinstance(condition, bool | int):
-        return chosen if condition else otherwise
     if isinstance(condition, FixedValue):
         raise TypeError("a condition is a comparison: write value != 0")
-    return condition.select(chosen, otherwise)
+    return selected(condition, chosen, otherwise)
 
 
 def clip(value: Any, low: Any, high: Any) -> Any:
@@ -277,7 +218,7 @@ def clip(value: Any, low: Any, high: Any) -> Any:
         fraction = max(each.fraction for each in values)
         value, low, high = (each.mantissa << (fraction - each.fraction) for each in values)
         return FixedValue(clip(value, low, high), fraction)
-    return _minimum(_maximum(value, low), high)
+    return minimum(maximum(value, low), high)
 
 
 def wrap(value: Any, format: Fixed) -> Any:
@@ -292,41 +233,26 @@ def wrap(value: Any, format: Fixed) -> Any:
         if value.fraction != format.fraction:
             raise TypeError(f"{value.fraction} fraction bits do not wrap in {format!r}: bring them there with .to()")
         return FixedValue(wrap(value.mantissa, format), format.fraction)
-    if hasattr(value, "wrapped"):
-        return value.wrapped(format.lowest, format.highest)
-    low_bits = value & ((1 << format.width) - 1)
-    if not format.signed:
-        return low_bits
-    sign = 1 << (format.width - 1)
-    return (low_bits ^ sign) - sign
+    return wrapped(value, format.lowest, format.highest)
 
 
-def _rounded(mantissa: Integer, dropped: int, rounding: Rounding) -> Integer:
-    """mantissa / 2**dropped as an integer."""
-    if rounding not in _ROUNDINGS:
-        raise TypeError(f"rounding is one of {', '.join(_ROUNDINGS)}, not {rounding!r}")
-    if dropped <= 0:
-        return mantissa << -dropped
-    half, below = 1 << (dropped - 1), (1 << dropped) - 1
+def stored(value: FixedValue | Integer, format: Fixed) -> Any:
+    """The mantissa that a register of a format holds for a value, which must have a place in it.
 
-    def rule(m: Integer) -> Integer:
-        if rounding == "half_even":  # one less than a half, and one more where that makes an odd quotient even
-            return (m + (half - 1) + ((m >> dropped) & 1)) >> dropped
-        if rounding == "half_up":
-            return (m + half) >> dropped
-        if rounding == "toward_zero":
-            return (m + where(m < 0, below, 0)) >> dropped
-        return m >> dropped
-
-    return _monotone(rule, mantissa)
+    Raises TypeError for a value with more fraction bits, OverflowError for one outside the range.
+    """
+    value = _lifted(value)
+    if value.fraction > format.fraction:
+        raise TypeError(f"{value.fraction} fraction bits do not go into {format!r}: round with .to({format!r})")
+    return held(value.mantissa << (format.fraction - value.fraction), format)
 
 
-def _fitted(mantissa: Integer, format: Fixed, overflow: Overflow) -> Integer:
+def _fitted(mantissa: Integer, format: Fixed, overflow: Overflow) -> Any:
     if overflow not in _OVERFLOWS:
         raise TypeError(f"overflow is one of {', '.join(_OVERFLOWS)}, not {overflow!r}")
     count = _counting.get()
     if overflow == "refuse" and (isinstance(mantissa, int) or count is None or not count.refusals):
-        return _held(mantissa, format)
+        return held(mantissa, format)
     if count is not None and overflow != "refuse":
         count.total = count.total + ((mantissa < format.lowest) | (mantissa > format.highest))
     fitted = wrap(mantissa, format) if overflow == "wrap" else clip(mantissa, format.lowest, format.highest)
@@ -337,42 +263,13 @@ def _fitted(mantissa: Integer, format: Fixed, overflow: Overflow) -> Integer:
     return fitted
 
 
-# -- what a signal of a trace does in its own way ------------------------------------------------------------------
-
-
-def _monotone(rule: Callable[[Integer], Integer], mantissa: Integer) -> Integer:
-    """The value of a rule that never decreases; a signal takes its interval from the rule at both ends."""
-    return rule(mantissa) if isinstance(mantissa, int) else mantissa.monotone(rule)
-
-
-def _held(mantissa: Integer, format: Fixed) -> Integer:
-    """The mantissa, which must be one of the format: a signal is refused for what it could become."""
-    if not isinstance(mantissa, int):
-        return mantissa.held(format.lowest, format.highest, _range(format))
-    if not format.lowest <= mantissa <= format.highest:
-        raise OverflowError(f"{_shown(mantissa * format.resolution)} does not fit {_range(format)}")
-    return mantissa
-
-
-def _minimum(a: Integer, b: Integer) -> Integer:
-    if isinstance(a, int):
-        return min(a, b) if isinstance(b, int) else b.minimum(a)
-    return a.minimum(b)
-
-
-def _maximum(a: Integer, b: Integer) -> Integer:
-    if isinstance(a, int):
-        return max(a, b) if isinstance(b, int) else b.maximum(a)
-    return a.maximum(b)
-
-
 # -- operands ------------------------------------------------------------------------------------------------------
 
 
 def _lifted(value: Any) -> FixedValue:
     if isinstance(value, FixedValue):
         return value
-    if isinstance(value, int) or hasattr(value, "monotone"):
+    if isinstance(value, int | Mantissa):
         return FixedValue(value, 0)
     raise TypeError(f"a {type(value).__name__} has no fixed-point format: write fixed(value, format, rounding)")
 
@@ -391,12 +288,3 @@ def _constant_shift(places: int) -> int:
     if not isinstance(places, int):
         raise TypeError("the binary point moves by a constant number of places: shift the mantissa, or multiply")
     return places
-
-
-def _range(format: Fixed) -> str:
-    lowest, highest = (_shown(mantissa * format.resolution) for mantissa in (format.lowest, format.highest))
-    return f"{format!r}, which holds {lowest} to {highest}"
-
-
-def _shown(value: Fraction) -> str:
-    return f"{float(value):.10g}" if abs(value) < 10**300 else "a number of over 300 digits"

@@ -34,7 +34,7 @@ def bound(
             f"write def {function.__name__}(c, {', '.join(names)})"
         )
     if not names or unknown:
-        hint = did_you_mean(unknown[0], known, "argument") if unknown else "the first argument is the constants"
+        hint = did_you_mean(unknown[0], known, "the arguments") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
     reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
     meanings = tuple(meaning_of(name, buffers) for name in names[1:])

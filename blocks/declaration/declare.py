@@ -24,7 +24,7 @@ from typing import Any
 from proofmass.blocks.declaration.kind import Kind
 from proofmass.blocks.declaration.parameter import param, read_parameters
 from proofmass.blocks.declaration.ports import Buffer, BufferPort, Input, Port, Recording
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.blocks.declaration.units import UnitError, unit
 
 __all__ = ["Block", "Buffer", "BufferPort", "Input", "Kind", "Port", "Recording", "block", "param"]
@@ -40,7 +40,7 @@ class Block(metaclass=Kind):
                 message=f"{kind.__name__} has no such parameter",
                 key=f"{kind.__name__}.{name}",
                 got=name,
-                hint=did_you_mean(name, kind.parameters, "parameter"),
+                hint=did_you_mean(name, kind.parameters, f"the parameters of {kind.__name__}"),
                 path=(name,),
             )
             for name in values
@@ -105,14 +105,12 @@ def _bad_units(block: Block) -> Iterator[Problem]:
             try:
                 unit(vars(block)[name])
             except UnitError as error:
-                yield _problem(block, name, str(error), "a unit", error.hint)
+                key = f"{type(block).__name__}.{name}"
+                yield error.problem(key, vars(block)[name], path=(name,), expected="a unit")
 
 
 def _unmet(block: Block, requirements: Iterator[tuple[str, str]]) -> Iterator[Problem]:
     for name, expected in requirements:
-        yield _problem(block, name, "does not go with the other parameters", expected)
-
-
-def _problem(block: Block, name: str, message: str, expected: str, hint: str = "") -> Problem:
-    key, got = f"{type(block).__name__}.{name}", shown(vars(block)[name])
-    return Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(name,))
+        key = f"{type(block).__name__}.{name}"
+        refusal = Refusal("does not go with the other parameters")
+        yield refusal.problem(key, vars(block)[name], path=(name,), expected=expected)

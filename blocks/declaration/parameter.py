@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any, TypeGuard
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
-from proofmass.blocks.declaration.problem import Problem, shown
-from proofmass.blocks.declaration.units import UnitError, convert_exactly
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.units import convert_exactly
 
 LARGEST_INTEGER = 2**62  # integer arithmetic of the compiled loop has 64 bits
 _KINDS = (float, int, bool, str, Fixed, tuple)
@@ -50,17 +50,17 @@ class Parameter:
     def read(self, value: object, unit: str) -> Any:
         """The value as the type of the parameter, strings converted to its unit.
 
-        Raises `ParameterError` when the value is of the wrong type, not finite or out of bounds.
+        Raises `Refusal` when the value is of the wrong type, not finite or out of bounds.
         """
         if self.kind is tuple:
             if not isinstance(value, list | tuple):
-                raise ParameterError("must be a list of numbers")
+                raise Refusal("must be a list of numbers")
             if not value:
-                raise ParameterError("must not be empty")
+                raise Refusal("must not be empty")
             return tuple(self._number(entry, unit) for entry in value)
         if self.kind is bool:
             if not isinstance(value, bool):
-                raise ParameterError("must be true or false")
+                raise Refusal("must be true or false")
             return value
         if self.kind is str:
             return self._text(value)
@@ -70,9 +70,9 @@ class Parameter:
 
     def _text(self, value: object) -> str:
         if not isinstance(value, str):
-            raise ParameterError("must be a string")
+            raise Refusal("must be a string")
         if self.choices and value not in self.choices:
-            raise ParameterError("is not one of the choices")
+            raise Refusal("is not one of the choices")
         return value
 
     def _number(self, value: object, unit: str) -> float | int:
@@ -80,37 +80,34 @@ class Parameter:
         if isinstance(value, str):
             number = self._converted(value, unit)
         elif not _is_number(value):
-            raise ParameterError("must be a number" if self.kind is not int else "must be an integer")
+            raise Refusal("must be a number" if self.kind is not int else "must be an integer")
         elif self.kind is int:
             if not isinstance(value, int):
-                raise ParameterError("must be an integer", "write it without a decimal point")
+                raise Refusal("must be an integer", "write it without a decimal point")
             number = value
         else:
             try:
                 number = float(value)
             except OverflowError:
-                raise ParameterError("is too large for a number") from None
+                raise Refusal("is too large for a number") from None
         if isinstance(number, int) and abs(number) > LARGEST_INTEGER:
-            raise ParameterError("is beyond 62 bits")
+            raise Refusal("is beyond 62 bits")
         if not math.isfinite(number):
-            raise ParameterError("must be finite")
+            raise Refusal("must be finite")
         if not self.inside(number):
-            raise ParameterError(f"must be {self.bounds()}")
+            raise Refusal(f"must be {self.bounds()}")
         return number
 
     def _converted(self, text: str, unit: str) -> float | int:
-        try:
-            exact = convert_exactly(text, unit)
-        except UnitError as error:
-            raise ParameterError(str(error), error.hint) from None
+        exact = convert_exactly(text, unit)
         if self.kind is int:
             if exact.denominator != 1:
-                raise ParameterError("must be an integer")
+                raise Refusal("must be an integer")
             return int(exact)
         try:
             return float(exact)
         except OverflowError:
-            raise ParameterError("is too large for a number") from None
+            raise Refusal("is too large for a number") from None
 
     def inside(self, number: float) -> bool:
         """Whether a number is within the bounds."""
@@ -126,23 +123,15 @@ def _format(value: object) -> Fixed:
     if isinstance(value, Fixed):
         return value
     if not isinstance(value, str):
-        raise ParameterError("must be a format", "write it in quotes")
+        raise Refusal("must be a format", "write it in quotes")
     try:
         return Fixed.read(value)
     except ValueError as error:
-        raise ParameterError(str(error)) from None
+        raise Refusal(str(error)) from None
 
 
 def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-class ParameterError(ValueError):
-    """Why a value is refused, in the words that follow the parameter's name."""
-
-    def __init__(self, message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.hint = hint
 
 
 def param(
@@ -182,7 +171,7 @@ def declared(owner: str, name: str, field: object, annotation: Any) -> Parameter
     made = Parameter(name, kind, field.default, choices=choices, **metadata["bounds"], **texts)
     try:
         default = field.default if kind is Fixed else made.read(field.default, made.unit)
-    except ParameterError as error:
+    except Refusal as error:
         expected = made.expected(made.unit)
         raise TypeError(f"{owner}.{name}: its default {shown(field.default)} {error}; expected {expected}") from None
     return dataclasses.replace(made, default=default)
@@ -202,7 +191,7 @@ def read_parameters(
         unit = fill(parameter.unit, texts)
         try:
             values[name] = parameter.read(given[name], unit)
-        except ParameterError as error:
+        except Refusal as error:
             values[name] = parameter.default
             problems.append(
                 Problem(

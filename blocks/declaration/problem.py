@@ -4,6 +4,9 @@ import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+_LISTED = 12  # names in a hint
+_COMPARED = 2000  # names; comparing takes some microseconds each
+
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
@@ -46,6 +49,25 @@ class ModelError(ValueError):
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
 
+class Refusal(ValueError):  # noqa: N818  # a word of its own, as in "raise Refusal(...)"
+    """Why a value is refused: words that follow its name, what was got and expected, how to cure it.
+
+    `key` is the entry of a table that the value stands under.
+    """
+
+    def __init__(self, message: str, hint: str = "", *, key: str = "", got: str = "", expected: str = "") -> None:
+        super().__init__(message)
+        self.hint, self.key, self.got, self.expected = hint, key, got, expected
+
+    def under(self, key: str, value: object, expected: str = "") -> "Refusal":
+        """The refusal of a value that stands under a key."""
+        return Refusal(str(self), self.hint, key=key, got=shown(value), expected=expected)
+
+    def problem(self, key: str, value: object, *, path: tuple[str, ...] = (), expected: str = "") -> Problem:
+        """The refusal as a problem of a model."""
+        return Problem(message=str(self), key=key, got=shown(value), expected=expected, hint=self.hint, path=path)
+
+
 def nearest(word: str, names: Iterable[str]) -> str:
     """The valid name most like `word`, or an empty string: "did you mean" for every message.
 
@@ -58,14 +80,19 @@ def nearest(word: str, names: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, names: Iterable[str], what: str) -> str:
-    """A hint that gives the nearest of the valid names, or all of them when none is near."""
+    """A hint: the nearest of the valid names, or the valid names when none is near; `what` is their plural.
+
+    >>> did_you_mean("voltag", ["voltage"], "inputs of adc")
+    'did you mean voltage?'
+    >>> did_you_mean("x", ["code", "number"], "outputs of adc")
+    'outputs of adc: code, number.'
+    """
     names = sorted(names)
-    near = nearest(word, names)
+    near = nearest(word, names) if len(names) <= _COMPARED else ""
     if near:
         return f"did you mean {near}?"
-    if not names:
-        return f"there is no {what} here"
-    return f"the valid {what}s: {', '.join(names)}" if len(names) > 1 else f"the only {what}: {names[0]}"
+    more = [f"and {len(names) - _LISTED} more"] if len(names) > _LISTED else []
+    return f"{what}: {', '.join([*names[:_LISTED], *more]) or 'none'}."
 
 
 def shown(value: object, limit: int = 80) -> str:

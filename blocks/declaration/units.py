@@ -10,6 +10,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean
+
 BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 
 PREFIXES = {
@@ -102,12 +104,8 @@ class Unit(NamedTuple):
         return "*".join(up or ["1"]) + "".join("/" + name for name in down)
 
 
-class UnitError(ValueError):
-    """A unit expression that cannot be read, or a quantity of the wrong dimension; `hint` says what to write."""
-
-    def __init__(self, message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.hint = hint
+class UnitError(Refusal):
+    """A unit expression that cannot be read, or a quantity of the wrong dimension."""
 
 
 @lru_cache(maxsize=4096)
@@ -304,13 +302,11 @@ def _named(name: str) -> Unit:
 
 
 def _like(name: str) -> str:
-    from proofmass.blocks.declaration.problem import did_you_mean
-
     word = name.lower().removesuffix("s")
     if word in _WRITTEN_OUT:
         return f"did you mean {_WRITTEN_OUT[word]}?"
     common = ("kHz", "MHz", "ms", "us", "ns", "mV", "uV", "pF", "fF", "kg", "mg", "um", "nm", "mm", "kohm", "uN", "mA")
-    return did_you_mean(name[:20], (*_UNITS, *common), "unit")
+    return did_you_mean(name[:20], (*_UNITS, *common), "units")
 
 
 def _padded(exponents: tuple[int, ...]) -> tuple[Fraction, ...]:

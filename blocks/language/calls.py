@@ -45,9 +45,8 @@ class Calls(Expressions):
         new = {keyword.arg: keyword.value for keyword in node.keywords}
         for name in new:
             if name not in kind.fields:
-                raise refuse(
-                    node, f"{kind.kind.__name__} has no field {name}", did_you_mean(str(name), kind.fields, "field")
-                )
+                hint = did_you_mean(str(name), kind.fields, "its fields")
+                raise refuse(node, f"{kind.kind.__name__} has no field {name}", hint)
         given = {name: self.expression(value) for name, value in new.items()}
         rest = {name: (ast.Attribute(made, name, ast.Load()), of) for name, of in kind.fields.items()}
         return self._made(node, kind, rest | given)  # type: ignore[operator]

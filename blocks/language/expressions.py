@@ -82,7 +82,7 @@ class Expressions(Writer):
         if isinstance(kind, Record):
             fields = kind.fields
             if node.attr not in fields:
-                hint = did_you_mean(node.attr, fields, "field")
+                hint = did_you_mean(node.attr, fields, "its fields")
                 raise refuse(node, f"{kind.kind.__name__} has no field {node.attr}", hint)
             if isinstance(fields[node.attr], Unknown):
                 raise refuse(

@@ -79,7 +79,7 @@ class Scope:
         if value is _MISSING:
             name = getattr(owner, "__name__", "it")
             names = [each for each in dir(owner) if not each.startswith("_")]
-            raise refuse(node, f"{name} has no {node.attr}", did_you_mean(node.attr, names, "name"))
+            raise refuse(node, f"{name} has no {node.attr}", did_you_mean(node.attr, names, f"the names of {name}"))
         self.reads.append((owner, node.attr, value))
         return value
 

@@ -72,7 +72,8 @@ def output(c: Constants, p: FixedPID, x: State, error: FixedValue) -> FixedValue
 def update(c: Constants, p: FixedPID, x: State, error: FixedValue) -> State:
     wanted, integral, derivative = _wanted(c, p, x, error)
     if p.overflow == "saturate":
-        lowest, highest = (p.output_format.load(end) for end in (p.output_format.lowest, p.output_format.highest))
+        ends = p.output_format.lowest, p.output_format.highest
+        lowest, highest = (FixedValue(end, p.output_format.fraction) for end in ends)
         if (wanted > highest and integral > x.integral) or (wanted < lowest and integral < x.integral):
             integral = x.integral
     return State(integral, derivative, error)

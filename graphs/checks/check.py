@@ -14,14 +14,14 @@ from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import Unit, UnitError, unit
 from proofmass.graphs.checks.clocking import clocking_notes
+from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
-from proofmass.graphs.checks.schedule import schedule
-from proofmass.graphs.model.exports import as_written, bad_exports, exposed, once, open_inputs, unused_parts
-from proofmass.graphs.model.flatten import flatten, inside
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.checks.schedule import Schedule, schedule
+from proofmass.graphs.model.exports import exposed, open_inputs
+from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
+from proofmass.graphs.model.graph import Given, Graph, split
 from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
-from proofmass.graphs.model.loops import bad_loops
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.names import Missing, find_output, find_target
 from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
@@ -33,31 +33,44 @@ def check(graph: Graph) -> list[Problem]:
     A graph with exports may be a part of others, which give it a rate and drive its inputs: for `check` it is a note
     where these are missing, and `checked` refuses it alone.
     """
-    flat = flatten(graph)
+    return _looked_at(flatten(graph))[0]
+
+
+def checked(graph: Given) -> Given:
+    """The graph itself when it can run; raises `ModelError` with every problem otherwise."""
+    scheduled(flatten(graph))
+    return graph
+
+
+def scheduled(flat: FlatGraph) -> Schedule:
+    """Return the schedule of a graph that can run; raises `ModelError` with every problem otherwise."""
+    found, order = _looked_at(flat)
+    problems = [problem for problem in found if not problem.note]
+    problems += [] if problems or not flat.exports else open_inputs(flat)
+    if problems or order is None:
+        raise ModelError(problems)
+    return order
+
+
+def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
+    """All problems with their places, and the schedule where wires and rates are right."""
+    order = None
     problems = list(_size(flat))
     if not problems:
-        names = chain(_signals(flat, graph), bad_exports(graph, flat), bad_loops(graph, flat))
-        found = chain(_rates(flat), _Wiring(flat, graph).problems(), names)
+        names = chain(_signals(flat), bad_exports(flat), bad_loops(flat))
+        found = chain(_rates(flat), _Wiring(flat).problems(), names)
         problems = list(islice(found, 2 * PROBLEMS))
     if not problems:
         try:
-            schedule(flat)
+            order = schedule(flat)
         except ModelError as error:
             problems = list(error.problems)
     problems += own_problems(flat)
     if not problems:
-        problems = list(islice(_notes(flat, graph), PROBLEMS))
+        problems = list(islice(_notes(flat), PROBLEMS))
     placed = once(flat, [flat.placed(as_written(flat, problem)) for problem in problems])[:PROBLEMS]
-    return sorted(placed, key=lambda problem: (problem.file != graph.place.file, problem.file, problem.line))
-
-
-def checked(graph: Graph) -> Graph:
-    """The graph itself when it can run; raises `ModelError` with every problem otherwise."""
-    problems = [problem for problem in check(graph) if not problem.note]
-    problems += [] if problems or not graph.exports else open_inputs(graph)
-    if problems:
-        raise ModelError(problems)
-    return graph
+    first = flat.root.place.file
+    return sorted(placed, key=lambda problem: (problem.file != first, problem.file, problem.line)), order
 
 
 def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
@@ -81,7 +94,7 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
     return [p for p in check(graph) if not p.note and len(p.path) > 1 and touched(p).isdisjoint(doubtful)]
 
 
-def _size(graph: Graph) -> Iterator[Problem]:
+def _size(graph: FlatGraph) -> Iterator[Problem]:
     if not graph.blocks:
         hint = 'add [blocks.NAME] and below it kind = "Gain"'
         yield Problem(message="the graph has no blocks", key="blocks", hint=hint)
@@ -90,7 +103,7 @@ def _size(graph: Graph) -> Iterator[Problem]:
             yield Problem(message="too many", key=key, got=str(count), expected=f"at most {largest}", path=(key,))
 
 
-def _rates(graph: Graph) -> Iterator[Problem]:
+def _rates(graph: FlatGraph) -> Iterator[Problem]:
     discrete = [name for name, block in graph.blocks.items() if not type(block).continuous()]
     for name in graph.rates:
         if name not in discrete:
@@ -130,8 +143,8 @@ def _rates(graph: Graph) -> Iterator[Problem]:
 class _Wiring:
     """Every wire against the ports at its two ends, and every input without one."""
 
-    def __init__(self, graph: Graph, root: Graph) -> None:
-        self.graph, self.root = graph, root
+    def __init__(self, graph: FlatGraph) -> None:
+        self.graph, self.root = graph, graph.root
         self.meant: set[str] = set()  # inputs that a misspelt wire meant: they are not reported twice
 
     def problems(self) -> Iterator[Problem]:
@@ -140,10 +153,10 @@ class _Wiring:
     def _wires(self) -> Iterator[Problem]:
         driven_by: dict[str, str] = {}
         absent: set[str] = set()  # blocks that are not there: each is told once, however many wires name it
-        for wire in sorted(self.graph.wires, key=lambda wire: self.graph.place.line(("wires", str(wire)))):
+        for wire in sorted(self.graph.wires, key=lambda wire: self.graph.find(("wires", str(wire)))[1]):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
-            out, into = find_output(self.graph, source, self.root), find_target(self.graph, target, self.root)
+            out, into = find_output(self.graph, source), find_target(self.graph, target)
             for end in (out, into):
                 if isinstance(end, Missing) and end.message not in absent:
                     yield Problem(message=end.message, key=key, hint=end.hint, path=path)
@@ -292,15 +305,15 @@ def _facts(block: Block, port: Port) -> str:
     return kind[port.dtype] if not port.shape else f"{counted(shape_of(block, port))}, each {kind[port.dtype]}"
 
 
-def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
+def _signals(graph: FlatGraph) -> Iterator[Problem]:
     """Outputs that probes and measures name."""
-    yield from _probes(graph, root)
+    yield from _probes(graph)
     if graph.measures and any(name.partition(".")[0] == MEASURES for name in graph.blocks):
         message, hint = "the name is taken where a graph has measures", "rename the block"
         yield Problem(message=message, key=f"blocks.{MEASURES}", hint=hint, path=("blocks", MEASURES))
     for name, measure in graph.measures.items():
         path, key = ("measures", name), f"measures.{name}.signal"
-        found = find_output(graph, measure.signal, root)
+        found = find_output(graph, measure.signal)
         if isinstance(found, Missing):
             yield Problem(message=found.message, key=key, hint=found.hint, path=(*path, "signal"))
             continue
@@ -319,11 +332,11 @@ def _signals(graph: Graph, root: Graph) -> Iterator[Problem]:
                 yield replace(problem, key=f"measures.{name}.{problem.path[0]}", path=(*path, *problem.path))
 
 
-def _probes(graph: Graph, root: Graph) -> Iterator[Problem]:
+def _probes(graph: FlatGraph) -> Iterator[Problem]:
     seen = set()
     for index, (signal, _) in enumerate(graph.probes):
-        path, key = ("probes", str(index)), f"probes: {root.probes[index].signal}"
-        found = find_output(graph, signal, root)
+        path, key = ("probes", str(index)), f"probes: {graph.root.probes[index].signal}"
+        found = find_output(graph, signal)
         if isinstance(found, Missing):
             yield Problem(message=found.message, key=key, hint=found.hint, path=path)
         if signal in seen:
@@ -331,11 +344,11 @@ def _probes(graph: Graph, root: Graph) -> Iterator[Problem]:
         seen.add(signal)
 
 
-def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
-    yield from (replace(problem, note=True) for problem in open_inputs(root))
+def _notes(graph: FlatGraph) -> Iterator[Problem]:
+    yield from (replace(problem, note=True) for problem in open_inputs(graph))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
     used |= {split(measure.signal) for measure in graph.measures.values()}
-    used |= {split(signal) for signal in exposed(root)}
+    used |= {split(signal) for signal in exposed(graph.root)}
     for name, block in graph.blocks.items():
         kind = type(block)
         if kind.outputs and not any((name, port) in used for port in kind.outputs):
@@ -347,8 +360,8 @@ def _notes(graph: Graph, root: Graph) -> Iterator[Problem]:
                 path=("blocks", name),
             )
     yield from clocking_notes(graph)
-    if root.subgraphs:
-        yield from unused_parts(root, graph)
+    if graph.root.subgraphs:
+        yield from unused_parts(graph)
     if not graph.probes and not graph.measures and not graph.exports:
         hint = 'add probes = ["block.output"] above the first block'
         yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)

@@ -9,15 +9,15 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.graphs.model.exports import as_written
-from proofmass.graphs.model.flatten import flatten, has_own_rate
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.checks.names_used import as_written
+from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
+from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.rates import write_rate
 
 Node = tuple[str, str]
 
 
-def clocking_notes(flat: Graph) -> Iterator[Problem]:
+def clocking_notes(flat: FlatGraph) -> Iterator[Problem]:
     """Notes on a flat graph whose wires are right, in the order of its blocks."""
     wiring = _Wiring(flat)
     for name, block in flat.blocks.items():
@@ -28,16 +28,15 @@ def clocking_notes(flat: Graph) -> Iterator[Problem]:
             yield from _passed_over(wiring, name)
 
 
-def notes_of_a_run(graph: Graph) -> list[Problem]:
+def notes_of_a_run(flat: FlatGraph) -> list[Problem]:
     """The notes of a right graph with their places, for who runs it without a check."""
-    flat = flatten(graph)
     return [flat.placed(as_written(flat, problem)) for problem in clocking_notes(flat)]
 
 
 class _Wiring:
     """Who drives and who reads a block, and how often."""
 
-    def __init__(self, flat: Graph) -> None:
+    def __init__(self, flat: FlatGraph) -> None:
         self.flat = flat
         self.drivers: dict[str, dict[str, Node]] = defaultdict(dict)  # by block and its input or parameter
         self.readers: dict[str, list[Node]] = defaultdict(list)

@@ -2,10 +2,11 @@
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import split
 
 
-def own_problems(graph: Graph) -> list[Problem]:
+def own_problems(graph: FlatGraph) -> list[Problem]:
     """The problems of a flat graph's own blocks, each with file and line; those of a kind once."""
     kinds = {type(block) for block in graph.blocks.values() if not block.__module__.startswith("proofmass.blocks.")}
     if not kinds:
@@ -18,7 +19,7 @@ def own_problems(graph: Graph) -> list[Problem]:
     return list(dict.fromkeys(found))
 
 
-def _driven(graph: Graph) -> list[tuple[str, str]]:
+def _driven(graph: FlatGraph) -> list[tuple[str, str]]:
     return [split(wire.target) for wire in graph.wires if split(wire.target)[0] in graph.blocks]
 
 

@@ -14,7 +14,6 @@ from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import Layout, Shape, Spot, lay_out
 from proofmass.graphs.drawing.picture import Picture, picture
 from proofmass.graphs.drawing.routing import Point
-from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
 
@@ -49,7 +48,7 @@ _STYLE = """
 
 def svg(graph: Graph) -> str:
     """Return the block diagram as SVG: signals from left to right, return paths below, details as tooltips."""
-    return _svg(picture(graph, flatten(graph)))
+    return _svg(picture(graph))
 
 
 def _svg(graph: Picture) -> str:
@@ -89,7 +88,7 @@ def _svg(graph: Picture) -> str:
 
 def mermaid(graph: Graph) -> str:
     """Return the wiring as a Mermaid flowchart, which many document tools draw."""
-    return _mermaid(picture(graph, flatten(graph)))
+    return _mermaid(picture(graph))
 
 
 def _mermaid(graph: Picture) -> str:
@@ -114,7 +113,7 @@ def _mermaid(graph: Picture) -> str:
 
 def dot(graph: Graph) -> str:
     """Return the wiring as DOT text for Graphviz."""
-    return _dot(picture(graph, flatten(graph)))
+    return _dot(picture(graph))
 
 
 def _dot(graph: Picture) -> str:

@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.names import Missing, find_any
 
@@ -43,8 +43,9 @@ class Picture(NamedTuple):
     probes: list[Node]
 
 
-def picture(graph: Graph, flat: Graph) -> Picture:
-    """The picture of a graph, which `flat` is without its subgraphs."""
+def picture(graph: Graph) -> Picture:
+    """Return the picture of a graph."""
+    flat = flatten(graph)
     wires = [(_node(graph, wire.source), _node(graph, wire.target)) for wire in graph.wires]
     probes = sorted({_node(graph, probe.signal) for probe in graph.probes})
     reached: dict[str, set[str]] = {name: set(part.exports) for name, part in graph.subgraphs.items()}
@@ -52,7 +53,7 @@ def picture(graph: Graph, flat: Graph) -> Picture:
         if name in reached:
             reached[name].add(port)
     boxes = {name: _block(block) for name, block in graph.blocks.items()}
-    boxes |= {name: _subgraph(graph, flat, name, ports) for name, ports in reached.items()}
+    boxes |= {name: _subgraph(flat, name, ports) for name, ports in reached.items()}
     rates = {name: part.rate for name, part in graph.subgraphs.items() if part.rate is not None}
     return Picture(graph.name, graph.rate, {**graph.rates, **rates}, dict(sorted(boxes.items())), wires, probes)
 
@@ -76,12 +77,12 @@ def _block(block: Block) -> Box:
     )
 
 
-def _subgraph(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
+def _subgraph(flat: FlatGraph, name: str, ports: set[str]) -> Box:
     inputs, outputs = dict[str, Port](), dict[str, Port]()
     parameters, values = dict[str, Parameter](), dict[str, Any]()
     for port in sorted(ports):
-        signal = inside(graph, f"{name}.{port}")
-        known = find_any(flat, signal, graph)
+        signal = inside(flat.root, f"{name}.{port}")
+        known = find_any(flat, signal)
         if isinstance(known, Missing):
             continue
         block, inner = known
@@ -93,6 +94,6 @@ def _subgraph(graph: Graph, flat: Graph, name: str, ports: set[str]) -> Box:
             outputs[port] = replace(inner, name=port, unit=unit)
         else:
             inputs[port] = replace(inner, name=port, unit=unit)
-    part = graph.subgraphs[name]
+    part = flat.root.subgraphs[name]
     about = [part.name, part.description.strip(), f"{part.size.blocks} block{'s' * (part.size.blocks != 1)} inside"]
     return Box("Graph", "\n".join(filter(None, about)), inputs, outputs, parameters, values, subgraph=True)

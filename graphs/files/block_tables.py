@@ -6,11 +6,13 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
-from proofmass.blocks.declaration.problem import ModelError, Problem, nearest, shown
-from proofmass.graphs.files.part_files import PartError, PartFiles
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
+from proofmass.graphs.files.part_files import PartFiles
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import change_part
-from proofmass.graphs.model.graph import Graph, Place
-from proofmass.graphs.model.hints import like
+from proofmass.graphs.model.exports import exported
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
 
@@ -99,10 +101,8 @@ class BlockTables:
             part = self.files.graph(table["graph"], self.place.folder, self.depth + 1)
             self._limit(name, part, len(names))
             part = self._changed(name, part, table)
-        except PartError as error:
-            got = shown(table["graph"])
-            problem = Problem(message=str(error), key=f"blocks.{name}.graph", got=got, hint=error.hint)
-            self._refuse(problem, *path, "graph")
+        except Refusal as error:
+            self._refuse(error.problem(f"blocks.{name}.graph", table["graph"]), *path, "graph")
             return
         except ModelError as error:
             self.problems += error.problems
@@ -191,7 +191,8 @@ class BlockTables:
         if kind not in self.kinds:
             self.kinds[kind] = find(kind, self.own) if len(kind) <= TEXT_LENGTH else None
         if self.kinds[kind] is None:
-            hint = like(kind[:TEXT_LENGTH], all_blocks(self.own), "the kinds") + " `proofmass blocks` shows them all"
+            near = did_you_mean(kind[:TEXT_LENGTH], all_blocks(self.own), "the kinds")
+            hint = f"{near} `proofmass blocks` shows them all"
             message = "there is no such kind of block"
             self._refuse(Problem(message=message, key=f"{key}.kind", got=shown(kind), hint=hint), *path, "kind")
         return self.kinds[kind]
@@ -233,7 +234,7 @@ def _unknown(kind: type[Block], name: str, key: str) -> Problem:
     elif key in kind.outputs:
         hint = f'{key} is an output: record it in probes, as in "{name}.{key}"'
     else:
-        hint = like(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}")
+        hint = did_you_mean(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}")
     path = ("blocks", name, key)
     message = f"{kind.__name__} has no such parameter"
     return Problem(message=message, key=".".join(path), got=shown(key), hint=hint, path=path)
@@ -256,9 +257,7 @@ def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, obj
 
 def _misplaced(name: str, part: Graph, key: str) -> str:
     """What to do about a key of a subgraph that is no parameter it exports; empty where it is one."""
-    from proofmass.graphs.model.exports import exported
-
-    known = exported(part)
+    known = exported(flatten(part))
     if key in known:
         if not isinstance(known[key][1], Port):
             return ""
@@ -266,4 +265,4 @@ def _misplaced(name: str, part: Graph, key: str) -> str:
     if key in TOP_KEYS and key not in PART_KEYS:
         return f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
     names = [*(n for n, (_, what) in known.items() if not isinstance(what, Port)), *PART_KEYS]
-    return like(key, names, "the parameters that it exports") + ' One inside: "block.parameter" = ...'
+    return did_you_mean(key, names, "the parameters that it exports") + ' One inside: "block.parameter" = ...'

@@ -5,12 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
 from proofmass.graphs.files.locate_keys import LimitError, locate_keys
 from proofmass.graphs.files.part_files import PartFiles
-from proofmass.graphs.model.graph import Graph, Place
-from proofmass.graphs.model.hints import like, syntax_hint
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
+from proofmass.graphs.model.hints import syntax_hint
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 
@@ -61,7 +63,7 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
 def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: PartFiles, depth: int) -> Graph:
     """The graph of a parsed file, or of a table of a subgraph inside it, `depth` levels down."""
     problems = [
-        Problem(message="unknown key", key=key, got=shown(key), hint=like(key, TOP_KEYS, "the keys"), path=(key,))
+        Refusal("unknown key", did_you_mean(key, TOP_KEYS, "the keys")).problem(key, key, path=(key,))
         for key in data
         if key not in TOP_KEYS
     ]
@@ -84,8 +86,6 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     except ModelError as error:
         problems += error.problems
     if graph is not None and not problems and reader.problems and reader.named and depth == 0:
-        from proofmass.graphs.checks.check import check_apart_from
-
         problems += check_apart_from(graph, reader.doubtful)
     problems += reader.problems
     if problems or graph is None:

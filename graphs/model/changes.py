@@ -5,12 +5,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.hints import like
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.graphs.model.graph import Given, split
 
 
-def with_parameters(graph: Graph, changes: Mapping[str, object]) -> Graph:
+def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
     """The graph with parameters changed, each named by its path or as it is exported."""
     blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
     problems: list[Problem] = []
@@ -21,7 +20,7 @@ def with_parameters(graph: Graph, changes: Mapping[str, object]) -> Graph:
         if block not in blocks:
             block, _, parameter = signal.partition(".")
         if block not in blocks and block not in parts:
-            hint = like(block, [*blocks, *parts], "the blocks")
+            hint = did_you_mean(block, [*blocks, *parts], "the blocks")
             problems.append(Problem(message="there is no such block", key=key, got=shown(block), hint=hint))
         else:
             by_block.setdefault(block, {})[parameter] = value
@@ -35,15 +34,15 @@ def with_parameters(graph: Graph, changes: Mapping[str, object]) -> Graph:
             problems += [dataclasses.replace(p, key=f"{name}.{_key(p)}", path=()) for p in error.problems]
     if problems:
         raise ModelError(problems)
-    return dataclasses.replace(graph, blocks=blocks, subgraphs=parts)
+    return graph.changed(blocks=blocks, subgraphs=parts)
 
 
-def change_part(part: Graph, values: Mapping[str, object]) -> Graph:
+def change_part(part: Given, values: Mapping[str, object]) -> Given:
     """As `with_parameters`, for a subgraph: a name without a dot is one that it exports."""
     unknown = [name for name in values if "." not in name and name not in part.exports]
     if unknown:
         names = [*part.exports, *part.blocks, *part.subgraphs]
-        hints = (like(name, names, "exports and blocks inside") for name in unknown)
+        hints = (did_you_mean(name, names, "exports and blocks inside") for name in unknown)
         message = "the subgraph exports no such parameter"
         raise ModelError([Problem(message=message, key=n, got=n, hint=h) for n, h in zip(unknown, hints, strict=True)])
     return with_parameters(part, values)
@@ -57,14 +56,14 @@ def _key(problem: Problem) -> str:
     return problem.path[0] if problem.path else problem.key
 
 
-def moved(graph: Graph, folder: str) -> Graph:
+def moved(graph: Given, folder: str) -> Given:
     """The graph with the recordings that it plays named from another folder."""
     return with_recordings(
         graph, folder, lambda here, file: file if here == folder else _from(Path(folder), Path(here) / file)
     )
 
 
-def with_recordings(graph: Graph, folder: str, named: Callable[[str, str], str]) -> Graph:
+def with_recordings(graph: Given, folder: str, named: Callable[[str, str], str]) -> Given:
     """The graph with other names, from a folder, of the recordings that it plays: `named` gets folder and name."""
     parts = {name: with_recordings(part, folder, named) for name, part in graph.subgraphs.items()}
     played: dict[str, Block] = {}
@@ -77,7 +76,7 @@ def with_recordings(graph: Graph, folder: str, named: Callable[[str, str], str])
     if not played and all(part is graph.subgraphs[name] for name, part in parts.items()):
         return graph
     place = dataclasses.replace(graph.place, folder=folder)
-    return dataclasses.replace(graph, blocks={**graph.blocks, **played}, subgraphs=parts, place=place)
+    return graph.changed(blocks={**graph.blocks, **played}, subgraphs=parts, place=place)
 
 
 def _from(folder: Path, file: Path) -> str:

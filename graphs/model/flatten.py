@@ -1,45 +1,16 @@
 """A graph with subgraphs as one flat graph, whose blocks are named by their paths: `x_axis.adc`."""
 
+import dataclasses
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import NOWHERE, Graph, Place, Probe, Wire
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.graph import Graph, Place, Probe, Wire, put_in_order, thawed
+from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
-
-
-@dataclass(frozen=True)
-class FlatPlace(Place):
-    """Where the blocks and wires of a flat graph stand: in the files of the graphs that they come from."""
-
-    root: Graph | None = None
-    origins: Mapping[str, "Origin"] = field(default_factory=dict)  # by wire
-
-    def line(self, path: tuple[str, ...]) -> int:
-        """Line of the key in its own file."""
-        return self.find(path)[1]
-
-    def find(self, path: tuple[str, ...]) -> tuple[str, int]:
-        """File and line of the key, or of the nearest key above it."""
-        place, path = self._own(path)
-        return place.find(path)
-
-    def _own(self, path: tuple[str, ...]) -> tuple[Place, tuple[str, ...]]:
-        if self.root is None:
-            return NOWHERE, path
-        table, name, *more = (*path[:2], "", "")[:2] + path[2:]
-        if table == "wires" and name in self.origins:
-            origin = self.origins[name]
-            return origin.place, ("wires", origin.wire)
-        graph = self.root
-        while table == "blocks":
-            head, _, tail = name.partition(".")
-            if not tail or head not in graph.subgraphs:
-                break
-            graph, name = graph.subgraphs[head], tail
-        return graph.place, (table, name, *more)[: len(path)]
+from proofmass.graphs.model.measures import Measure
 
 
 class Origin(NamedTuple):
@@ -50,14 +21,89 @@ class Origin(NamedTuple):
     wire: str
 
 
-def flatten(graph: Graph) -> Graph:
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class FlatGraph:
+    """A graph without subgraphs: what of its `root` holds names, under the names that these have here.
+
+    Everything else is the root's: a field that is added to `Graph` and holds no name needs nothing here.
+    """
+
+    root: Graph
+    blocks: Mapping[str, Block]
+    rates: Mapping[str, Fraction]
+    wires: tuple[Wire, ...]
+    probes: tuple[Probe, ...]
+    measures: Mapping[str, Measure]
+    exports: Mapping[str, str]
+    loops: Mapping[str, Loop]
+    origins: Mapping[str, Origin] = dataclasses.field(compare=False, repr=False)  # by wire
+
+    def __post_init__(self) -> None:
+        put_in_order(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _flat, (thawed(self),)
+
+    @property
+    def name(self) -> str:
+        """Name of the graph."""
+        return self.root.name
+
+    @property
+    def rate(self) -> Fraction | None:
+        """Rate of the blocks without one of their own, in hertz."""
+        return self.root.rate
+
+    @property
+    def duration(self) -> Fraction | None:
+        """Seconds of a run when nothing else is said."""
+        return self.root.duration
+
+    @property
+    def samples(self) -> int | None:
+        """Base ticks of a run when nothing else is said."""
+        return self.root.samples
+
+    @property
+    def seed(self) -> int:
+        """Seed of a run when nothing else is said."""
+        return self.root.seed
+
+    @property
+    def integration(self) -> Integration:
+        """How continuous blocks are integrated."""
+        return self.root.integration
+
+    def find(self, path: tuple[str, ...]) -> tuple[str, int]:
+        """Return file and line of a key of the flat graph, or of the nearest key above it."""
+        table, name, *more = (*path[:2], "", "")[:2] + path[2:]
+        if table == "wires" and name in self.origins:
+            origin = self.origins[name]
+            return origin.place.find(("wires", origin.wire))
+        graph = self.root
+        while table == "blocks":
+            head, _, tail = name.partition(".")
+            if not tail or head not in graph.subgraphs:
+                break
+            graph, name = graph.subgraphs[head], tail
+        return graph.place.find((table, name, *more)[: len(path)])
+
+    def placed(self, problem: Problem) -> Problem:
+        """Return a problem with the file and line that its key has in the file of its block or wire."""
+        return problem if problem.file else problem.at(*self.find(problem.path))
+
+    def as_graph(self) -> Graph:
+        """Return the same as a graph that has no subgraphs."""
+        names = {field.name for field in dataclasses.fields(Graph)} & {field.name for field in dataclasses.fields(self)}
+        return self.root.changed(subgraphs={}, **{name: getattr(self, name) for name in names})
+
+
+def flatten(graph: Graph) -> FlatGraph:
     """The graph without subgraphs: their blocks bear their paths as names, wires end at the blocks inside.
 
     What a wire, a probe or an export names and what is not there stays as it is written; `check` speaks about it.
     Exports are those of the graph itself; loops inside bear their paths.
     """
-    if not graph.subgraphs:
-        return graph
     blocks: dict[str, Block] = {}
     rates: dict[str, Fraction] = {}
     wires: list[Wire] = []
@@ -70,28 +116,26 @@ def flatten(graph: Graph) -> Graph:
             if own is not None:
                 rates[path + name] = own
         for name, loop in part.loops.items():
-            loops[path + name] = replace(loop, open_at=path + inside(part, loop.open_at))
+            loops[path + name] = dataclasses.replace(loop, open_at=path + inside(part, loop.open_at))
         for wire in part.wires:
             flat = Wire(path + inside(part, wire.source), path + inside(part, wire.target))
             wires.append(flat)
             origins.setdefault(str(flat), Origin(part.place, path, str(wire)))
-    return Graph(
-        name=graph.name,
-        description=graph.description,
-        rate=graph.rate,
-        duration=graph.duration,
-        samples=graph.samples,
-        seed=graph.seed,
+    return FlatGraph(
+        root=graph,
         blocks=blocks,
         rates=rates,
-        wires=wires,
-        probes=[Probe(inside(graph, probe.signal), probe.every) for probe in graph.probes],
+        wires=tuple(wires),
+        probes=tuple(Probe(inside(graph, probe.signal), probe.every) for probe in graph.probes),
         measures={n: m._replace(signal=inside(graph, m.signal)) for n, m in graph.measures.items()},
         exports={name: inside(graph, signal) for name, signal in graph.exports.items()},
-        integration=graph.integration,
         loops=loops,
-        place=FlatPlace(graph.place.file, graph.place.lines, graph.place.folder, graph.place.top, graph, origins),
+        origins=origins,
     )
+
+
+def _flat(fields: dict[str, Any]) -> FlatGraph:
+    return FlatGraph(**fields)
 
 
 def inside(graph: Graph, signal: str) -> str:
@@ -108,9 +152,9 @@ def inside(graph: Graph, signal: str) -> str:
     return f"{head}.{inside(part, part.exports[tail])}" if tail in part.exports else signal
 
 
-def has_own_rate(flat: Graph, name: str) -> bool:
+def has_own_rate(flat: FlatGraph, name: str) -> bool:
     """Whether a rate is written at the block itself, not at the graph or a subgraph that it lies in."""
-    graph = flat.place.root if isinstance(flat.place, FlatPlace) and flat.place.root is not None else flat
+    graph = flat.root
     head, _, tail = name.partition(".")
     while tail and head in graph.subgraphs:
         graph, name = graph.subgraphs[head], tail

@@ -1,32 +1,11 @@
-"""Words of hints: the nearest valid names, and what a TOML parser's complaint means to a beginner."""
+"""Words of hints: sizes of ports, and what a TOML parser's complaint means to a beginner."""
 
 import math
 import re
-from collections.abc import Iterable
 
-from proofmass.blocks.declaration.problem import nearest
-
-_LISTED = 12
 _LONGEST_LINE = 400  # characters
-_COMPARED = 2000  # names; comparing takes some microseconds each
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\.?\d.*[A-Za-zµμΩ%]")
 _WORD = re.compile(r"[A-Za-z_][\w ./-]*")
-
-
-def like(word: str, names: Iterable[str], what: str) -> str:
-    """The nearest valid name, or the valid names when none is near; `what` is their plural.
-
-    >>> like("voltag", ["voltage"], "inputs of adc")
-    'did you mean voltage?'
-    >>> like("x", ["code", "number"], "outputs of adc")
-    'outputs of adc: code, number.'
-    """
-    names = sorted(names)
-    near = nearest(word, names) if len(names) <= _COMPARED else ""
-    if near:
-        return f"did you mean {near}?"
-    more = [f"and {len(names) - _LISTED} more"] if len(names) > _LISTED else []
-    return f"{what}: {', '.join([*names[:_LISTED], *more]) or 'none'}."
 
 
 def counted(shape: tuple[int, ...]) -> str:

@@ -4,9 +4,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.blocks.declaration.units import UnitError
-from proofmass.graphs.model.hints import like
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.model.rates import read_duration
 
 CHOICES = {
@@ -45,7 +43,8 @@ class Integration:
     def _problems(self) -> Iterator[Problem]:
         for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
-                yield self._bad(name, "there is no such choice", "", like(str(getattr(self, name)), choices, name))
+                hint = did_you_mean(str(getattr(self, name)), choices, "the choices")
+                yield self._bad(name, "there is no such choice", "", hint)
         if not _is_number(self.accuracy) or not FINEST <= self.accuracy <= COARSEST:
             yield self._bad("accuracy", "must be a number within its bounds", f"{FINEST:g} to {COARSEST:g}")
         if self.substeps is not None and not (type(self.substeps) is int and 1 <= self.substeps <= MOST_SUBSTEPS):
@@ -56,7 +55,7 @@ class Integration:
                 if seconds <= 0.0:
                     yield self._bad("event_tolerance", "must be above 0 s", "a time")
                 object.__setattr__(self, "event_tolerance", seconds)
-            except UnitError as error:
+            except Refusal as error:
                 yield self._bad("event_tolerance", str(error), "a time", error.hint)
 
     def _bad(self, name: str, message: str, expected: str, hint: str = "") -> Problem:
@@ -78,7 +77,7 @@ def read_integration(table: object) -> Integration:
         raise ModelError([_problem("must be a table", got=shown(table), hint=hint)])
     known = {key: value for key, value in table.items() if key in INTEGRATION_KEYS}
     problems = [
-        _problem("unknown key", str(key), got=shown(key), hint=like(str(key), INTEGRATION_KEYS, "the keys"))
+        _problem("unknown key", str(key), got=shown(key), hint=did_you_mean(str(key), INTEGRATION_KEYS, "the keys"))
         for key in table
         if key not in known
     ]

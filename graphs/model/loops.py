@@ -2,17 +2,13 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, shown
-from proofmass.blocks.declaration.units import UnitError, convert
-from proofmass.graphs.model.hints import like
+from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.keys import LOOP_KEYS
-
-if TYPE_CHECKING:
-    from proofmass.graphs.model.graph import Graph
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
 VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
@@ -65,7 +61,7 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
             message="unknown key",
             key=f"loops.{name}.{key}",
             got=shown(key),
-            hint=like(str(key), LOOP_KEYS, "the keys of a loop"),
+            hint=did_you_mean(str(key), LOOP_KEYS, "the keys of a loop"),
             path=("loops", name, str(key)),
         )
         for key in table
@@ -81,49 +77,29 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
                 values[key] = _signal(entry)
             elif key in REQUIREMENTS:
                 values[key] = read_requirement(entry, REQUIREMENTS[key])
-        except UnitError as error:
-            where, path = f"loops.{name}.{key}", ("loops", name, key)
-            problems.append(Problem(message=str(error), key=where, got=shown(entry), hint=error.hint, path=path))
+        except Refusal as error:
+            problems.append(error.problem(f"loops.{name}.{key}", entry, path=("loops", name, key)))
     return (None if problems else Loop(**values)), problems
 
 
 def _signal(value: object) -> str:
     if not isinstance(value, str) or "." not in value:
-        raise UnitError("not an output", 'write "block.output"')
+        raise Refusal("not an output", 'write "block.output"')
     return value
 
 
 def read_requirement(value: object, unit: str) -> float:
-    """A number in the unit, or a text with one; decibels are no unit of anything else. Raises `UnitError`."""
+    """A number in the unit, or a text with one; decibels are no unit of anything else. Raises `Refusal`."""
     example = {"dB": 'write it as "6 dB"', "deg": 'write it as "30 deg"', "s": 'write it as "100 us"'}[unit]
     if isinstance(value, str):
         found = _DECIBELS.fullmatch(value)
         if unit == "dB" and found is None:
-            raise UnitError("not a ratio in decibels", example)
+            raise Refusal("not a ratio in decibels", example)
         number = float(found[1]) if found is not None and unit == "dB" else convert(value, unit)
     elif isinstance(value, bool) or not isinstance(value, int | float):
-        raise UnitError("must be a number", example)
+        raise Refusal("must be a number", example)
     else:
         number = float(value)
     if not math.isfinite(number) or number < 0.0:
-        raise UnitError("must be finite and not negative", example)
+        raise Refusal("must be finite and not negative", example)
     return number
-
-
-def bad_loops(root: "Graph", flat: "Graph") -> Iterator[Problem]:
-    """Loops that are opened at what is no output, or at one that is not a single number."""
-    from proofmass.graphs.model.flatten import inside, parts
-    from proofmass.graphs.model.names import Missing, find_output
-
-    for path, part in parts(root):
-        for name, loop in part.loops.items():
-            found = find_output(flat, path + inside(part, loop.open_at), root)
-            message = hint = ""
-            if isinstance(found, Missing):
-                message, hint = found.message, found.hint
-            elif found[1].shape or found[1].dtype is bool:
-                kind = "a vector" if found[1].shape else "true or false"
-                message, hint = f"{loop.open_at} is {kind}", "open the loop at an output that is one number"
-            if message:
-                key, where = f"{path}loops.{name}.open_at", ("loops", name, "open_at")
-                yield part.placed(Problem(message=message, key=key, got=loop.open_at, hint=hint, path=where))

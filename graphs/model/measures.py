@@ -6,15 +6,15 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.blocks.declaration.units import UnitError, short_unit
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.units import short_unit
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation
 from proofmass.blocks.statistics.linear_trend import LinearTrend
+from proofmass.blocks.statistics.mean_absolute import MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile
 from proofmass.blocks.statistics.running_range import RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics
 from proofmass.blocks.statistics.settling_time import SettlingTime
-from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.keys import MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.rates import read_duration
@@ -26,6 +26,7 @@ STATISTICS: dict[str, tuple[type[Block], str] | None] = {
     "mean": (RunningStatistics, "mean"),
     "std": (RunningStatistics, "standard_deviation"),
     "rms": (RunningStatistics, "root_mean_square"),
+    "mean_absolute": (MeanAbsolute, "mean_absolute"),
     "min": (RunningRange, "minimum"),
     "max": (RunningRange, "maximum"),
     "peak_to_peak": (RunningRange, "peak_to_peak"),
@@ -108,16 +109,17 @@ def _problems(name: object, given: Any) -> Iterator[Problem]:
         return
     for key in given:
         if key not in MEASURE_KEYS:
-            near = like(str(key), MEASURE_KEYS, "the keys")
+            near = did_you_mean(str(key), MEASURE_KEYS, "the keys")
             yield _problem("unknown key", name, str(key), got=shown(key), hint=near)
     for key in ("signal", "statistic"):
         if key not in given:
-            yield _problem(f"has no {key}", name, expected=MEASURE_KEYS[key], hint=hint)
+            expected = f"one of {', '.join(STATISTICS)}" if key == "statistic" else MEASURE_KEYS[key]
+            yield _problem(f"has no {key}", name, expected=expected, hint=hint)
     signal, statistic = given.get("signal", "a.b"), given.get("statistic", LAST)
     if not isinstance(signal, str) or not all(NAME.fullmatch(part) for part in signal.split(".")) or "." not in signal:
         yield _problem("not an output", name, "signal", got=shown(signal), hint='write signal = "block.output"')
     if not isinstance(statistic, str) or statistic not in STATISTICS:
-        near = like(str(statistic), STATISTICS, "the statistics")
+        near = did_you_mean(str(statistic), STATISTICS, "the statistics")
         yield _problem("there is no such statistic", name, "statistic", got=shown(statistic), hint=near)
         return
     wanted = OPTIONS.get(statistic, ())
@@ -129,7 +131,7 @@ def _problems(name: object, given: Any) -> Iterator[Problem]:
     for key in ("from", TAU):
         try:
             read_duration(given.get(key, 0))
-        except UnitError as error:
+        except Refusal as error:
             yield _problem(str(error), name, key, got=shown(given[key]), hint=error.hint)
 
 

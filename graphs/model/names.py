@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.problem import nearest
+from proofmass.blocks.declaration.problem import did_you_mean, nearest
+from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.hints import like
 
 
 class Missing(NamedTuple):
@@ -19,12 +19,12 @@ class Missing(NamedTuple):
     absent: bool = False  # a whole block is not there
 
 
-def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | Missing:
-    """Block and port of an output of a flat graph; `root` is the graph with its subgraphs."""
+def find_output(flat: FlatGraph, signal: str) -> tuple[Block, Port] | Missing:
+    """Block and port of an output of a flat graph."""
     name, port = split(signal)
-    block = graph.blocks.get(name)
+    block = flat.blocks.get(name)
     if block is None:
-        return _no_block(root, signal, "outputs")
+        return _no_block(flat.root, signal, "outputs")
     kind = type(block)
     if port in kind.outputs:
         return block, kind.outputs[port]
@@ -32,15 +32,15 @@ def find_output(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port] | 
         return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", kind.outputs))
     if port in kind.parameters:
         return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", kind.outputs))
-    return Missing(f"{signal} is no output", like(port, kind.outputs, f"outputs of {name}"))
+    return Missing(f"{signal} is no output", did_you_mean(port, kind.outputs, f"outputs of {name}"))
 
 
-def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Parameter] | Missing:
+def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
     """Block and input, or parameter that a wire may drive, of a flat graph."""
     name, port = split(signal)
-    block = graph.blocks.get(name)
+    block = flat.blocks.get(name)
     if block is None:
-        return _no_block(root, signal, "inputs")
+        return _no_block(flat.root, signal, "inputs")
     kind = type(block)
     if port in kind.inputs:
         return block, kind.inputs[port]
@@ -54,22 +54,22 @@ def find_target(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | P
     if port in kind.outputs:
         return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", kind.inputs))
     names = [*kind.inputs, *(parameter for parameter in kind.parameters if kind.drivable(parameter))]
-    hint = like(port, names, f"inputs of {name}")
+    hint = did_you_mean(port, names, f"inputs of {name}")
     return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
 
 
-def find_any(graph: Graph, signal: str, root: Graph) -> tuple[Block, Port | Parameter] | Missing:
+def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
     """Block and port or parameter of a flat graph."""
     name, port = split(signal)
-    block = graph.blocks.get(name)
+    block = flat.blocks.get(name)
     if block is None:
-        return _no_block(root, signal, "ports")
+        return _no_block(flat.root, signal, "ports")
     kind = type(block)
     for known in (kind.inputs, kind.outputs, kind.parameters):
         if port in known:
             return block, known[port]
     names = [*kind.inputs, *kind.outputs, *kind.parameters]
-    return Missing(f"{signal} is no port or parameter", like(port, names, f"ports and parameters of {name}"))
+    return Missing(f"{signal} is no port or parameter", did_you_mean(port, names, f"ports and parameters of {name}"))
 
 
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
@@ -82,7 +82,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
         path, rest, graph = f"{path}{head}.", tail, graph.subgraphs[head]
     if path and not tail:
         name = path[:-1]
-        hint = like(head, graph.exports, f"what {name} exports")
+        hint = did_you_mean(head, graph.exports, f"what {name} exports")
         if head in graph.blocks or head in graph.subgraphs:
             hint = f"{head} is a block inside: name its port too, {signal}.PORT"
         near = nearest(head, graph.exports)
@@ -92,7 +92,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
     if name not in graph.blocks and head in graph.blocks:
         return Missing(f"{path}{head} is a block without blocks inside", f"name a port of it: {path}{head}.PORT")
     names = [*graph.blocks, *graph.subgraphs]
-    hint = like(name, names, f"the blocks inside {path[:-1]}" if path else "the blocks")
+    hint = did_you_mean(name, names, f"the blocks inside {path[:-1]}" if path else "the blocks")
     declare = f" Otherwise declare it: [blocks.{name}] and below it its kind"
     return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""), absent=True)
 

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterable
 from fractions import Fraction
 
-from proofmass.blocks.declaration.units import UnitError, convert_exactly
+from proofmass.blocks.declaration.problem import Refusal
+from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.model.limits import TEXT_LENGTH
 
 Rate = Fraction | int | float | str
@@ -23,9 +24,9 @@ def read_rate(value: object) -> Fraction:
     example = 'write it as "50 kHz" or as the period "20 us"'
     rate = _frequency(value) if isinstance(value, str) else _number(value, "must be a rate", example)
     if rate <= 0:
-        raise UnitError("must be above 0 Hz", example)
+        raise Refusal("must be above 0 Hz", example)
     if not LOWEST_RATE <= rate <= HIGHEST_RATE:
-        raise UnitError("must lie between 1e-12 Hz and 1e15 Hz", example)
+        raise Refusal("must lie between 1e-12 Hz and 1e15 Hz", example)
     return _short(rate)
 
 
@@ -38,9 +39,9 @@ def read_duration(value: object) -> Fraction:
     example = 'write it as "20 s"'
     seconds = _quantity(value, "s") if isinstance(value, str) else _number(value, "must be a duration", example)
     if seconds < 0:
-        raise UnitError("must not be negative", example)
+        raise Refusal("must not be negative", example)
     if seconds > LONGEST_DURATION:
-        raise UnitError("must be at most 1e15 s", example)
+        raise Refusal("must be at most 1e15 s", example)
     return _short(seconds)
 
 
@@ -84,26 +85,26 @@ def write_rate(rate: Fraction) -> str:
 def _frequency(text: str) -> Fraction:
     try:
         return _quantity(text, "Hz")
-    except UnitError as error:
+    except Refusal as error:
         try:
             period = _quantity(text, "s")
-        except UnitError:
+        except Refusal:
             raise error from None
         return 1 / period if period > 0 else Fraction(0)
 
 
 def _quantity(text: str, unit: str) -> Fraction:
     if len(text) > TEXT_LENGTH:
-        raise UnitError(f"a text of over {TEXT_LENGTH} characters")
+        raise Refusal(f"a text of over {TEXT_LENGTH} characters")
     return convert_exactly(text, unit)
 
 
 def _number(value: object, message: str, example: str) -> Fraction:
     if isinstance(value, bool) or not isinstance(value, int | float | Fraction):
-        raise UnitError(message, example)
+        raise Refusal(message, example)
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise UnitError("must be finite", example)
+            raise Refusal("must be finite", example)
         return Fraction(repr(value))
     return Fraction(value)
 
@@ -111,5 +112,5 @@ def _number(value: object, message: str, example: str) -> Fraction:
 def _short(value: Fraction) -> Fraction:
     """Numbers that can be written in a file and counted in ticks."""
     if max(value.numerator, value.denominator) > _LONGEST_INTEGER:
-        raise UnitError("has more than 80 digits")
+        raise Refusal("has more than 80 digits")
     return value

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.declaration.problem import shown
+from proofmass.blocks.declaration.problem import Refusal, shown
 from proofmass.blocks.noise_and_drift import arrhenius_ageing, logarithmic_ageing
-from proofmass.graphs.studies.table_entries import TableError, checked_table, read_flag, read_quantity
+from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
 
 LAWS = ("ramp", "random_walk", "logarithmic", "arrhenius")
 _SPREAD = {
@@ -96,13 +96,13 @@ class Drift:
 
 
 def read_drift(table: object, unit: str) -> Drift:
-    """An entry of `[drift]` for a parameter of that unit; raises `TableError`."""
+    """An entry of `[drift]` for a parameter of that unit; raises `Refusal`."""
     table = checked_table(table, DRIFT_KEYS, 'write { ramp = "20 ppm/year", relative = true }')
     if not any(law in table for law in LAWS):
-        raise TableError("needs a law of ageing", got=shown(dict(table)), expected=f"one or more of {', '.join(LAWS)}")
+        raise Refusal("needs a law of ageing", got=shown(dict(table)), expected=f"one or more of {', '.join(LAWS)}")
     for key, law in NEEDED_BY.items():
         if key in table and law not in table:
-            raise TableError(f"there is no {law} to go with it", key, hint=f"add {law}, or leave {key} out")
+            raise Refusal(f"there is no {law} to go with it", key=key, hint=f"add {law}, or leave {key} out")
     relative = read_flag(table, "relative")
     base = "1" if relative else f"({unit})"
     units = {"ramp": f"{base}/s", "random_walk": f"{base}/sqrt(s)", "logarithmic": base, "arrhenius": f"{base}/s"}

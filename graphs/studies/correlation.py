@@ -5,10 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import shown
-from proofmass.graphs.model.hints import like
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.graphs.studies.distributions import NORMAL, Spread
-from proofmass.graphs.studies.table_entries import TableError, read_quantity
+from proofmass.graphs.studies.table_entries import read_quantity
 
 _ROUNDING = 1e-12  # of a pivot
 
@@ -30,19 +29,19 @@ class Correlation:
 
 
 def correlation_of(pairs: Iterable[tuple[str, str, float]], spread: Mapping[str, Spread]) -> Correlation:
-    """The correlation with these coefficients; raises `TableError` where they contradict each other."""
+    """The correlation with these coefficients; raises `Refusal` where they contradict each other."""
     ordered: dict[tuple[str, str], float] = {}
     for first, second, coefficient in pairs:
         for name in (first, second):
             if name not in spread or spread[name].shape not in NORMAL or math.isfinite(spread[name].truncated):
                 expected = "a parameter of [spread] that is normal or lognormal and not truncated"
-                hint = like(name, spread, "the spread parameters") if name not in spread else ""
-                raise TableError("cannot be correlated", got=shown(name), expected=expected, hint=hint)
+                hint = did_you_mean(name, spread, "the spread parameters") if name not in spread else ""
+                raise Refusal("cannot be correlated", got=shown(name), expected=expected, hint=hint)
         if first == second:
-            raise TableError("is correlated with itself", got=shown(first), hint="name another parameter")
+            raise Refusal("is correlated with itself", got=shown(first), hint="name another parameter")
         pair = _pair(first, second)
         if ordered.setdefault(pair, coefficient) != coefficient:
-            raise TableError("has two coefficients", got=" and ".join(pair), hint="leave one out")
+            raise Refusal("has two coefficients", got=" and ".join(pair), hint="leave one out")
     _add_implied(ordered)
     names = sorted({name for pair in ordered for name in pair})
     matrix = [[1.0 if a == b else ordered.get(_pair(a, b), 0.0) for b in names] for a in names]
@@ -67,15 +66,15 @@ def _pair(first: str, second: str) -> tuple[str, str]:
 
 
 def read_coefficient(table: Mapping[str, Any], key: str) -> float:
-    """A coefficient from -1 to 1; raises `TableError`."""
+    """A coefficient from -1 to 1; raises `Refusal`."""
     value = read_quantity(table, key, "1")
     if not -1.0 <= value <= 1.0:
-        raise TableError("out of range", key, shown(table[key]), "a number from -1 to 1")
+        raise Refusal("out of range", key=key, got=shown(table[key]), expected="a number from -1 to 1")
     return value
 
 
 def _factor(names: Sequence[str], matrix: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
-    """The lower triangle of Cholesky; raises `TableError` where the matrix has a negative eigenvalue.
+    """The lower triangle of Cholesky; raises `Refusal` where the matrix has a negative eigenvalue.
 
     A pivot of zero is a parameter that follows from those before it: its column is zero.
     """
@@ -94,6 +93,6 @@ def _factor(names: Sequence[str], matrix: Sequence[Sequence[float]]) -> tuple[tu
     return tuple(map(tuple, rows))
 
 
-def _contradiction(names: Sequence[str]) -> TableError:
+def _contradiction(names: Sequence[str]) -> Refusal:
     message = "the correlations contradict each other: their matrix is not positive definite"
-    return TableError(message, got=f"of {', '.join(names)}", hint=f"make those of {names[-1]} smaller")
+    return Refusal(message, got=f"of {', '.join(names)}", hint=f"make those of {names[-1]} smaller")

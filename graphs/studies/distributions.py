@@ -13,9 +13,9 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.counter_random import normal_quantile
 from proofmass.blocks.arithmetic.elementary import exponential
-from proofmass.blocks.declaration.problem import shown
+from proofmass.blocks.declaration.problem import Refusal, shown
 from proofmass.graphs.studies.empirical import column_file, read_column
-from proofmass.graphs.studies.table_entries import TableError, checked_table, read_flag, read_quantity, read_values
+from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity, read_values
 
 NORMAL = ("normal", "lognormal")
 SHAPES = (*NORMAL, "uniform", "triangular", "values", "file")
@@ -104,24 +104,24 @@ class Spread:
 
 
 def read_spread(table: object, unit: str, folder: str = "") -> Spread:
-    """An entry of `[spread]` for a parameter of that unit, files from the folder; raises `TableError`."""
+    """An entry of `[spread]` for a parameter of that unit, files from the folder; raises `Refusal`."""
     table = checked_table(table, SPREAD_KEYS, 'write { normal = "200 ppm", relative = true }')
     given = [shape for shape in SHAPES if shape in table]
     if len(given) != 1:
-        raise TableError("needs one distribution", got=shown(table), expected=f"one of {', '.join(SHAPES)}")
+        raise Refusal("needs one distribution", got=shown(table), expected=f"one of {', '.join(SHAPES)}")
     (shape,) = given
     for key, suited in _SUITS.items():
         if key in table and shape != suited:
-            raise TableError(f"{shape} has no {key}", key, hint="leave it out")
+            raise Refusal(f"{shape} has no {key}", key=key, hint="leave it out")
     relative = read_flag(table, "relative")
     truncated = math.inf
     if "truncated" in table:
         if shape not in NORMAL:
-            raise TableError(f"{shape} is bounded already", "truncated", hint="leave it out")
+            raise Refusal(f"{shape} is bounded already", key="truncated", hint="leave it out")
         truncated = read_quantity(table, "truncated", "1", at_least=LEAST_TRUNCATION)
     if shape in ("values", "file"):
         if relative:
-            raise TableError("values are not relative", "relative", hint="leave it out")
+            raise Refusal("values are not relative", key="relative", hint="leave it out")
         if shape == "file":
             return Spread("values", values=read_column(table["file"], table.get("column"), folder, unit))
         values = read_values(table["values"], "values", unit)
@@ -129,7 +129,7 @@ def read_spread(table: object, unit: str, folder: str = "") -> Spread:
         ordered, theirs = zip(*sorted(zip(values, weights or values, strict=True)), strict=True)
         return Spread(shape, values=ordered, weights=theirs if weights else ())
     if shape == "lognormal" and relative:
-        raise TableError("a lognormal distribution is relative always", "relative", hint="leave it out")
+        raise Refusal("a lognormal distribution is relative always", key="relative", hint="leave it out")
     width = read_quantity(table, shape, "1" if relative or shape == "lognormal" else unit, at_least=0.0)
     return Spread(shape, width, relative=relative, truncated=truncated)
 
@@ -140,5 +140,5 @@ def _read_weights(table: Mapping[str, Any], count: int) -> tuple[float, ...]:
     weights = read_values(table["weights"], "weights", "1")
     if len(weights) != count or min(weights) < 0.0 or not 0.0 < sum(weights) < math.inf:
         expected = f"{count} numbers of at least 0, not all 0"
-        raise TableError("must suit the values", "weights", shown(table["weights"]), expected)
+        raise Refusal("must suit the values", key="weights", got=shown(table["weights"]), expected=expected)
     return weights

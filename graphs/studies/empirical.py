@@ -8,11 +8,9 @@ from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
 
-from proofmass.blocks.declaration.problem import shown
-from proofmass.blocks.declaration.units import UnitError, convert_exactly
-from proofmass.graphs.files.part_files import PartError, file_inside
-from proofmass.graphs.model.hints import like
-from proofmass.graphs.studies.table_entries import TableError
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.units import convert_exactly
+from proofmass.graphs.files.part_files import file_inside
 
 LARGEST_FILE = 1 << 22  # bytes
 MOST_VALUES = 100_000
@@ -22,31 +20,34 @@ COLUMN = "value"  # of the files that are written here
 def read_column(file: object, column: object, folder: str, unit: str) -> tuple[float, ...]:
     """The numbers of a column in ascending order, in the unit; its head may say its own: `offset [mV]`.
 
-    Raises `TableError`.
+    Raises `Refusal`.
     """
     try:
         path = file_inside(file, folder)
-    except PartError as error:
-        raise TableError(str(error), "file", shown(file), hint=error.hint) from None
+    except Refusal as error:
+        raise error.under("file", file) from None
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise TableError("the file is too large", "file", shown(file), f"at most {LARGEST_FILE >> 20} MiB")
+            expected = f"at most {LARGEST_FILE >> 20} MiB"
+            raise Refusal("the file is too large", key="file", got=shown(file), expected=expected)
         rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines(), strict=True, skipinitialspace=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise TableError(f"cannot be read: {error}", "file", shown(file)) from None
+        raise Refusal(f"cannot be read: {error}", key="file", got=shown(file)) from None
     heads = [_head(head) for head in rows[0]] if rows else []
     names = [name for name, _ in heads]
     if column not in names:
-        hint = like(str(column), names, "its columns")
-        raise TableError("the file has no such column", "column", shown(column), hint=hint)
+        hint = did_you_mean(str(column), names, "its columns")
+        raise Refusal("the file has no such column", key="column", got=shown(column), hint=hint)
     place = names.index(str(column))
     try:
         scale = convert_exactly(f"1 {heads[place][1]}", unit) if heads[place][1] else Fraction(1)
-    except UnitError as error:
-        raise TableError(f"{path.name}, line 1: {error}", "column", shown(heads[place][1]), hint=error.hint) from None
+    except Refusal as error:
+        message, got = f"{path.name}, line 1: {error}", shown(heads[place][1])
+        raise Refusal(message, error.hint, key="column", got=got) from None
     values = [_value(row, place, number, scale, path.name) for number, row in enumerate(rows[1:], 2) if row]
     if not 1 <= len(values) <= MOST_VALUES:
-        raise TableError("holds no list of values", "file", f"{len(values)} rows", f"1 to {MOST_VALUES:,} rows")
+        expected = f"1 to {MOST_VALUES:,} rows"
+        raise Refusal("holds no list of values", key="file", got=f"{len(values)} rows", expected=expected)
     return tuple(sorted(values))
 
 
@@ -71,4 +72,4 @@ def _value(row: list[str], place: int, line: int, scale: Fraction, file: str) ->
             number = over * scale.numerator / (under * scale.denominator)
         if math.isfinite(number):
             return number
-    raise TableError(f"{file}, line {line}: not a number", "file", shown(text))
+    raise Refusal(f"{file}, line {line}: not a number", key="file", got=shown(text))

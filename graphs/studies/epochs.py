@@ -10,11 +10,10 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from proofmass.blocks.declaration.problem import shown
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import Refusal, shown
 from proofmass.graphs.model.keys import RECALIBRATION_KEYS
 from proofmass.graphs.model.rates import read_duration
-from proofmass.graphs.studies.table_entries import TableError, checked_table
+from proofmass.graphs.studies.table_entries import checked_table
 
 NEVER = "never"
 MOST_EPOCHS = 100_000
@@ -49,34 +48,34 @@ class Recalibration:
 
 
 def regular_ages(table: Mapping[str, Any]) -> tuple[float, ...]:
-    """Ages from a new sensor on, in seconds: `{ every = "1 month", until = "10 year" }`; raises `TableError`."""
+    """Ages from a new sensor on, in seconds: `{ every = "1 month", until = "10 year" }`; raises `Refusal`."""
     step, last = (_duration(table, key) for key in ("every", "until"))
     if step == 0 or last / step > MOST_EPOCHS:
         expected = f"above 0 s, and at most {MOST_EPOCHS:,} epochs in all"
-        raise TableError("out of range", "every", shown(table["every"]), expected)
+        raise Refusal("out of range", key="every", got=shown(table["every"]), expected=expected)
     return tuple(float(number * step) for number in range(int(last / step) + 1))
 
 
 def read_intervals(table: Mapping[str, Any]) -> tuple[float, ...]:
-    """The intervals of a table `[recalibration]`, in seconds; raises `TableError`."""
+    """The intervals of a table `[recalibration]`, in seconds; raises `Refusal`."""
     example = 'write every = "1 year", or every = ["never", "1 year", "1 month"] to compare'
     given = table.get("every", ())
     intervals = [given] if isinstance(given, str | int | float) else given
     if not isinstance(intervals, list | tuple) or not intervals:
-        raise TableError("must say how often", "every", shown(given), hint=example)
+        raise Refusal("must say how often", key="every", got=shown(given), hint=example)
     read = [math.inf if entry == NEVER else float(_duration({"every": entry}, "every")) for entry in intervals]
     if min(read) <= 0.0 or len(set(read)) < len(read):
-        raise TableError("intervals must differ and be above 0 s", "every", shown(given), hint=example)
+        raise Refusal("intervals must differ and be above 0 s", key="every", got=shown(given), hint=example)
     return tuple(read)
 
 
 def recalibration_table(given: object) -> Mapping[str, Any]:
-    """A table `[recalibration]` of which all keys are known; raises `TableError`."""
+    """A table `[recalibration]` of which all keys are known; raises `Refusal`."""
     return checked_table(given, RECALIBRATION_KEYS, RECALIBRATION_EXAMPLE)
 
 
 def _duration(table: Mapping[str, Any], key: str) -> Any:
     try:
         return read_duration(table[key])
-    except UnitError as error:
-        raise TableError(str(error), key, shown(table[key]), hint=error.hint) from None
+    except Refusal as error:
+        raise error.under(key, table[key]) from None

@@ -4,40 +4,32 @@ import dataclasses
 import math
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from types import MappingProxyType
-from typing import Any
+from typing import Self
 
 from proofmass.blocks.arithmetic.counter_random import normal_quantile
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.graphs.checks.check import checked
-from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import LARGEST_SEED, NOWHERE, Graph, Place, split
-from proofmass.graphs.studies.ageing import Drift, read_drift
+from proofmass.graphs.model.flatten import FlatGraph, flatten
+from proofmass.graphs.model.graph import LARGEST_SEED, Graph, Place, split
+from proofmass.graphs.studies.ageing import Drift
 from proofmass.graphs.studies.correlation import Correlation
 from proofmass.graphs.studies.designs import Design, stream_of
-from proofmass.graphs.studies.distributions import Spread, read_spread
+from proofmass.graphs.studies.distributions import Spread
 from proofmass.graphs.studies.epochs import Recalibration
-from proofmass.graphs.studies.study_tables import Limit, StudyTables
-from proofmass.graphs.studies.table_entries import read_values
+from proofmass.graphs.studies.study_tables import Limit
 
 LARGEST_STUDY = 2**32  # runs times epochs: a word of the counter of the noise
-Tables = Mapping[str, Any]
-NOTHING: Tables = MappingProxyType({})
 
 
-@dataclasses.dataclass(frozen=True, init=False)
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Study:
     """A graph with the spread, sweep and drift of its parameters; run k is a pure function of it, seed and k.
 
-    The tables are those of a study file: `spread={"adc.reference": {"normal": "200 ppm", "relative": True}}`. Run k is
-    sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is repeated at
-    each epoch, an age at which its drifting parameters have moved on, with what calibrations before it have left.
-    `design` is one of `DESIGNS`.
-
-    Raises `ModelError` with every problem.
+    Run k is sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is
+    repeated at each epoch, an age at which its drifting parameters have moved on, with what calibrations before it
+    have left. Parameters are named as in the flat graph.
     """
 
     graph: Graph
@@ -56,91 +48,19 @@ class Study:
     written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
     place: Place = dataclasses.field(compare=False, repr=False)
 
-    def __init__(
-        self,
-        graph: Graph,
-        *,
-        runs: int = 100,
-        seed: int = 0,
-        design: str = "random",
-        spread: Tables = NOTHING,
-        correlation: Tables = NOTHING,
-        sweep: Tables = NOTHING,
-        epochs: Tables = NOTHING,
-        drift: Tables = NOTHING,
-        recalibration: Tables = NOTHING,
-        margins: str | float = "",
-        limits: Tables = NOTHING,
-        stop: Tables = NOTHING,
-        place: Place = NOWHERE,
-    ) -> None:
-        read = StudyTables(checked(graph), margins)
-        folder = (place if place is not NOWHERE else graph.place).folder
-        spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
-        ages = read.ages(epochs)
-        values = {
-            "graph": graph,
-            "runs": runs,
-            "seed": seed,
-            "design": read.design(design, spreads),
-            "spread": spreads,
-            "correlation": read.correlation(correlation, spreads, design),
-            "sweep": read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
-            "epochs": ages,
-            "drift": read.parameters("drift", drift, read_drift),
-            "recalibration": read.recalibration(recalibration),
-            "margins": read.margins,
-            "limits": read.limits(limits, ages),
-            "stop": read.stop(stop),
-            "written": MappingProxyType(read.written),
-            "place": place,
-        }
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
-        read.problems += [*self._bad_numbers(), *self._moved_twice()]
-        if read.problems:
-            raise ModelError([self.placed(problem) for problem in read.problems])
-
-    def changed(self, *, runs: int, seed: int) -> "Study":
-        """The study with other numbers; raises `ModelError`."""
-        made = object.__new__(Study)
-        for field in dataclasses.fields(self):
-            object.__setattr__(
-                made, field.name, {"runs": runs, "seed": seed}.get(field.name, getattr(self, field.name))
-            )
-        problems = list(made._bad_numbers())
+    def changed(self, *, runs: int, seed: int) -> Self:
+        """Return the study with other numbers; raises `ModelError`."""
+        study = type(self).__new__(type(self))
+        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        Study.__init__(study, **fields | {"runs": runs, "seed": seed})
+        problems = list(bad_numbers(study))
         if problems:
             raise ModelError(problems)
-        return made
+        return study
 
     def placed(self, problem: Problem) -> Problem:
         """A problem with the file and line that its key has in this study."""
         return problem if problem.file else problem.at(*self.place.find(problem.path))
-
-    def _bad_numbers(self) -> Iterator[Problem]:
-        for key, value, least, most in (("runs", self.runs, 1, LARGEST_STUDY), ("seed", self.seed, 0, LARGEST_SEED)):
-            if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-                expected = f"an integer from {least} to {most:g}"
-                yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
-                return
-        size = self.runs * self.points * len(self.epochs)
-        if size > LARGEST_STUDY:
-            expected = f"at most {LARGEST_STUDY:g} runs, points and epochs multiplied"
-            yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
-        if not self.graph.measures and not self.margins:
-            hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
-            hint += ', or margins = "0 s" to the study of a graph with loops'
-            file, key = self.graph.place.file, "measures"
-            yield Problem(
-                message="the graph has no measures: a study would keep nothing", file=file, key=key, hint=hint
-            )
-
-    def _moved_twice(self) -> Iterator[Problem]:
-        for name in self.recalibration.carried:
-            for table in ("spread", "sweep", "drift"):
-                if name in getattr(self, table):
-                    message = "a calibration sets it: nothing else can move it"
-                    yield Problem(message=message, key=f'{table}."{name}"', path=(table, name))
 
     @cached_property
     def points(self) -> int:
@@ -157,7 +77,7 @@ class Study:
         return self.written.get(name, name)
 
     @cached_property
-    def flat(self) -> Graph:
+    def flat(self) -> FlatGraph:
         """The graph without subgraphs."""
         return flatten(self.graph)
 
@@ -229,3 +149,21 @@ class Study:
             lines += [f"{table}.{name} = {entry}" for name, entry in sorted(getattr(self, table).items())]
         lines += [*self.recalibration.text(), *([f"margins = {self.margins}"] if self.margins else [])]
         return "\n".join(lines) + "\n"
+
+
+def bad_numbers(study: Study) -> Iterator[Problem]:
+    """Problems of how many runs a study has, and of what a run leaves."""
+    for key, value, least, most in (("runs", study.runs, 1, LARGEST_STUDY), ("seed", study.seed, 0, LARGEST_SEED)):
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            expected = f"an integer from {least} to {most:g}"
+            yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+            return
+    size = study.runs * study.points * len(study.epochs)
+    if size > LARGEST_STUDY:
+        expected = f"at most {LARGEST_STUDY:g} runs, points and epochs multiplied"
+        yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
+    if not study.graph.measures and not study.margins:
+        hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
+        hint += ', or margins = "0 s" to the study of a graph with loops'
+        file, key = study.graph.place.file, "measures"
+        yield Problem(message="the graph has no measures: a study would keep nothing", file=file, key=key, hint=hint)

@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.graphs.files.part_files import PartError, PartFiles
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
 from proofmass.graphs.model.graph import Graph, Place
-from proofmass.graphs.model.hints import like
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 
 STUDY = "study"
 
@@ -45,11 +44,8 @@ def graph_of_study(data: dict[str, Any], place: Place, own: Own | None) -> Graph
         raise ModelError([Problem(message="the study names no graph", file=place.file, key="graph", hint=hint)])
     try:
         return files.graph(data["graph"], place.folder, 0)
-    except PartError as error:
-        file, line = place.find(("graph",))
-        got = shown(data["graph"])
-        problem = Problem(message=str(error), file=file, line=line, key="graph", got=got, hint=error.hint)
-        raise ModelError([problem]) from None
+    except Refusal as error:
+        raise ModelError([error.problem("graph", data["graph"]).at(*place.find(("graph",)))]) from None
 
 
 def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
@@ -63,7 +59,7 @@ def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
         hint = 'add [study] and below it runs = 100, or write a file of its own: graph = "FILE.toml"'
         raise ModelError([Problem(message="the graph has no study", file=place.file, key=STUDY, hint=hint)])
     problems = [
-        Problem(message="unknown key", key=key, got=shown(key), hint=like(key, allowed, "the keys"), path=(key,))
+        Refusal("unknown key", did_you_mean(key, allowed, "the keys")).problem(key, key, path=(key,))
         for key in table
         if key not in allowed
     ]

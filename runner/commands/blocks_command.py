@@ -25,7 +25,7 @@ def show_blocks(kind: str | None, own_file: Path | None, as_json: bool) -> int:
         return DONE
     block = find(kind, own)
     if block is None:
-        hint = did_you_mean(kind, all_blocks(own), "kind")
+        hint = did_you_mean(kind, all_blocks(own), "the kinds")
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
     if as_json:
         print_json(facts(block))

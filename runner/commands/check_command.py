@@ -17,7 +17,7 @@ from proofmass.runner.output.counts import count
 def check_graph(path: Path, own: Path | None, as_json: bool) -> int:
     """Check a graph or study, print its problems and notes, and return the exit code."""
     graph, problems, study = check_file(path, own_blocks(own))
-    alone = graph is not None and not _wrong(problems) and runs_alone(graph)
+    alone = graph is not None and not _wrong(problems) and runs_alone(flatten(graph))
     if graph is not None and alone:
         from proofmass.runner.studies.whole.ready import unready  # NumPy, which a wrong graph does not wait for
 

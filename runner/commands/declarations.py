@@ -32,7 +32,7 @@ class Commands(click.Group):
             from proofmass.blocks.declaration.problem import did_you_mean
 
             raise click.UsageError(
-                f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'command')}", ctx
+                f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'the commands')}", ctx
             ) from None
 
 

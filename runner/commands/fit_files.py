@@ -7,7 +7,9 @@ from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.files.toml_editor import edit_file
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.exports import exported
+from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.design.fit.fit import Fit, FitReport
@@ -39,7 +41,7 @@ def write_coefficients(report: FitReport, target: Path, names: Sequence[str], ow
         reason = next(finding for finding in report.findings if not finding.note)
         message = "nothing was written: the readings do not determine the two exponentials"
         raise ModelError([reason, Problem(message=message, file=str(target))])
-    graph.with_parameters(values)  # refuses units that do not fit
+    with_parameters(graph, values)  # refuses units that do not fit
     text = edit_file(target, values)
     with whole_file(target) as file:
         file.write(text.encode("utf-8"))
@@ -53,7 +55,7 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
     highest order, and zero for its further coefficients. A subgraph has the parameters that it exports.
     """
     if name not in graph.blocks and name not in graph.subgraphs:
-        hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "block")
+        hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "the blocks")
         raise ModelError([Problem(message="there is no such block", file=graph.place.file, key=name, hint=hint)])
     parameters = _parameters(graph, name)
     polynomials = [fit for fit in report.fits if fit.method == "least squares"]
@@ -73,7 +75,8 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
 def _parameters(graph: Graph, name: str) -> list[str]:
     if name in graph.blocks:
         return list(type(graph.blocks[name]).parameters)
-    return [port for port, (_, inner) in exported(graph.subgraphs[name]).items() if isinstance(inner, Parameter)]
+    exports = exported(flatten(graph.subgraphs[name]))
+    return [port for port, (_, inner) in exports.items() if isinstance(inner, Parameter)]
 
 
 def _models(graph: Graph) -> tuple[str, ...]:

@@ -1,6 +1,5 @@
 """The graph that a command works on: a file, with what `--blocks`, `--set` and `--probe` say."""
 
-import dataclasses
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,10 +7,11 @@ from typing import Any
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph, Probe, read_probe, split
+from proofmass.graphs.model.build import read_probe
+from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.graph import Graph, Probe, split
 from proofmass.runner.commands.own_blocks import own_blocks
 
 
@@ -19,8 +19,8 @@ def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes
     """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
     graph = read_graph(path, own_blocks(own))
     values = dict(_change(graph, text) for text in changes)
-    graph = graph.with_parameters(values) if values else graph
-    return dataclasses.replace(graph, probes=(*graph.probes, *_new_probes(graph, probes)))
+    graph = with_parameters(graph, values) if values else graph
+    return graph.changed(probes=(*graph.probes, *_new_probes(graph, probes)))
 
 
 def _change(graph: Graph, text: str) -> tuple[str, Any]:
@@ -45,7 +45,7 @@ def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
     for signal in dict.fromkeys(signals):
         try:
             probe = read_probe(signal)
-        except UnitError:
+        except Refusal:
             raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
         if signal not in probed:
             yield probe

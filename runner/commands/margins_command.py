@@ -50,8 +50,8 @@ def show_margins(request: MarginsRequest) -> int:
     graph = _with_gains(graph, request)
     planned = plan(graph)
     point = _operating_point(planned, request)
-    loops = _loops(graph, planned, request, point)
-    quantities = _sensitivities(graph, planned, loops, request, point)
+    loops = _loops(planned, request, point)
+    quantities = _sensitivities(planned, loops, request, point)
     if request.as_json:
         data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
         print_json(data | ({"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}))
@@ -104,24 +104,24 @@ def _operating_point(planned: Plan, request: MarginsRequest) -> str | Fraction:
     return time
 
 
-def _loops(graph: Graph, planned: Plan, request: MarginsRequest, at: str | Fraction) -> dict[str, Margins]:
+def _loops(planned: Plan, request: MarginsRequest, at: str | Fraction) -> dict[str, Margins]:
     """Margins of the loops; none of a graph without loops where only sensitivities of its outputs are wanted."""
     if request.sensitivity and not request.loop:
         from proofmass.runner.analysis.linearisation.find_loops import find_loops
 
         if not planned.graph.loops and not find_loops(planned):
             return {}
-    return all_margins(graph, planned, request.loop, at)
+    return all_margins(planned, request.loop, at)
 
 
 def _sensitivities(
-    graph: Graph, planned: Plan, loops: dict[str, Margins], request: MarginsRequest, at: str | Fraction
+    planned: Plan, loops: dict[str, Margins], request: MarginsRequest, at: str | Fraction
 ) -> "list[Sensitivity]":
     if not request.sensitivity:
         return []
     from proofmass.runner.commands.sensitivity_text import sensitivities
 
-    return sensitivities(graph, planned, loops, *request.sensitivity, at)
+    return sensitivities(planned, loops, *request.sensitivity, at)
 
 
 def _sensitivity_texts(quantities: "list[Sensitivity]") -> list[str]:

@@ -14,7 +14,7 @@ def missed_margins(graph: Graph) -> list[Problem]:
     loops: dict[str, Margins] = {}
     for name, loop in planned.graph.loops.items():
         if loop.requirements:
-            loops |= all_margins(planned.graph, planned, name)
+            loops |= all_margins(planned, name)
     notes = [_note(planned, margins, text) for margins in loops.values() for text in margins.system.map.notes]
     return [*missed(planned, loops), *notes]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from proofmass.graphs.checks.clocking import notes_of_a_run
+from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_files, print_interruption, print_text
 from proofmass.runner.commands.exit_codes import DONE
@@ -54,7 +55,7 @@ def run_graph(request: RunRequest) -> int:
     if request.show_source:
         return _show_source(graph)
     result = _simulated(graph, request)
-    print_text(map(str, notes_of_a_run(graph)), err=True)
+    print_text(map(str, notes_of_a_run(flatten(graph))), err=True)
     show_run(result, request.as_json)
     if result.interrupted:
         return _interrupted(result, request.out)

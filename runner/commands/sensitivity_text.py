@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from fractions import Fraction
 
-from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop, tick_at
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
@@ -13,15 +12,15 @@ _ROWS = 12  # of a table of parameters
 
 
 def sensitivities(
-    graph: Graph, planned: Plan, loops: Mapping[str, Margins], source: str, target: str, at: str | Fraction
+    planned: Plan, loops: Mapping[str, Margins], source: str, target: str, at: str | Fraction
 ) -> list[Sensitivity]:
     """Return scale factor and bias from one output to another, and the margins of loops, with their derivatives."""
     tick = tick_at(planned, at)
-    ends = node_of(planned, graph, source), node_of(planned, graph, target)
+    ends = node_of(planned, source), node_of(planned, target)
     quantities = list(transfer_sensitivities(planned, *ends, tick))
     for margins in loops.values():
         if not margins.system.continuous:  # derivatives by parameters are those of sampled loops
-            node = node_of(planned, planned.graph, margins.open_at)
+            node = node_of(planned, margins.open_at)
             quantities += margin_sensitivities(planned, margins, open_loop(planned, node, tick, by_parameters=True))
     return quantities
 

@@ -9,7 +9,8 @@ import click
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import UnitError, convert
-from proofmass.graphs.model.graph import Graph, read_probe
+from proofmass.graphs.model.build import read_probe
+from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.spectrum.series import Series, of_trace, read_series
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress

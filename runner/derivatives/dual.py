@@ -20,6 +20,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from proofmass.blocks.arithmetic.mantissa import Mantissa
+
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
 UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
@@ -27,7 +29,7 @@ NO_SLOPE = "it has a corner here, or an infinite slope"
 _BITS = "is an operation on the bits of a number that signals move"
 
 
-class Dual:
+class Dual(Mantissa):
     """A value and its slopes; made by `dual`, which leaves plain what has no slopes."""
 
     __slots__ = ("level", "slopes", "value")
@@ -109,22 +111,30 @@ class Dual:
     def __invert__(self) -> Any:
         return -self - 1
 
-    # What the mantissa of a fixed-point value does in its own way (`blocks.arithmetic.fixed_point`): a rule of rounding
-    # divides by a power of two, which is read off a large one, and a register holds what is in its range.
+    # What a mantissa does in a way of its own: a rule of rounding divides by a power of two, which is read off a large
+    # one, and a register holds what is in its range.
 
     def monotone(self, rule: Callable[[int], int]) -> Any:
         """What a rule of rounding makes of it, unrounded."""
         return self * (rule(1 << 200) / (1 << 200))
 
-    def held(self, lowest: int, highest: int, register: str) -> Any:
+    def held(self, low: int, high: int, expected: str) -> Any:
         """Itself, where the register can hold it."""
-        if not lowest <= self <= highest:
-            raise OverflowError(f"{plain(self)} does not fit {register}")
+        if not low <= self <= high:
+            raise OverflowError(f"{plain(self)} does not fit {expected}")
         return self
 
-    def wrapped(self, lowest: int, highest: int) -> Any:
+    def wrapped(self, low: int, high: int) -> Any:
         """Itself, less the whole turns of a register that wraps."""
-        return self - (plain(self) - lowest) // (highest - lowest + 1) * (highest - lowest + 1)
+        return self - (plain(self) - low) // (high - low + 1) * (high - low + 1)
+
+    def cut(self) -> Any:
+        """Itself: a cut changes no value."""
+        return self
+
+    def select(self, chosen: Any, otherwise: Any) -> Any:
+        """The choice of its value."""
+        return chosen if self else otherwise
 
     def minimum(self, other: Any) -> Any:
         """The lower of two numbers."""

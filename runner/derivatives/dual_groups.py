@@ -20,7 +20,7 @@ from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Filled
 from proofmass.runner.plan.stages import Context, Stages
 from proofmass.runner.reference.advance import Advance, Moment
 
@@ -28,7 +28,7 @@ from proofmass.runner.reference.advance import Advance, Moment
 class DualStages(Stages):
     """The functions of a group, on dual numbers."""
 
-    def __init__(self, plan: Plan, group: Group, by_parameters: bool) -> None:
+    def __init__(self, plan: Filled, group: Group, by_parameters: bool) -> None:
         self._plan, self._by_parameters = plan, by_parameters
         super().__init__(plan.blocks, plan.schedule, group, plan.block_period)
 
@@ -58,7 +58,7 @@ class DualStages(Stages):
 class DualAdvance(Advance):
     """Moves the states of one group by a tick in dual numbers."""
 
-    def __init__(self, plan: Plan, group: Group, by_parameters: bool) -> None:
+    def __init__(self, plan: Filled, group: Group, by_parameters: bool) -> None:
         self.stages, self.period = DualStages(plan, group, by_parameters), plan.period
         self._held_for = ""  # matrices that do not change are held once
         self._held: tuple[Matrix, Matrix] = [], []

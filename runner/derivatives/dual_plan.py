@@ -14,7 +14,7 @@ from proofmass.runner.continuous.exact_hold import Matrix, hold
 from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.plan.constants import constants_of
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Filled, Plan
 
 PARAMETERS, SIGNALS = 0, 1  # levels of the dual numbers
 
@@ -24,15 +24,14 @@ def differentiated(plan: Plan) -> Plan:
     given = {name: dual_parameters(plan, name, True) for name in plan.blocks}
     constants, starts, buffers = dict(plan.constants), dict(plan.starts), dict(plan.buffers)
     for name, block in plan.blocks.items():
-        kind = type(block)
         if name in plan.digital:
             continue  # its coefficients are rounded to registers: they have no derivative
-        driven = plan.constants[name] is None
         try:
-            constants[name] = None if driven else dual_constants(block, given[name], plan.block_period(name))
-            if "start" in kind.functions:
-                filled = {b: list(buffers[name, b]) for b in kind.buffers}
-                start = kind.functions["start"]
+            if not plan.is_driven(name):
+                constants[name] = dual_constants(block, given[name], plan.block_period(name))
+            if "start" in type(block).functions:
+                filled = {b: list(buffers[name, b]) for b in type(block).buffers}
+                start = type(block).functions["start"]
                 made = for_duals(start.function)(given[name], *(filled[b] for b in start.arguments))
                 starts[name] = _typed(made)
                 buffers |= {(name, b): tuple(values) for b, values in filled.items()}
@@ -41,7 +40,7 @@ def differentiated(plan: Plan) -> Plan:
     return replace(plan, constants=constants, starts=starts, buffers=buffers)
 
 
-def dual_parameters(plan: Plan, name: str, by_parameters: bool) -> Any:
+def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
     """The parameters of a block by name, each real one with a direction of its own where that is wanted."""
     block, read = plan.blocks[name], types.SimpleNamespace()
     for parameter, declared in type(block).parameters.items():

@@ -12,7 +12,7 @@ from typing import Any
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
+from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf, Node
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance
@@ -49,7 +49,9 @@ class DualTicks(Interpreter):
         groups = (solver.group for solver in plan.solvers)
         self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]
         self._outputs = [
-            (node, stride, self._wired(node, step)) for node, stride, step in self._outputs if node[0] in blocks
+            (step, stride, compute if isinstance(step, ConstantsOf) else self._wired(step, compute))
+            for step, stride, compute in self._outputs
+            if step[0] in blocks
         ]
         self._updates = [update for update in self._updates if update[0] in blocks]
 
@@ -71,7 +73,7 @@ class DualTicks(Interpreter):
         return compute
 
     def _counted(self, name: str, function: str) -> Callable[..., Any]:
-        reference: Callable[..., Any] = self.plan.digital[name].steps[function].reference
+        reference: Callable[..., Any] = self.filled.digital[name].steps[function].reference
         return reference  # what saturates there is told by no counter: a limit counts as what it is
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
@@ -92,10 +94,10 @@ class DualTicks(Interpreter):
         return True
 
     def _driven(self, name: str) -> Callable[[int], Any]:
-        block, drivers, wires = self.plan.blocks[name], self.plan.schedule.drivers, self._memory.wires
-        given = dual_parameters(self.plan, name, self._by_parameters)
+        block, drivers, wires = self.filled.blocks[name], self.filled.schedule.drivers, self._memory.wires
+        given = dual_parameters(self.filled, name, self._by_parameters)
         driven = [parameter for parameter in type(block).parameters if (name, parameter) in drivers]
-        period = self.plan.block_period(name)
+        period = self.filled.block_period(name)
 
         def compute(tick: int) -> Any:
             vars(given).update({parameter: wires[drivers[name, parameter]] for parameter in driven})

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from proofmass.runner.fixed.integer_interval import COMPARISONS, Interval, interval_of
+from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.fixed.integer_ir import Node
+from proofmass.runner.fixed.operations import COMPARISONS, interval_of
 
 NEVER = 1 << 62
 REACH = 12  # how many operations an assumption is followed through: enough for a rounding and a sum

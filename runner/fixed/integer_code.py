@@ -10,26 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.source import define
-from proofmass.runner.fixed.integer_interval import COMPARISONS, Interval, interval_of
+from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.fixed.integer_ir import Node, Place, TraceError
+from proofmass.runner.fixed.operations import OPERATIONS, interval_of
 from proofmass.runner.fixed.step_formats import Formats, is_format, leaves, parts
 from proofmass.runner.fixed.trace import Traced, trace
 
 LOWEST, HIGHEST = -(1 << 63), (1 << 63) - 1
-_SIGNS = {
-    "add": "+",
-    "subtract": "-",
-    "multiply": "*",
-    "shift_left": "<<",
-    "shift_right": ">>",
-    "and": "&",
-    "or": "|",
-    "xor": "^",
-    "less": "<",
-    "less_equal": "<=",
-    "equal": "==",
-    "not_equal": "!=",
-}
 
 
 class CompiledStep(NamedTuple):
@@ -133,18 +120,12 @@ class _Writer:
             return (
                 f"{node.low} if {texts[0]} < {node.low} else ({node.high} if {texts[0]} > {node.high} else {texts[0]})"
             )
-        if operation == "negate":
-            return f"-{texts[0]}"
         if operation == "select":
-            condition = self._conditions.get(node.operands[0], f"{texts[0]} != 0")
-            return f"{texts[1]} if {condition} else {texts[2]}"
-        a, b = texts
-        if operation in ("minimum", "maximum"):
-            return f"{a} if {a} {'<' if operation == 'minimum' else '>'} {b} else {b}"
+            texts[0] = self._conditions.get(node.operands[0], f"{texts[0]} != 0")
         if operation == "shift_right" and node.operands[1].low > 63:
-            b = "63"  # the sign alone is left, and a machine shifts by at most 63
-        expression = f"{a} {_SIGNS[operation]} {b}"
-        if operation in COMPARISONS:
+            texts[1] = "63"  # the sign alone is left, and a machine shifts by at most 63
+        expression = OPERATIONS[operation].python.format(*texts)
+        if OPERATIONS[operation].comparison:
             self._conditions[node] = expression
             return f"1 if {expression} else 0"
         return expression

@@ -1,58 +1,12 @@
-"""Exact intervals of integer operations: the least and the greatest result for operands of given intervals."""
+"""Exact intervals: the least and the greatest result of an operation for operands of given intervals."""
 
-import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, Literal
 
 Interval = tuple[int, int]
-Operation = Literal[
-    "constant",
-    "input",
-    "narrow",  # the same value, of which more is known
-    "pipe",  # the same value, in hardware a tick later
-    "add",
-    "subtract",
-    "multiply",
-    "negate",
-    "shift_left",
-    "shift_right",  # arithmetic: the sign bit is repeated
-    "and",
-    "or",
-    "xor",
-    "less",
-    "less_equal",
-    "equal",
-    "not_equal",
-    "minimum",
-    "maximum",
-    "select",  # the second operand where the first is not 0, else the third
-]
+Rule = Callable[[Interval, Interval], bool]
 
 _TRUTHS = ((0, 0), (0, 1), (1, 1))
-COMPARISONS = frozenset({"less", "less_equal", "equal", "not_equal"})
-COMMUTATIVE = frozenset({"add", "multiply", "and", "or", "xor", "equal", "not_equal", "minimum", "maximum"})
-
-EVALUATE: Mapping[str, Callable[..., Any]] = {
-    "narrow": lambda a: a,
-    "pipe": lambda a: a,
-    "add": operator.add,
-    "subtract": operator.sub,
-    "multiply": operator.mul,
-    "negate": operator.neg,
-    "shift_left": operator.lshift,
-    "shift_right": operator.rshift,
-    "and": operator.and_,
-    "or": operator.or_,
-    "xor": operator.xor,
-    "less": lambda a, b: int(a < b),
-    "less_equal": lambda a, b: int(a <= b),
-    "equal": lambda a, b: int(a == b),
-    "not_equal": lambda a, b: int(a != b),
-    "minimum": min,
-    "maximum": max,
-    "select": lambda condition, a, b: a if condition else b,
-}
 
 
 def signed_width(low: int, high: int) -> int:
@@ -64,25 +18,12 @@ def signed_width(low: int, high: int) -> int:
     return max(low.bit_length() if low >= 0 else (-low - 1).bit_length(), high.bit_length() if high >= 0 else 0) + 1
 
 
-def interval_of(operation: str, operands: Sequence[Interval]) -> Interval:
-    """Interval of the result where every operand takes any value of its interval, independently."""
-    if operation in COMPARISONS:
-        return _comparison(operation, *operands)
-    if operation in ("and", "or", "xor"):
-        return _bitwise(operation, *operands)
-    if operation == "select":
-        (condition_low, condition_high), chosen, otherwise = operands
-        if condition_low > 0 or condition_high < 0:
-            return chosen
-        if condition_low == condition_high:
-            return otherwise
-        return min(chosen[0], otherwise[0]), max(chosen[1], otherwise[1])
-    return _corners(operation, operands)
+def corners(evaluate: Callable[..., int], *operands: Interval) -> Interval:
+    """Interval of an operation of one or two operands that takes its extremes where every operand does.
 
-
-def _corners(operation: str, operands: Sequence[Interval]) -> Interval:
-    """These operations take their extremes where every operand does."""
-    evaluate = EVALUATE[operation]
+    >>> corners(lambda a, b: a * b, (-2, 3), (4, 5))
+    (-10, 15)
+    """
     if len(operands) == 1:
         values = [evaluate(end) for end in operands[0]]
     else:
@@ -90,36 +31,45 @@ def _corners(operation: str, operands: Sequence[Interval]) -> Interval:
     return min(values), max(values)
 
 
-def _comparison(operation: str, a: Interval, b: Interval) -> Interval:
-    disjoint = a[1] < b[0] or b[1] < a[0]
-    same = a == b and a[0] == a[1]
-    always, never = {
-        "less": (a[1] < b[0], a[0] >= b[1]),
-        "less_equal": (a[1] <= b[0], a[0] > b[1]),
-        "equal": (same, disjoint),
-        "not_equal": (disjoint, same),
-    }[operation]
-    return int(always), int(not never)
+def comparison(always: Rule, never: Rule, a: Interval, b: Interval) -> Interval:
+    """Interval of a comparison, by whether it holds always or never."""
+    return int(always(a, b)), int(not never(a, b))
+
+
+def selection(condition: Interval, chosen: Interval, otherwise: Interval) -> Interval:
+    """Interval of the second operand where the first is not 0, else of the third."""
+    low, high = condition
+    if low > 0 or high < 0:
+        return chosen
+    if low == high:
+        return otherwise
+    return min(chosen[0], otherwise[0]), max(chosen[1], otherwise[1])
+
+
+def conjunction(evaluate: Callable[[int, int], int], a: Interval, b: Interval) -> Interval:
+    """As `bitwise`, for bits of which both are wanted: a mask of low bits is seen to first."""
+    if a[0] == a[1] >= 0 and a[0] & (a[0] + 1) == 0:
+        a, b = b, a
+    mask = b[0]
+    if b[0] == b[1] >= 0 and mask & (mask + 1) == 0 and not (a in _TRUTHS and b in _TRUTHS):
+        one_block = a[0] | mask == a[1] | mask  # the bits above the mask are the same in the whole interval
+        return (a[0] & mask, a[1] & mask) if one_block else (0, mask)
+    return bitwise(evaluate, a, b)
 
 
 @lru_cache(maxsize=4096)
-def _bitwise(operation: str, a: Interval, b: Interval) -> Interval:
-    """Greedy from the sign bit down; an operand is held by its bounds only while all its bits so far equal theirs.
+def bitwise(evaluate: Callable[[int, int], int], a: Interval, b: Interval) -> Interval:
+    """Interval of an operation on bits: greedy from the sign bit down.
 
-    That takes time, so the usual cases, truth values and a mask of low bits, are seen to first.
+    An operand is held by its bounds only while all its bits so far equal theirs. That takes time, so the usual case of
+    truth values is seen to first.
     """
-    if operation == "and" and a[0] == a[1] >= 0 and a[0] & (a[0] + 1) == 0:
-        a, b = b, a
     if a in _TRUTHS and b in _TRUTHS:
-        return _corners(operation, (a, b))
-    if operation == "and" and b[0] == b[1] >= 0 and b[0] & (b[0] + 1) == 0:
-        one_block = a[0] | b[0] == a[1] | b[0]  # the bits above the mask are the same in the whole interval
-        return (a[0] & b[0], a[1] & b[0]) if one_block else (0, b[0])
-    return _extreme(operation, a, b, greatest=False), _extreme(operation, a, b, greatest=True)
+        return corners(evaluate, a, b)
+    return _extreme(evaluate, a, b, greatest=False), _extreme(evaluate, a, b, greatest=True)
 
 
-def _extreme(operation: str, a: Interval, b: Interval, *, greatest: bool) -> int:
-    evaluate = EVALUATE[operation]
+def _extreme(evaluate: Callable[[int, int], int], a: Interval, b: Interval, *, greatest: bool) -> int:
     width = max(signed_width(*a), signed_width(*b))
     sign = width - 1
     states = {(True, True, True, True)}  # whether the bits so far are those of a's low, a's high, b's low, b's high

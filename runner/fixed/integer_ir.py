@@ -10,14 +10,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.fixed.integer_interval import (
-    COMMUTATIVE,
-    COMPARISONS,
-    EVALUATE,
-    Operation,
-    interval_of,
-    signed_width,
-)
+from proofmass.runner.fixed.integer_interval import signed_width
+from proofmass.runner.fixed.operations import OPERATIONS, OperationName, interval_of
 
 MOST_NODES = 20_000  # a step of this size comes from a loop that was not meant to be unrolled
 
@@ -54,7 +48,7 @@ class Node:
     """One value of the step: an operation on earlier values, and the least and the greatest it can be."""
 
     number: int  # in the order of making: operands have smaller ones
-    operation: Operation
+    operation: OperationName
     operands: tuple["Node", ...]
     low: int
     high: int
@@ -104,9 +98,9 @@ class Program:
         whole = node.operands[0] if node.operation == "narrow" else node
         return self._node("narrow", (whole,), low, high)
 
-    def make(self, operation: Operation, *operands: Node) -> Node:
+    def make(self, operation: OperationName, *operands: Node) -> Node:
         """The node of an operation, folded where its value or one like it is known."""
-        if operation in COMMUTATIVE and operands[0].number > operands[1].number:
+        if OPERATIONS[operation].commutative and operands[0].number > operands[1].number:
             operands = operands[::-1]
         known = self._folded(operation, operands)
         if known is not None:
@@ -125,7 +119,7 @@ class Program:
                 todo += node.operands
         return sorted(found, key=lambda node: node.number)
 
-    def _node(self, operation: Operation, operands: tuple[Node, ...], low: int, high: int, name: str = "") -> Node:
+    def _node(self, operation: OperationName, operands: tuple[Node, ...], low: int, high: int, name: str = "") -> Node:
         key = (operation, operands, low, high, name)
         if key not in self._made:
             place = self.place()
@@ -136,23 +130,25 @@ class Program:
             self.nodes.append(self._made[key])
         return self._made[key]
 
-    def _folded(self, operation: Operation, operands: tuple[Node, ...]) -> Node | None:
+    def _folded(self, operation: OperationName, operands: tuple[Node, ...]) -> Node | None:
         values = [node.constant for node in operands]
         if operation == "select":
             return self._folded_select(*operands)
         if None not in values:
-            return self.constant(EVALUATE[operation](*values))
+            return self.constant(OPERATIONS[operation].evaluate(*values))
         if len(operands) == 1:
             return None
         a, b = operands
         if a is b:
-            return self._of_one(operation, a)
-        for value, other in ((values[0], b), (values[1], a)):
-            if operation in ("add", "or", "xor") and value == 0:
+            known = OPERATIONS[operation].of_equals
+            return a if known == "operand" else None if known is None else self.constant(known)
+        neutral, commutative = OPERATIONS[operation].neutral, OPERATIONS[operation].commutative
+        for value, other, second in ((values[0], b, False), (values[1], a, True)):
+            if neutral is not None and value == neutral and (second or commutative):
                 return other
             if operation == "multiply" and value is not None:
-                if value in (0, 1):
-                    return other if value else self.constant(0)
+                if value == 0:
+                    return self.constant(0)
                 if value == -1:
                     return self.make("negate", other)
                 if value > 0 and value & (value - 1) == 0:
@@ -160,8 +156,6 @@ class Program:
             is_mask = operation == "and" and value is not None and value & (value + 1) == 0
             if is_mask and other.low >= 0 and other.high <= value:  # type: ignore[operator]
                 return other
-        if operation in ("subtract", "shift_left", "shift_right") and values[1] == 0:
-            return a
         if operation in ("minimum", "maximum"):
             below, above = (a, b) if a.high <= b.low else (b, a) if b.high <= a.low else (None, None)
             return below if operation == "minimum" else above
@@ -177,15 +171,8 @@ class Program:
         is_truth = condition.low == 0 and condition.high == 1
         return condition if is_truth and (chosen.constant, otherwise.constant) == (1, 0) else None
 
-    def _of_one(self, operation: Operation, node: Node) -> Node | None:
-        if operation in ("subtract", "xor"):
-            return self.constant(0)
-        if operation in COMPARISONS:
-            return self.constant(int(operation in ("equal", "less_equal")))
-        return node if operation in ("and", "or", "minimum", "maximum") else None
 
-
-def _interval(operation: Operation, operands: tuple[Node, ...]) -> tuple[int, int]:
+def _interval(operation: OperationName, operands: tuple[Node, ...]) -> tuple[int, int]:
     low, high = interval_of(operation, [(node.low, node.high) for node in operands])
     if operation == "multiply" and operands[0] is operands[1]:  # a square
         ends = (operands[0].low ** 2, operands[0].high ** 2)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, stored
 
 
 @dataclass(frozen=True)
@@ -115,8 +115,7 @@ def storer(formats: Formats, text: str, at: Callable[[str], object] = lambda tex
     It raises TypeError for a result of another form, OverflowError for a number outside its format.
     """
     if isinstance(formats, Fixed):
-        store_fixed = formats.store
-        return lambda value: at(text) or store_fixed(value)
+        return lambda value: at(text) or stored(value, formats)
     if is_format(formats):
         kind = int if isinstance(formats, Within) else formats
         return lambda value: at(text) or _stored_integer(kind, value)

@@ -12,17 +12,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from proofmass.blocks.arithmetic import fixed_point, pipeline
+from proofmass.blocks.arithmetic import fixed_point, mantissa, pipeline
 from proofmass.blocks.arithmetic.fixed_point import counting_overflows
-from proofmass.runner.fixed import integer_interval, integer_ir, step_formats
+from proofmass.runner.fixed import integer_interval, integer_ir, operations, signal, step_formats
 from proofmass.runner.fixed.assumptions import Assumptions
-from proofmass.runner.fixed.integer_interval import Operation
 from proofmass.runner.fixed.integer_ir import Node, Place, Program, TraceError
+from proofmass.runner.fixed.operations import OperationName
+from proofmass.runner.fixed.signal import Signal
 from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves, loader, mantissas, storer
 
 MOST_PATHS = 256
 USE_WHERE = "write where(condition, a, b) for those that only choose a value"
-_MACHINERY = {m.__file__ for m in (fixed_point, pipeline, integer_interval, integer_ir, step_formats)} | {__file__}
+_MODULES = (fixed_point, mantissa, pipeline, integer_interval, integer_ir, operations, signal, step_formats)
+_MACHINERY = {module.__file__ for module in _MODULES} | {__file__}  # no line of these is one of the step's
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ class _Tracer:
         self._assumptions.assume(condition, outcome)
         return outcome
 
-    def input(self, text: str, format: step_formats.Format) -> "Signal":
+    def input(self, text: str, format: step_formats.Format) -> Signal:
         """The signal of an argument's number."""
         return Signal(self, self.program.input(text, *bounds(format)))
 
@@ -154,7 +156,7 @@ class _Tracer:
         hint = "write fixed(value, format, rounding), or make it from a value that is"
         self.refuse(f"a {type(value).__name__} among integers", hint=hint, got=repr(value))
 
-    def apply(self, operation: Operation, *operands: Node) -> Node:
+    def apply(self, operation: OperationName, *operands: Node) -> Node:
         """An operation on what is known of its operands on this path."""
         return self.program.make(operation, *(self._known(node) for node in operands))
 
@@ -166,6 +168,10 @@ class _Tracer:
     def select(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
         """A selection; either value has the interval that it has where it is chosen."""
         return self._selected(self._known(condition), chosen, otherwise)
+
+    def narrowed(self, node: Node, low: int, high: int) -> Node:
+        """A node of which it is known that it lies between two bounds."""
+        return self.program.narrow(node, low, high)
 
     def bounds(self, node: Node) -> tuple[int, int]:
         """The interval of a node on this path."""
@@ -216,182 +222,3 @@ class _Tracer:
         place = self._decisions[-1][0].place if self._decisions else None
         hint = f"{USE_WHERE}; a loop that a signal ends is given a constant length"
         raise TraceError(f"more than {MOST_PATHS} paths through the branches", place, hint=hint, key=self._name)
-
-
-class Signal:
-    """A number of a step that is traced: an integer by its operators, a node of the program by its nature."""
-
-    __slots__ = ("_tracer", "node")
-
-    def __init__(self, tracer: _Tracer, node: Node) -> None:
-        self._tracer = tracer
-        self.node = node
-
-    def _made(self, operation: Operation, *operands: Any) -> Any:
-        """A signal of an operation; what has operators of its own for signals, a FixedValue, comes to its turn."""
-        if any(isinstance(operand, fixed_point.FixedValue) for operand in operands):
-            return NotImplemented
-        return Signal(self._tracer, self._tracer.apply(operation, *map(self._tracer.node, operands)))
-
-    def __add__(self, other: Any) -> Any:
-        return self._made("add", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._made("add", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._made("subtract", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._made("subtract", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self._made("multiply", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._made("multiply", other, self)
-
-    def __neg__(self) -> Any:
-        return self._made("negate", self)
-
-    def __pos__(self) -> "Signal":
-        return self
-
-    def __invert__(self) -> Any:
-        return self._made("subtract", -1, self)
-
-    def __abs__(self) -> Any:
-        return (self < 0).select(-self, self)
-
-    def __and__(self, other: Any) -> Any:
-        return self._made("and", self, other)
-
-    def __or__(self, other: Any) -> Any:
-        return self._made("or", self, other)
-
-    def __xor__(self, other: Any) -> Any:
-        return self._made("xor", self, other)
-
-    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
-
-    def __lshift__(self, places: Any) -> Any:
-        return self._shifted("shift_left", self, places)
-
-    def __rshift__(self, places: Any) -> Any:
-        return self._shifted("shift_right", self, places)
-
-    def __rlshift__(self, value: Any) -> Any:
-        return self._shifted("shift_left", value, self)
-
-    def __rrshift__(self, value: Any) -> Any:
-        return self._shifted("shift_right", value, self)
-
-    def __lt__(self, other: Any) -> Any:
-        return self._made("less", self, other)
-
-    def __le__(self, other: Any) -> Any:
-        return self._made("less_equal", self, other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self._made("less", other, self)
-
-    def __ge__(self, other: Any) -> Any:
-        return self._made("less_equal", other, self)
-
-    def __eq__(self, other: object) -> Any:
-        return self._made("equal", self, other)
-
-    def __ne__(self, other: object) -> Any:
-        return self._made("not_equal", self, other)
-
-    __hash__ = object.__hash__
-
-    def __bool__(self) -> bool:
-        return self._tracer.decide(self.node)
-
-    def _shifted(self, operation: Operation, value: Any, places: Any) -> Any:
-        if isinstance(value, fixed_point.FixedValue):
-            return NotImplemented
-        low, high = self._tracer.bounds(self._tracer.node(places))
-        if low < 0 or high > fixed_point.MOST_BITS:
-            hint = f"bring it to 0 to {fixed_point.MOST_BITS} with clip()"
-            self._tracer.refuse("a shift by so many places", got=_interval(low, high), hint=hint)
-        return self._made(operation, value, places)
-
-    def __floordiv__(self, divisor: Any) -> Any:
-        return self >> self._power_of_two(divisor)
-
-    def __mod__(self, divisor: Any) -> Any:
-        return self & ((1 << self._power_of_two(divisor)) - 1)
-
-    def _power_of_two(self, divisor: Any) -> int:
-        if not isinstance(divisor, int) or divisor < 1 or divisor & (divisor - 1):
-            hint = "divide by a constant power of two, or multiply by a constant reciprocal and shift"
-            self._tracer.refuse("a division", got=f"a divisor of {divisor!r}", hint=hint)
-        return divisor.bit_length() - 1
-
-    def __truediv__(self, divisor: Any) -> NoReturn:
-        hint = "multiply by a constant reciprocal, or shift"
-        self._tracer.refuse("a quotient of integers is no integer", got=repr(self), hint=hint)
-
-    __rtruediv__ = __rfloordiv__ = __rmod__ = __divmod__ = __rdivmod__ = __truediv__
-
-    def __pow__(self, exponent: Any) -> NoReturn:
-        self._tracer.refuse("a power", got=repr(self), hint="multiply; a power of two is 1 << places")
-
-    __rpow__ = __pow__
-
-    def __index__(self) -> int:
-        hint = "give the loop a constant length with an `if` inside, choose an entry with where()"
-        self._tracer.refuse("a signal bounds a loop or indexes a list", got=repr(self), hint=hint)
-
-    __int__ = __index__
-
-    def __float__(self) -> float:
-        self._tracer.refuse("a signal in floating point", got=repr(self), hint="stay with integers and FixedValue")
-
-    def __round__(self, digits: int = 0) -> NoReturn:
-        self._tracer.refuse("a rounding without a format", got=repr(self), hint="write value.to(format, rounding)")
-
-    def __repr__(self) -> str:
-        return f"a signal in {_interval(*self._tracer.bounds(self.node))}"
-
-    # -- what fixed_point asks of an integer that is no Python integer ---------------------------------------------
-
-    def select(self, chosen: Any, otherwise: Any) -> "Signal":
-        """`chosen` where the signal is not 0, else `otherwise`."""
-        a, b = self._tracer.node(chosen), self._tracer.node(otherwise)
-        return Signal(self._tracer, self._tracer.select(self.node, a, b))
-
-    def minimum(self, other: Any) -> Any:
-        """The smaller of the two."""
-        return self._made("minimum", self, other)
-
-    def maximum(self, other: Any) -> Any:
-        """The greater of the two."""
-        return self._made("maximum", self, other)
-
-    def cut(self) -> "Signal":
-        """The signal behind a pipeline cut."""
-        return Signal(self._tracer, self._tracer.cut(self.node))
-
-    def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
-        """The value of a rule that never decreases, with the interval between its values at both ends."""
-        low, high = self._tracer.bounds(self.node)
-        node = self._tracer.node(rule(self))
-        return Signal(self._tracer, self._tracer.program.narrow(node, rule(low), rule(high)))
-
-    def held(self, low: int, high: int, expected: str) -> "Signal":
-        """The signal itself, refused where it could leave the interval."""
-        found = self._tracer.bounds(self.node)
-        if found[0] < low or found[1] > high:
-            got, wanted = _interval(*found), f"{_interval(low, high)} of {expected}"
-            hint = "add .to(format), or clip(value, low, high)"
-            self._tracer.refuse(
-                "the value does not fit its register", got=got, expected=wanted, hint=hint, place=self.node.place
-            )
-        return self
-
-
-def _interval(low: int, high: int) -> str:
-    return f"[{low}, {high}]"

@@ -116,7 +116,7 @@ def figure_kind(path: str | Path) -> str:
     """Return the kind of picture that a file's ending names; raises `ValueError` for an unknown ending."""
     kind = Path(path).suffix.lower().removeprefix(".")
     if kind not in _NO_DATE:
-        raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'ending')}")
+        raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'the endings')}")
     return kind
 
 

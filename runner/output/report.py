@@ -3,7 +3,6 @@
 import math
 import shlex
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, read_wire
+from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
@@ -104,13 +103,13 @@ def _overflows(result: Result) -> str:
 
 
 def _blocks(graph: Graph) -> str:
-    graph = flatten(graph)
-    drivers = {str(wire.target): str(wire.source) for wire in map(read_wire, graph.wires)}
+    flat = flatten(graph)
+    drivers = {wire.target: wire.source for wire in flat.wires}
     rows = []
-    for name, block in graph.blocks.items():
+    for name, block in flat.blocks.items():
         own = list(_parameters(name, block, drivers)) or ["<td></td>" * 4]
         about = (type(block).__doc__ or "").strip().split("\n")[0]
-        rate = f" at {write_rate(Fraction(graph.rates[name]))}" if name in graph.rates else ""
+        rate = f" at {write_rate(flat.rates[name])}" if name in flat.rates else ""
         kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{small(about)}"
         head = f'<th rowspan="{len(own)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
         rows += [(head if i == 0 else "") + cells for i, cells in enumerate(own)]

@@ -77,13 +77,6 @@ class Default:
     value: float = field(compare=False)  # 0.0, -0.0 and False are equal, and not the same
 
 
-@dataclass(frozen=True, slots=True)
-class Constants:
-    """All constants of a block, the first argument of each of its functions."""
-
-    block: str
-
-
 Binding: TypeAlias = State | Parameters | Out | Time | Tick | Deviate | Buffer | Wire | Default
 
 

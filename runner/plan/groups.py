@@ -8,9 +8,18 @@ import networkx
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.checks.schedule import AlgebraicLoop, Node, Schedule, in_order, last_name
-from proofmass.graphs.model.flatten import has_own_rate
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.checks.schedule import (
+    AlgebraicLoop,
+    ConstantsOf,
+    Node,
+    Schedule,
+    Step,
+    in_order,
+    last_name,
+    loop_of,
+    outputs_of,
+)
+from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.runner.plan.bindings import Wire, bindings
 
 
@@ -19,7 +28,7 @@ class Group:
     """Continuous blocks that act on each other, and what lies between them.
 
     `states` are the fields of the blocks' states, modes included; `nodes` what is evaluated at every instant, in
-    order: outputs, and with "" as port the constants of a block that a signal within the group drives. `loops` are
+    order: outputs, and the constants of blocks that a signal within the group drives. `loops` are
     solved at every instant. `inputs` are the outputs of other blocks that act on the group, held over the tick; those
     in `ramps` move on a straight line to their next value. `events` are those of its blocks, `corners` those of all
     its members.
@@ -28,7 +37,7 @@ class Group:
     blocks: tuple[str, ...]
     states: tuple[tuple[str, str], ...]
     kinds: tuple[type, ...]  # of the states
-    nodes: tuple[Node, ...]
+    nodes: tuple[Step, ...]
     loops: tuple[AlgebraicLoop, ...]
     inputs: tuple[Node, ...]
     ramps: tuple[Node, ...]
@@ -43,7 +52,7 @@ class Group:
     @property
     def members(self) -> tuple[str, ...]:
         """All blocks whose functions are called, in the order of their names."""
-        return tuple(sorted({*self.blocks, *(name for name, _ in self.nodes)}))
+        return tuple(sorted({*self.blocks, *(node[0] for node in self.nodes)}))
 
     @property
     def guesses(self) -> tuple[Node, ...]:
@@ -51,7 +60,7 @@ class Group:
         return tuple(tear for loop in self.loops for tear in loop.tears)
 
 
-def find_groups(graph: Graph, schedule: Schedule) -> tuple[Group, ...]:
+def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
     """All groups of a flat graph, in alphabetical order."""
     wiring = _Wiring(graph, schedule)
     joined: networkx.Graph[str] = networkx.Graph()
@@ -64,83 +73,81 @@ def find_groups(graph: Graph, schedule: Schedule) -> tuple[Group, ...]:
     return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
 
 
-def sources(graph: Graph, schedule: Schedule) -> tuple[Node, ...]:
+def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Node, ...]:
     """Outputs that follow from the time alone, in order: their value in the next tick is known in this one."""
     found: dict[Node, None] = {}
-    for name, port in schedule.order:
-        follows = port and _analogue(graph, name) and schedule.divisors[name] == 1
-        if follows and all(node in found for node in _needs(graph.blocks[name], schedule, name, port)):
-            found[name, port] = None
+    for node in outputs_of(schedule.order):
+        follows = _analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
+        if follows and all(before in found for before in _needs(graph, schedule, node)):
+            found[node] = None
     return tuple(found)
 
 
-def ahead(graph: Graph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Node, ...]:
+def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Node, ...]:
     """Outputs of sources that ramps follow from, in order: they are known one tick ahead."""
-    left = [node for group in groups for node in group.ramps]
-    wanted = set[Node]()
+    left: list[Step] = [node for group in groups for node in group.ramps]
+    wanted = set[Step]()
     while left:
         node = left.pop()
         if node not in wanted:
             wanted.add(node)
-            left += _needs(graph.blocks[node[0]], schedule, *node)
-    return tuple(node for node in schedule.order if node in wanted)
+            left += _needs(graph, schedule, node)
+    return tuple(node for node in outputs_of(schedule.order) if node in wanted)
 
 
 class _Wiring:
     """Which outputs move between ticks, and what the derivatives of a block need of them."""
 
-    def __init__(self, graph: Graph, schedule: Schedule) -> None:
+    def __init__(self, graph: FlatGraph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Node]()
         able = {name for name, block in graph.blocks.items() if type(block).continuous() or _analogue(graph, name)}
-        follow: dict[Node, list[Node]] = {}  # what moves with a node
+        follow: dict[Step, list[Step]] = {}  # what moves with a node
         for node in schedule.order:
             if node[0] in able:
-                for before in _needs(graph.blocks[node[0]], schedule, *node):
+                for before in _needs(graph, schedule, node):
                     follow.setdefault(before, []).append(node)
-        self.moving = set[Node]()
-        left = [
-            *free,
-            *((name, port) for name, port in schedule.order if port and type(graph.blocks[name]).continuous()),
-        ]
+        self.moving = set[Step]()
+        moved = (node for node in outputs_of(schedule.order) if type(graph.blocks[node[0]]).continuous())
+        left: list[Step] = [*free, *moved]
         while left:
             node = left.pop()
             if node not in self.moving:
                 self.moving.add(node)
                 left += follow.get(node, ())
 
-    def needed(self, blocks: Iterable[str]) -> set[Node]:
+    def needed(self, blocks: Iterable[str]) -> set[Step]:
         """Everything that the derivatives and events of blocks depend on within an instant, and its inputs."""
         left = [node for name in blocks for node in self._of_block(name)]
-        found = set[Node]()
+        found = set[Step]()
         while left:
             node = left.pop()
             if node not in found:
                 found.add(node)
                 if node in self.moving:
-                    left += _needs(self.graph.blocks[node[0]], self.schedule, *node)
+                    left += _needs(self.graph, self.schedule, node)
         return found
 
-    def _of_block(self, name: str) -> Iterator[Node]:
+    def _of_block(self, name: str) -> Iterator[Step]:
         block = self.graph.blocks[name]
         kind = type(block)
         behaviours = [kind.functions["derivative"]] if "derivative" in kind.functions else []
         behaviours += [behaviour for pair in kind.events.values() for behaviour in pair]
         for behaviour in behaviours:
             yield from _wires(self.schedule, block, name, behaviour)
-        if (name, "") in self.moving:
-            yield name, ""
+        if ConstantsOf(name) in self.moving:
+            yield ConstantsOf(name)
 
 
-def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str, ...]) -> Group:
+def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str, ...]) -> Group:
     fields = [(name, *item) for name in blocks for item in state_fields(graph.blocks[name])]
     needed = wiring.needed(blocks)
-    outside = (node for node in needed if node[1] and node not in wiring.moving)
+    outside = (node for node in outputs_of(needed) if node not in wiring.moving)
     inputs = sorted(outside, key=lambda node: (last_name(node[0]), node[1]))
     inside = [node for node in schedule.order if node in needed and node in wiring.moving]
-    needs = {node: _needs(graph.blocks[node[0]], schedule, *node) for node in inside}
-    nodes, loops = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
-    moving = dict.fromkeys(name for name, port in nodes if port)
+    needs = {node: _needs(graph, schedule, node) for node in inside}
+    nodes, cycles = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
+    moving = dict.fromkeys(name for name, _ in outputs_of(nodes))
     corners = [(name, corner) for name in moving for corner in type(graph.blocks[name]).corners]
     ahead = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
     return Group(
@@ -148,7 +155,7 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
         states=tuple((name, field) for name, field, _ in fields),
         kinds=tuple(kind for _, _, kind in fields),
         nodes=nodes,
-        loops=loops,
+        loops=tuple(map(loop_of, cycles)),
         inputs=tuple(inputs),
         ramps=tuple(node for node in inputs if node in ahead),
         events=tuple((name, event) for name in blocks for event in type(graph.blocks[name]).events),
@@ -156,7 +163,7 @@ def _group(graph: Graph, schedule: Schedule, wiring: _Wiring, blocks: tuple[str,
     )
 
 
-def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Node]) -> bool:
+def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Step]) -> bool:
     """Whether all that a corner reads is among what its group knows."""
     return known.issuperset(_wires(schedule, block, name, type(block).corners[corner]))
 
@@ -173,18 +180,17 @@ def state_fields(block: Block) -> list[tuple[str, type]]:
     return [] if made is None else list(made.__annotations__.items())
 
 
-def _needs(block: Block, schedule: Schedule, name: str, port: str) -> list[Node]:
-    """What an output, or with "" the constants of a block, depends on within an instant."""
-    kind = type(block)
-    drivers = schedule.drivers
-    driven = [drivers[name, p] for p in kind.parameters if (name, p) in drivers]
-    if not port:
+def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
+    """What an output, or the constants of a block, depends on within an instant."""
+    name, block, drivers = step[0], graph.blocks[step[0]], schedule.drivers
+    driven: list[Step] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
+    if isinstance(step, ConstantsOf):
         return driven
-    fed = [drivers[name, i] for i in kind.feedthrough(port) if (name, i) in drivers]
-    return [*fed, (name, "")] if driven and kind.output_functions[port].reads_constants else fed
+    fed: list[Step] = [drivers[name, i] for i in type(block).feedthrough(step[1]) if (name, i) in drivers]
+    return [*fed, ConstantsOf(name)] if driven and type(block).output_functions[step[1]].reads_constants else fed
 
 
-def _analogue(graph: Graph, name: str) -> bool:
+def _analogue(graph: FlatGraph, name: str) -> bool:
     """Whether a block has no memory, deals in numbers alone and follows its inputs at every instant.
 
     Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.

@@ -93,6 +93,14 @@ class HardwareModel:
     """The address of a compiled model of hardware."""
 
 
+@dataclass(frozen=True, slots=True)
+class LargestOf:
+    """The largest value so far of each state of a continuous group that is stepped to a tolerance."""
+
+    solver: str
+
+
+VectorOf: TypeAlias = Node | LargestOf  # a buffer, or a wire with several entries
 Moving: TypeAlias = WireOf | StateField | OverflowsOf
 Given: TypeAlias = ConstantOf | ParameterOf | PeriodOf | StreamOf | BasePeriod | SolverNumber | LaneOf | HardwareModel
 Key: TypeAlias = Moving | Given
@@ -113,13 +121,15 @@ def word(block: str) -> str:
     return block.replace(".", "__")
 
 
-def variable(node: Node) -> str:
-    """The variable of a port, a buffer or a field.
+def variable(node: VectorOf) -> str:
+    """The variable of a port, a buffer or a field, or of the largest values of a group.
 
-    >>> variable(("axis.mass", "force")), variable(("mass", "c_"))
-    ('axis__mass__force', 'mass__c__0')
+    >>> variable(("axis.mass", "force")), variable(("mass", "c_")), variable(LargestOf("group_0"))
+    ('axis__mass__force', 'mass__c__0', 'group_0_largest')
     """
-    return f"{word(node[0])}__{_told_apart(node[1])}" if node[0] else node[1]
+    if isinstance(node, LargestOf):
+        return f"{node.solver}_largest"
+    return f"{word(node[0])}__{_told_apart(node[1])}"
 
 
 def made_up(name: str, role: str) -> str:

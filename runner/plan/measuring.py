@@ -9,7 +9,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
-from proofmass.graphs.model.graph import Graph, Wire, split
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import Wire, split
 from proofmass.graphs.model.measures import MEASURES, STATISTICS, TAU, Measure, measure_unit
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.plan.bindings import Binding, State, Tick
@@ -32,11 +33,13 @@ class Measured:
         return {"value": value, "unit": self.unit, "signal": self.signal, "statistic": self.statistic}
 
 
-def with_measures(graph: Graph, scheduled: Schedule) -> Graph:
-    """A flat graph with the hidden blocks of its measures."""
-    if not graph.measures:
-        return graph
+def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Schedule]:
+    """Return a flat graph with the hidden blocks of its measures, and the schedule with them.
+
+    They are not in the order: nothing reads their outputs before the end of a run.
+    """
     blocks, rates, wires = dict(graph.blocks), dict(graph.rates), list(graph.wires)
+    divisors, drivers = dict(scheduled.divisors), dict(scheduled.drivers)
     for measure in graph.measures.values():
         name = _reducer(graph, measure)
         if STATISTICS[measure.statistic] is not None and name not in blocks:
@@ -45,10 +48,14 @@ def with_measures(graph: Graph, scheduled: Schedule) -> Graph:
             unit = unit_of(graph.blocks[source], type(graph.blocks[source]).outputs[port])
             blocks[name] = _made(graph, name, measure, unit, rates[name])
             wires.append(Wire(measure.signal, f"{name}.input"))
-    return replace(graph, blocks=blocks, rates=rates, wires=tuple(wires))
+            divisors[name] = _stride(graph, scheduled, (source, port))
+            drivers[name, "input"] = source, port
+    measured = replace(graph, blocks=blocks, rates=rates, wires=tuple(wires))
+    in_order = {name: divisors[name] for name in measured.blocks}
+    return measured, replace(scheduled, divisors=in_order, drivers=drivers)
 
 
-def _made(graph: Graph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block:
+def _made(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block:
     """The hidden block; raises `ModelError` where the rate asks too much of it."""
     try:
         return measure.reducer(unit, rate)
@@ -58,12 +65,7 @@ def _made(graph: Graph, name: str, measure: Measure, unit: str, rate: Fraction) 
         raise ModelError([graph.placed(problem)]) from None
 
 
-def unread(scheduled: Schedule) -> Schedule:
-    """The schedule without the outputs of hidden blocks: nothing reads them before the end of a run."""
-    return replace(scheduled, order=tuple(node for node in scheduled.order if not node[0].startswith(f"{MEASURES}.")))
-
-
-def planned_measures(graph: Graph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:
+def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:
     """Where the measures of a flat graph, its hidden blocks included, are read at the end of a run."""
     made = []
     for name, measure in graph.measures.items():
@@ -122,7 +124,7 @@ def refuse_late(plan: Plan, ticks: int) -> None:
         raise ModelError([plan.graph.placed(problem) for problem in problems])
 
 
-def _reducer(graph: Graph, measure: Measure) -> str:
+def _reducer(graph: FlatGraph, measure: Measure) -> str:
     """Name of the hidden block; measures that need the same one share it."""
     kind = _kind(measure)
     return next(f"{MEASURES}.{name}" for name, other in graph.measures.items() if _kind(other) == kind)
@@ -138,11 +140,11 @@ def _least(measure: Measure, rate: Fraction) -> int:
     return 2 * measure.averaging(rate) if measure.statistic == "allan_deviation" else 1
 
 
-def _rate(graph: Graph, scheduled: Schedule, node: Node) -> Fraction:
+def _rate(graph: FlatGraph, scheduled: Schedule, node: Node) -> Fraction:
     return scheduled.base_rate / _stride(graph, scheduled, node)
 
 
-def _stride(graph: Graph, scheduled: Schedule, node: Node) -> int:
+def _stride(graph: FlatGraph, scheduled: Schedule, node: Node) -> int:
     """Base ticks from one value of an output to its next."""
     block = graph.blocks[node[0]]
     return scheduled.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)

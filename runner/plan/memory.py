@@ -7,7 +7,8 @@ from typing import Any, Protocol
 from proofmass.blocks.declaration.instance import shape_of
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.fixed.step_formats import held_as
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.keys import LargestOf, VectorOf
+from proofmass.runner.plan.planned import Filled
 
 Rows = Sequence[Any]  # an array for each probe, with one row per recorded tick
 
@@ -21,7 +22,7 @@ class Memory:
 
     tick: int
     states: dict[str, Any]
-    buffers: dict[Node, Sequence[float]]
+    buffers: dict[VectorOf, Sequence[float]]
     wires: dict[Node, Any]
     overflows: dict[str, int]  # ticks in which a cast saturated or wrapped, of digital blocks counted from tick 0 on
 
@@ -29,6 +30,14 @@ class Memory:
         """Ticks in which a value of a block saturated or wrapped; a block that is not digital counts in its state."""
         own = {name: x.overflows for name, x in self.states.items() if hasattr(x, "overflows")}
         return self.overflows | own
+
+    def vector(self, node: VectorOf) -> Any:
+        """The buffer of that name, or what the wire holds."""
+        return self.buffers[node] if isinstance(node, LargestOf) or node in self.buffers else self.wires[node]
+
+    def of_blocks(self) -> dict[Node, Sequence[float]]:
+        """The buffers that blocks declare."""
+        return {node: held for node, held in self.buffers.items() if not isinstance(node, LargestOf)}
 
     def copy(self) -> "Memory":
         """A copy that moves on its own."""
@@ -59,7 +68,7 @@ class Engine(Protocol):
         ...
 
 
-def start(plan: Plan) -> Memory:
+def start(plan: Filled) -> Memory:
     """The memory at tick 0."""
     wires: dict[Node, Any] = {}
     for name, block in plan.blocks.items():
@@ -67,7 +76,7 @@ def start(plan: Plan) -> Memory:
             shape = shape_of(block, declared)
             zero = held_as(declared.dtype)(0)
             wires[name, port] = [zero] * shape[0] if shape else zero
-    buffers: dict[Node, Sequence[float]] = {
+    buffers: dict[VectorOf, Sequence[float]] = {
         node: held if node in plan.recorded else list(held) for node, held in plan.buffers.items()
     }
     return Memory(0, dict(plan.starts), buffers, wires, dict.fromkeys(plan.digital, 0))

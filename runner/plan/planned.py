@@ -14,11 +14,13 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
-from proofmass.graphs.model.graph import LARGEST_RUN, Graph
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import LARGEST_RUN
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
 from proofmass.runner.plan.bindings import Binding, bindings
 from proofmass.runner.plan.groups import ahead
+from proofmass.runner.plan.keys import LargestOf, VectorOf
 from proofmass.runner.plan.solver import Solver
 
 
@@ -54,29 +56,17 @@ class PlannedMeasure:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Everything that a run needs besides seed and length, in plain values: of fixed-point ones the mantissas."""
+class Driven:
+    """Stands in the place of constants that each tick makes anew from what drives parameters."""
 
-    graph: Graph
+
+@dataclass(frozen=True, kw_only=True)
+class Wired:
+    """A graph in the order of a tick: what is known before any constant is."""
+
+    graph: FlatGraph
     schedule: Schedule
     blocks: Mapping[str, Block]  # those of the graph, or the same with other numbers
-    constants: Mapping[str, Any]  # per block; None where driven parameters make them anew in every tick
-    starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
-    buffers: Mapping[Node, tuple[float, ...]]  # content at tick 0
-    solvers: tuple[Solver, ...]
-    probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
-    digital: Mapping[str, DigitalBlock]  # the blocks that work in fixed point
-    measures: tuple[PlannedMeasure, ...]  # by name
-
-    @cached_property
-    def recorded(self) -> frozenset[Node]:
-        """Buffers that hold a recording: nothing writes to them."""
-        return frozenset((n, b) for n, b in self.buffers if n and type(self.blocks[n]).buffers[b].recorded)
-
-    @cached_property
-    def ahead(self) -> tuple[Node, ...]:
-        """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
-        return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
 
     @property
     def period(self) -> float:
@@ -128,6 +118,40 @@ class Plan:
     @cached_property
     def _ends(self) -> Counter[str]:
         return Counter(end for name in self.blocks for end in _ends(name))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Filled(Wired):
+    """With the numbers of every block: its outputs can be computed, continuous blocks cannot move yet."""
+
+    constants: Mapping[str, Any]  # per block; `Driven` where each tick makes them anew
+    starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
+    buffers: Mapping[VectorOf, tuple[float, ...]]  # content at tick 0
+    digital: Mapping[str, DigitalBlock]  # the blocks that work in fixed point
+
+    def is_driven(self, name: str) -> bool:
+        """Whether each tick makes the constants of a block anew."""
+        return isinstance(self.constants[name], Driven)
+
+    @cached_property
+    def recorded(self) -> frozenset[Node]:
+        """Buffers that hold a recording: nothing writes to them."""
+        nodes = (node for node in self.buffers if not isinstance(node, LargestOf))
+        return frozenset((name, buffer) for name, buffer in nodes if type(self.blocks[name]).buffers[buffer].recorded)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan(Filled):
+    """Everything that a run needs besides seed and length, in plain values: of fixed-point ones the mantissas."""
+
+    solvers: tuple[Solver, ...]
+    probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
+    measures: tuple[PlannedMeasure, ...]  # by name
+
+    @cached_property
+    def ahead(self) -> tuple[Node, ...]:
+        """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
+        return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
 
 
 def _ends(path: str) -> Iterator[str]:

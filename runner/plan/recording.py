@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, same_dimension
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.flatten import FlatGraph
 
 LARGEST_FILE = 2 << 30
 LATEST_START = 1e8  # seconds, three years: what begins later is stamped with dates
@@ -41,7 +41,7 @@ class RecordingError(ValueError):
         self.line, self.hint, self.parameter = line, hint, parameter
 
 
-def read_recordings(graph: Graph, name: str) -> dict[str, tuple[float, ...]]:
+def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]:
     """The recorded buffers of a block, by name; empty for a block that plays no recording.
 
     The first column is time. A unit stands in brackets after the name of a CSV or Parquet column, and in the attribute
@@ -52,7 +52,7 @@ def read_recordings(graph: Graph, name: str) -> dict[str, tuple[float, ...]]:
     if not wanted:
         return {}
     file = str(getattr(block, "file", ""))
-    path = Path(graph.place.folder) / file
+    path = Path(graph.root.place.folder) / file
     unit = unit_of(block, next(iter(type(block).outputs.values())))
     try:
         if not file:
@@ -126,7 +126,7 @@ def _near(path: Path, suffixes: list[str]) -> str:
         names = [other.name for other in path.parent.iterdir() if other.suffix.lower() in suffixes]
     except OSError:
         return f"there is no folder {path.parent}"
-    return did_you_mean(path.name, names, "file")
+    return did_you_mean(path.name, names, "the files there")
 
 
 def _read_csv(path: Path, choice: Choice) -> Columns:
@@ -213,7 +213,7 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
     if len(names) < 2:
         raise RecordingError("needs a column of time and one of values")
     if wanted and wanted not in names[1:]:
-        hint = did_you_mean(wanted, names[1:], "column")
+        hint = did_you_mean(wanted, names[1:], "its columns")
         raise RecordingError(f"there is no column {wanted!r}", hint=hint, parameter="column")
     if wanted and names.count(wanted) > 1:
         raise RecordingError(f"has {names.count(wanted)} columns {wanted!r}", hint="rename them", parameter="column")

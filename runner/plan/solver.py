@@ -6,6 +6,7 @@ from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.continuous import radau
 from proofmass.runner.continuous.methods import EXPLICIT
 from proofmass.runner.plan.groups import Group
+from proofmass.runner.plan.keys import LargestOf
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,6 @@ class Solver:
         return EXPLICIT[self.method].order if self.method in EXPLICIT else radau.ORDER
 
     @property
-    def largest(self) -> tuple[str, str]:
+    def largest(self) -> LargestOf:
         """Where the largest value of each state is kept, among the buffers."""
-        return "", f"{self.name}_largest"
+        return LargestOf(self.name)

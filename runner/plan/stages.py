@@ -6,12 +6,11 @@ from typing import Any, NamedTuple, assert_never
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.checks.schedule import ConstantsOf, Node, Schedule, Step, outputs_of
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.plan.bindings import (
     Binding,
     Buffer,
-    Constants,
     Default,
     Deviate,
     Out,
@@ -56,15 +55,15 @@ class Stages:
         self.at = ""  # the function under way
         self.unsolved = ""  # wire of a loop that had no solution
         self.watching, self.lost = False, ""  # the first output that had no value while it watched, by its own word
-        ends = (node for node in group.nodes if node[1] and type(blocks[node[0]]).outputs[node[1]].no_value)
+        ends = ((name, port) for name, port in outputs_of(group.nodes) if type(blocks[name]).outputs[port].no_value)
         self._ends = frozenset(f"{name}.{port}" for name, port in ends)
         self._states: list[tuple[str, Any, list[type]]] = [
             (name, type(blocks[name]).state_class(), [kind for _, kind in state_fields(blocks[name])])
             for name in group.blocks
         ]
-        self._places: dict[Binding | Constants, int] = {Time(): 0}  # of the values of an instant
+        self._places: dict[Binding | ConstantsOf, int] = {Time(): 0}  # of the values of an instant
         self._defaults: dict[int, float] = {}  # of inputs that are not connected, by place
-        self._nodes = [self._output(*node) if node[1] else self._constants(node[0]) for node in group.nodes]
+        self._nodes = [self._node(node) for node in group.nodes]
         self._of_place = {call.result: call for call in self._nodes}
         self._torn = {  # tears and others of the loop, for the place of each tear
             self._place(Wire(tear)): (self._wires(loop.tears), self._wires(loop.others))
@@ -117,7 +116,7 @@ class Stages:
         known: list[Any] = [None] * len(self._places)
         known[0] = time
         for name in self.group.members:
-            self._keep(known, Constants(name), context.constants[name])
+            self._keep(known, ConstantsOf(name), context.constants[name])
         for name, state in self.states(x).items():
             self._keep(known, State(name), state)
         inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
@@ -147,7 +146,7 @@ class Stages:
         """Solve an algebraic loop on the values of an instant; whether there is a solution."""
         return solve_in_place(tears, others, known, value)
 
-    def _keep(self, known: list[Any], key: Binding | Constants, value: Any) -> None:
+    def _keep(self, known: list[Any], key: Binding | ConstantsOf, value: Any) -> None:
         if key in self._places:
             known[self._places[key]] = value
 
@@ -158,12 +157,15 @@ class Stages:
             self.lost = call.at
         return value
 
+    def _node(self, node: Step) -> _Call:
+        return self._constants(node.block) if isinstance(node, ConstantsOf) else self._output(*node)
+
     def _output(self, name: str, port: str) -> _Call:
         call = self._call(name, port, type(self.blocks[name]).output_functions[port])
         return call._replace(result=self._place(Wire((name, port))))
 
     def _constants(self, name: str) -> _Call:
-        """Constants made anew from what drives the parameters of a block."""
+        """ConstantsOf made anew from what drives the parameters of a block."""
         drivers = self.schedule.drivers
         driven = [p for p in type(self.blocks[name]).parameters if (name, p) in drivers]
 
@@ -171,10 +173,10 @@ class Stages:
             return self._constants_of(name, dict(zip(driven, values, strict=True)))
 
         places = tuple(self._wires(drivers[name, p] for p in driven))
-        return _Call(f"{name}.constants", compute, places, self._place(Constants(name)))
+        return _Call(f"{name}.constants", compute, places, self._place(ConstantsOf(name)))
 
     def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
-        """Constants of a block, some of whose parameters have moved."""
+        """ConstantsOf of a block, some of whose parameters have moved."""
         block = self.blocks[name]
         made = type(block).parameters_class()
         fields: Any = made._fields  # type: ignore[attr-defined]
@@ -187,7 +189,7 @@ class Stages:
     def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
         block = self.blocks[name]
         given = bindings(self.schedule, block, name, what, behaviour)
-        arguments = [self._place(Constants(name)), *map(self._argument, given)]
+        arguments = [self._place(ConstantsOf(name)), *map(self._argument, given)]
         return _Call(f"{name}.{what}", self._callable(block, behaviour), tuple(arguments), -1)
 
     def _argument(self, binding: Binding) -> int:
@@ -207,5 +209,5 @@ class Stages:
     def _wires(self, nodes: Iterable[Node]) -> list[int]:
         return [self._place(Wire(node)) for node in nodes]
 
-    def _place(self, key: Binding | Constants) -> int:
+    def _place(self, key: Binding | ConstantsOf) -> int:
         return self._places.setdefault(key, len(self._places))

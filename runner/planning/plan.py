@@ -9,18 +9,19 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.check import checked
-from proofmass.graphs.checks.schedule import Node, schedule
+from proofmass.graphs.checks.check import scheduled
+from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.runner.fixed.digital import DigitalBlock, digital_block
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.constants import constants_of, start_of
-from proofmass.runner.plan.measuring import planned_measures, unread, with_measures
-from proofmass.runner.plan.planned import Plan, PlannedProbe
+from proofmass.runner.plan.keys import VectorOf
+from proofmass.runner.plan.measuring import planned_measures, with_measures
+from proofmass.runner.plan.planned import Driven, Filled, Plan, PlannedProbe, Wired
 from proofmass.runner.plan.recording import read_recordings
 from proofmass.runner.planning.solvers import find_solvers
-from proofmass.runner.reference.interpret import Interpreter
+from proofmass.runner.reference.interpret import Outputs
 
 __all__ = ["Plan", "PlannedProbe", "plan", "varied"]
 
@@ -30,21 +31,31 @@ def plan(graph: Graph, *, wide: bool = False) -> Plan:
 
     With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
     """
-    probed = graph.probes  # as they are named there
-    graph = flatten(checked(graph))
-    graph = with_measures(graph, schedule(graph)) if graph.measures else graph
-    scheduled = schedule(graph)
-    bare = Plan(graph, unread(scheduled), graph.blocks, {}, {}, {}, (), (), {}, planned_measures(graph, scheduled))
-    made, problems = _made(bare, graph.blocks, wide)
+    flat = flatten(graph)
+    flat, order = with_measures(flat, scheduled(flat))
+    wired = Wired(graph=flat, schedule=order, blocks=flat.blocks)
+    made, problems = _made(wired, flat.blocks, wide)
     if problems:
-        raise ModelError([graph.placed(problem) for problem in problems])
-    ready = _with(bare, made)
+        raise ModelError([flat.placed(problem) for problem in problems])
+    filled = Filled(graph=flat, schedule=order, blocks=flat.blocks, **_numbers_of(made)._asdict())
     as_set = {name: block.as_set for name, block in made.items() if block.digital is None}
-    solvers = find_solvers(ready, as_set, lambda: _first_tick(ready))
-    largest = {solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance}
-    named = sorted(zip(probed, graph.probes, strict=True))
-    probes = tuple(_probe(bare, probe.signal, split(inner.signal), probe.every) for probe, inner in named)
-    return dataclasses.replace(ready, buffers={**ready.buffers, **largest}, solvers=solvers, probes=probes)
+    solvers = find_solvers(filled, as_set, lambda: Outputs(filled, flat.seed).first_tick())
+    largest: dict[VectorOf, tuple[float, ...]] = {
+        solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance
+    }
+    named = sorted(zip(graph.probes, flat.probes, strict=True))  # by the names that they have in the graph
+    return Plan(
+        graph=flat,
+        schedule=order,
+        blocks=flat.blocks,
+        constants=filled.constants,
+        starts=filled.starts,
+        buffers={**filled.buffers, **largest},
+        digital=filled.digital,
+        solvers=solvers,
+        probes=tuple(_probe(wired, probe.signal, split(inner.signal), probe.every) for probe, inner in named),
+        measures=planned_measures(flat, order),
+    )
 
 
 def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
@@ -56,7 +67,14 @@ def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
     made, problems = _made(changed, blocks)
     if problems:
         raise ModelError(problems)
-    return _with(changed, made)
+    numbers = _numbers_of(made)
+    return dataclasses.replace(
+        changed,
+        constants={**planned.constants, **numbers.constants},
+        starts={**planned.starts, **numbers.starts},
+        buffers={**planned.buffers, **numbers.buffers},
+        digital={**planned.digital, **numbers.digital},
+    )
 
 
 class _Made(NamedTuple):
@@ -69,7 +87,16 @@ class _Made(NamedTuple):
     digital: DigitalBlock | None = None
 
 
-def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict[str, _Made], list[Problem]]:
+class _Numbers(NamedTuple):
+    """Constants, starts, buffers and digital forms of some blocks, as a plan has them."""
+
+    constants: dict[str, Any]
+    starts: dict[str, Any]
+    buffers: dict[VectorOf, tuple[float, ...]]
+    digital: dict[str, DigitalBlock]
+
+
+def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dict[str, _Made], list[Problem]]:
     """Constants, starts and buffers of some blocks of a plan."""
     made, problems = dict[str, _Made](), list[Problem]()
     drivers = planned.schedule.drivers
@@ -105,24 +132,17 @@ def _made(planned: Plan, names: Iterable[str], wide: bool = False) -> tuple[dict
         else:
             driven = any((name, p) in drivers for p in kind.parameters)
             buffers = {(name, b): tuple(values) for b, values in filled.items()}
-            made[name] = _Made(as_set, None if driven else as_set, begin, buffers)
+            made[name] = _Made(as_set, Driven() if driven else as_set, begin, buffers)
     return made, problems
 
 
-def _with(planned: Plan, made: Mapping[str, _Made]) -> Plan:
-    """The plan with constants, starts and buffers of these blocks."""
-    return dataclasses.replace(
-        planned,
-        constants={**planned.constants, **{name: block.constants for name, block in made.items()}},
-        starts={**planned.starts, **{name: block.start for name, block in made.items()}},
-        buffers={**planned.buffers, **{node: held for block in made.values() for node, held in block.buffers.items()}},
-        digital={**planned.digital, **{n: block.digital for n, block in made.items() if block.digital is not None}},
+def _numbers_of(made: Mapping[str, _Made]) -> _Numbers:
+    return _Numbers(
+        constants={name: block.constants for name, block in made.items()},
+        starts={name: block.start for name, block in made.items()},
+        buffers={node: held for block in made.values() for node, held in block.buffers.items()},
+        digital={name: block.digital for name, block in made.items() if block.digital is not None},
     )
-
-
-def _first_tick(ready: Plan) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
-    """Constants and wires of tick 0, about which the continuous groups are linearised."""
-    return Interpreter(ready, ready.graph.seed).first_tick()
 
 
 def _numbers(values: Iterable[Any]) -> Iterator[float]:
@@ -140,7 +160,7 @@ def _zeros(block: Block, buffer: str) -> list[float]:
     return [zero] * math.prod(shape_of(block, declared))
 
 
-def _probe(made: Plan, signal: str, node: Node, every: int) -> PlannedProbe:
+def _probe(made: Wired, signal: str, node: Node, every: int) -> PlannedProbe:
     block = made.blocks[node[0]]
     port = type(block).outputs[node[1]]
     return PlannedProbe(

@@ -8,13 +8,13 @@ from typing import Any
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import Node, outputs_of
 from proofmass.graphs.model.integration import MOST_SUBSTEPS
 from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.continuous.linearity import factors_of
 from proofmass.runner.continuous.methods import EXPLICIT
 from proofmass.runner.plan.groups import Group, find_groups
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Driven, Filled
 from proofmass.runner.plan.rates import rates_at
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import Stages
@@ -27,7 +27,7 @@ STABLE = 2.5  # time constants that a step of an explicit method may have before
 PRECISION = 1e-12  # of the time of an event, in ticks
 
 
-def find_solvers(plan: Plan, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
+def find_solvers(plan: Filled, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
     """A solver for every group of a plan that has none yet; `constants` are those of the parameters as they are set."""
     groups = find_groups(plan.graph, plan.schedule)
     return tuple(
@@ -40,7 +40,7 @@ class _Choice:
 
     def __init__(
         self,
-        plan: Plan,
+        plan: Filled,
         group: Group,
         constants: Mapping[str, Any],
         first_tick: FirstTick,
@@ -49,7 +49,7 @@ class _Choice:
         self.stages = Stages(plan.blocks, plan.schedule, group, plan.block_period)
         self.period, self.says = plan.period, plan.graph.integration
         self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
-        self.driven = any(plan.constants[member] is None for member in group.members)
+        self.driven = any(plan.is_driven(member) for member in group.members)
         self.factors: tuple[Node, ...] = ()
 
     def solver(self, name: str) -> Solver:
@@ -110,7 +110,9 @@ class _Choice:
         from proofmass.runner.derivatives.dual_plan import SIGNALS
 
         constants, wires = self.first_tick()
-        constants = {name: self.constants[name] if made is None else made for name, made in constants.items()}
+        constants = {
+            name: self.constants[name] if isinstance(made, Driven) else made for name, made in constants.items()
+        }
         inputs = [wires[node] for node in self.group.inputs]
         if self.group.loops:
             return self._differences(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
@@ -172,7 +174,7 @@ class _Choice:
             return f"{_listed(nonlinear)} not linear"
         if self.group.events:
             return f"{_listed(sorted({name for name, _ in self.group.events}))} subject to events"
-        if any(Meaning.TIME in _meanings(blocks, name, port) for name, port in self.group.nodes) or any(
+        if any(Meaning.TIME in _meanings(blocks, *node) for node in outputs_of(self.group.nodes)) or any(
             Meaning.TIME in type(blocks[name]).functions["derivative"].meanings for name in self.group.blocks
         ):
             return "a function of it depends on the time"
@@ -212,7 +214,7 @@ def spectral_radius(matrix: Matrix) -> float:
 
 
 def _meanings(blocks: Mapping[str, Block], name: str, port: str) -> tuple[Meaning, ...]:
-    return type(blocks[name]).output_functions[port].meanings if port else ()
+    return type(blocks[name]).output_functions[port].meanings
 
 
 def _listed(names: Sequence[str]) -> str:

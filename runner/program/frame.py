@@ -20,6 +20,7 @@ from proofmass.runner.plan.bindings import (
     Wire,
     bindings,
 )
+from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Operand, Value, Variable
@@ -46,7 +47,7 @@ class Frame:
 
     def __init__(self, plan: Plan, builder: Builder) -> None:
         self.plan, self.builder = plan, builder
-        self.wires: dict[Node, Lowered] = {}  # buffers among them
+        self.wires: dict[VectorOf, Lowered] = {}  # buffers among them
         self.states: dict[str, Lowered] = {}
         self.constants: dict[str, Lowered] = {}
         self.parameters: dict[Node, Lowered] = {}  # those that are not driven, of blocks whose constants are made here
@@ -95,7 +96,7 @@ class Frame:
         """The call of a function of a block that has a role or not."""
         block = self.plan.blocks[name]
         bound = bindings(self.plan.schedule, block, name, port, behaviour)
-        known = self.plan.constants[name] is not None or behaviour.reads_constants  # else they come later in the tick
+        known = not self.plan.is_driven(name) or behaviour.reads_constants  # else they come later in the tick
         constants = self.now(self.constants[name]) if known else ()
         given = [constants, *map(argument or self.argument, bound)]
         form = form_of(type(block), behaviour, compiled=True)

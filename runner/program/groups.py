@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import ConstantsOf, Node
 from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows, sum_rows
 from proofmass.runner.plan.groups import state_fields
 from proofmass.runner.plan.keys import SolverNumber, variable
@@ -108,14 +108,14 @@ class GroupWriter:
             frame.wires[node] = moved
         frame.wires |= zip(self.group.guesses, context.guesses, strict=True)
         frame.states |= self.states(builder, x)
-        for name, port in self.group.nodes:
-            if not port:
-                frame.constants[name] = frame.sound(frame.driven(name))
-            elif (name, port) in self.solved:
-                loop = self.solved[name, port]
+        for step in self.group.nodes:
+            if isinstance(step, ConstantsOf):
+                frame.constants[step.block] = frame.sound(frame.driven(step.block))
+            elif step in self.solved:
+                loop = self.solved[step]
                 loop.solve(frame, context.work[self.loops.index(loop)])
-            elif (name, port) not in self.group.guesses:
-                frame.put((name, port), frame.sound(frame.call(name, port)))
+            elif step not in self.group.guesses:
+                frame.put(step, frame.sound(frame.call(*step)))
         return frame
 
     def states(self, builder: Builder, x: Sequence[Operand]) -> Iterator[tuple[str, Lowered]]:
@@ -147,7 +147,7 @@ class GroupWriter:
 
     def _constants_of(self, member: str) -> Lowered:
         frame = self.frame
-        if (member, "") not in self.group.nodes:
+        if ConstantsOf(member) not in self.group.nodes:
             return frame.now(frame.constants[member])
         made = tuple(frame.now(frame.parameters[member, p]) for p in self._settled(member))
         return (*made, frame.now(frame.periods[member]))
@@ -159,7 +159,7 @@ class GroupWriter:
 
     def _constants_within(self, frame: Frame, given: Lowered) -> None:
         for member, value in zip(self.group.members, given, strict=True):
-            if (member, "") not in self.group.nodes:
+            if ConstantsOf(member) not in self.group.nodes:
                 frame.constants[member] = value
                 continue
             *parameters, frame.periods[member] = value
@@ -234,7 +234,7 @@ class ExactGroup(GroupWriter):
 
     def _followed(self) -> list[Operand]:
         """The constants and factors that the matrices follow from."""
-        members = [member for member in self.group.members if self.plan.constants[member] is None]
+        members = [member for member in self.group.members if self.plan.is_driven(member)]
         constants = tuple(self.frame.now(self.frame.constants[member]) for member in members)
         numbers = [value for value in leaves(constants) if not isinstance(value, Array)]
         numbers += [self.frame.wire(node) for node in self.solver.factors]

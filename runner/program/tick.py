@@ -17,7 +17,7 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.instance import shape_of
 from proofmass.blocks.language.forms import constants_form
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import ConstantsOf, Node, outputs_of
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
 from proofmass.runner.plan.keys import (
@@ -30,11 +30,12 @@ from proofmass.runner.plan.keys import (
     PeriodOf,
     StateField,
     StreamOf,
+    VectorOf,
     WireOf,
     variable,
     word,
 )
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Driven, Plan
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.digital import DigitalWriter
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Kind, Operand, Program, Variable
@@ -60,7 +61,7 @@ class TickLoop:
     constants: Slots[Given]
     constant_values: Mapping[Given, Any]
     memory: Slots[Moving]
-    vectors: tuple[Node, ...]  # buffers and wires with a shape, in the order of the arguments
+    vectors: tuple[VectorOf, ...]  # buffers and wires with a shape, in the order of the arguments
     vector_kinds: tuple[type, ...]
     scratch: int  # floats that the loop works on, not kept from call to call
 
@@ -167,7 +168,7 @@ class TickWriter:
                     key = WireOf(name, port)
                     frame.wires[name, port] = self.kept(key, held_as(output.dtype), variable((name, port)))
         for name in plan.blocks:
-            if plan.constants[name] is None:
+            if plan.is_driven(name):
                 frame.constants[name] = self._variables_like(name)
         for name in self.digital.counted:
             self.digital.counts[name] = self.kept(OverflowsOf(name), int, f"{word(name)}_overflows")
@@ -214,7 +215,7 @@ class TickWriter:
     def constants_of(self, name: str) -> None:
         """Constants of a block as they are given, or variables for those that are made from parameters."""
         block, values = self.plan.blocks[name], self.plan.constants[name]
-        if values is None:
+        if isinstance(values, Driven):
             self._parameters_of(name)
         elif name in self.varied and "constants" in type(block).functions:
             self._parameters_of(name)
@@ -264,7 +265,7 @@ class TickWriter:
             update = type(block).functions.get("update")
             if update is not None and draws(update) and name not in drawn:
                 self.draw(name)
-        due = (node for node in plan.schedule.order if node in looked_at and plan.stride(node) == 1)
+        due = (node for node in outputs_of(plan.schedule.order) if node in looked_at and plan.stride(node) == 1)
         numbers = [entry for node in due for entry in entries(builder, self.frame.wire(node))]
         if numbers:
             total: Operand = numbers[0]
@@ -277,10 +278,11 @@ class TickWriter:
         plan = self.plan
         solved = {loop.tears[0]: loop for loop in self.loops}
         tears = {tear for loop in self.loops for tear in loop.tears}
-        for name, port in plan.schedule.order:
-            if not port:
-                yield plan.schedule.divisors[name], partial(self.driven, name)
+        for step in plan.schedule.order:
+            if isinstance(step, ConstantsOf):
+                yield plan.schedule.divisors[step.block], partial(self.driven, step.block)
                 continue
+            name, port = step
             block, stride = plan.blocks[name], plan.stride((name, port))
             if draws(type(block).output_functions[port]) and name not in drawn:
                 drawn.add(name)
@@ -468,7 +470,7 @@ def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
     return frozenset(name for name, parameter in varied if settled(name, parameter))
 
 
-def _vectors(plan: Plan) -> Iterator[tuple[Node, tuple[type, int]]]:
+def _vectors(plan: Plan) -> Iterator[tuple[VectorOf, tuple[type, int]]]:
     """Buffers and wires with a shape: the type and number of their entries."""
     for solver in plan.solvers:
         if solver.largest in plan.buffers:

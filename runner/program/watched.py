@@ -8,14 +8,14 @@ from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language.forms import form_of
-from proofmass.graphs.checks.schedule import Node
-from proofmass.runner.plan.planned import Plan
+from proofmass.graphs.checks.schedule import Node, outputs_of
+from proofmass.runner.plan.planned import Driven, Plan
 from proofmass.runner.program.slots import fields
 
 
 def watched(plan: Plan) -> frozenset[Node]:
     """Outputs of numbers to be looked at in every tick; with them finite, those left out are."""
-    order = [node for node in plan.schedule.order if node[1]]
+    order = outputs_of(plan.schedule.order)
     solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
     kept = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
     floats = {node for node in order if type(plan.blocks[node[0]]).outputs[node[1]].dtype is float}
@@ -38,7 +38,10 @@ def watched(plan: Plan) -> frozenset[Node]:
 def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     """Whether an output is not finite whenever that argument is not, whatever the other floats are."""
     output, known = type(block).output_functions[port], type(block).constants_class()
-    held = {f: _Number() if kind is float or constants is None else getattr(constants, f) for f, kind in fields(known)}
+    held = {
+        f: _Number() if kind is float or isinstance(constants, Driven) else getattr(constants, f)
+        for f, kind in fields(known)
+    }
     state = type(block).state_class()
     x = state and state(*(_Number() for _ in fields(state)))
     given = {name: _Number() for name in output.arguments} | {"x": x, argument: _NotFinite()}

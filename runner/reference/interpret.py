@@ -6,11 +6,11 @@ from contextlib import suppress
 from typing import Any, assert_never
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows
+from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflows, stored
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of
-from proofmass.graphs.checks.schedule import AlgebraicLoop, Node
+from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf, Node, Step, outputs_of
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.plan.bindings import (
     Binding,
@@ -26,7 +26,7 @@ from proofmass.runner.plan.bindings import (
 )
 from proofmass.runner.plan.constants import constants_of, in_python
 from proofmass.runner.plan.memory import Memory, Rows, start
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Filled, Plan
 from proofmass.runner.reference.advance import Advance, IntegrationError, Moment, PlainAdvance
 
 
@@ -46,40 +46,199 @@ class OutOfBoundsError(ArithmeticError):
         self.value = value
 
 
-class Interpreter:
-    """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
+class Outputs:
+    """The outputs of a tick in their order: all that can be computed before continuous groups have solvers."""
 
-    name = "python"
-
-    def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
-        self.plan, self.seed, self.run = plan, seed, run
+    def __init__(self, plan: Filled, seed: int, run: int = 0, memory: Memory | None = None) -> None:
+        self.filled, self.seed, self.run = plan, seed, run
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
         self._at = ""  # the function under way, for messages
         self._overflowed: set[str] = set()  # in this tick
-        self._advances: list[Advance] = [
-            PlainAdvance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
-            for solver in plan.solvers
-        ]
-        divisors = plan.schedule.divisors
-        steps = {node: self._step(*node) for node in plan.schedule.order}
-        solved = {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, steps)}
-        self._outputs = [
-            (node, plan.stride(node) if node[1] else divisors[node[0]], solved.get(node, step))
-            for node, step in steps.items()
-        ]
-        self._updates = [
-            (name, divisors[name], self._bound(name, "update"))
-            for name, block in plan.blocks.items()
-            if "update" in type(block).functions
-        ]
-        self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
+        steps = {step: self._step(step) for step in plan.schedule.order}
+        nodes = {node: steps[node] for node in outputs_of(steps)}
+        steps |= {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, nodes)}
+        self._outputs = [(step, self._stride(step), compute) for step, compute in steps.items()]
 
     def first_tick(self) -> tuple[dict[str, Any], dict[Node, Any]]:
         """Constants and wires of tick 0; of a block that fails there, what they were before."""
         with suppress(ArithmeticError, ValueError):
             self._compute(0)
         return self._constants, self._memory.wires
+
+    def _stride(self, step: Step) -> int:
+        if isinstance(step, ConstantsOf):
+            return self.filled.schedule.divisors[step.block]
+        return self.filled.stride(step)
+
+    def _compute(self, tick: int) -> None:
+        """Outputs due in a tick, in their order."""
+        wires = self._memory.wires
+        for step, stride, compute in self._outputs:
+            if tick % stride != 0:
+                continue
+            if isinstance(step, ConstantsOf):
+                self._at = f"{step.block}.constants"
+                self._constants[step.block] = compute(tick)
+                continue
+            self._at = ".".join(step)
+            value = compute(tick)
+            if not self._finite(value):
+                raise TickError(self._at, tick, value)
+            wires[step] = value
+
+    def _solved(
+        self, loop: AlgebraicLoop, steps: Mapping[Node, Callable[[int], Any]]
+    ) -> Iterator[tuple[Node, Callable[[int], Any]]]:
+        """What stands in the place of the tears of a loop: all are known once the first is."""
+        wires = self._memory.wires
+
+        def solve(tick: int) -> float:
+            if not self._solve_loop(loop.tears, loop.others, wires, lambda node: steps[node](tick)):
+                raise NoSolutionError(self._at)
+            return wires[loop.tears[0]]  # type: ignore[no-any-return]
+
+        yield loop.tears[0], solve
+        for tear in loop.tears[1:]:
+            yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
+
+    def _solve_loop(
+        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
+    ) -> bool:
+        """Solve an algebraic loop on the wires; whether there is a solution."""
+        return solve_in_place(tears, others, wires, value)
+
+    def _step(self, step: Step) -> Callable[[int], Any]:
+        return self._driven(step.block) if isinstance(step, ConstantsOf) else self._output(*step)
+
+    def _output(self, name: str, port: str) -> Callable[[int], Any]:
+        shape = shape_of(self.filled.blocks[name], type(self.filled.blocks[name]).outputs[port])
+        compute = self._bound(name, port)
+
+        def fill(tick: int) -> Any:
+            compute(tick)
+            return self._memory.wires[name, port]
+
+        return self._held(name, port, fill if shape else compute)
+
+    def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
+        """An output, checked where a converter makes mantissas: no trace answers for their range."""
+        block = self.filled.blocks[name]
+        if type(block).outputs[port].dtype is not FixedValue or type(block).digital():
+            return compute
+        format = format_of(block, port)
+
+        def checked(tick: int) -> Any:
+            value = compute(tick)
+            for mantissa in value if isinstance(value, list) else [value]:
+                stored(FixedValue(mantissa, format.fraction), format)
+            return value
+
+        return checked
+
+    def _driven(self, name: str) -> Callable[[int], Any]:
+        """Constants made anew from the wires that drive parameters."""
+        block, drivers = self.filled.blocks[name], self.filled.schedule.drivers
+        made = type(block).parameters_class()
+        period = self.filled.block_period(name)
+        bounded = [
+            (p, declared, drivers[name, p])
+            for p, declared in type(block).parameters.items()
+            if (name, p) in drivers and declared.bounds()
+        ]
+
+        def compute(tick: int) -> Any:
+            for parameter, declared, driver in bounded:
+                if not declared.inside(self._memory.wires[driver]):
+                    raise TickError(f"{name}.{parameter}", tick, OutOfBoundsError(self._memory.wires[driver]))
+            values = (
+                self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
+                for p in made._fields  # type: ignore[attr-defined]
+            )
+            return constants_of(block, made(*values), period)
+
+        return compute
+
+    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
+        """A function of a block with every argument looked up in the tick."""
+        block = self.filled.blocks[name]
+        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
+        getters = [self._getter(binding) for binding in self.filled.bindings(name, function)]
+        call = self._counted(name, function) if name in self.filled.digital else self._callable(block, behaviour)
+
+        def compute(tick: int) -> Any:
+            return call(self._constants[name], *[get(tick) for get in getters])
+
+        return compute
+
+    def _counted(self, name: str, function: str) -> Callable[..., Any]:
+        """A function of a digital block, on raw values; it notes when a cast saturates or wraps."""
+        reference = self.filled.digital[name].steps[function].reference
+
+        def call(*arguments: Any) -> Any:
+            with counting_overflows() as overflows:
+                value = reference(*arguments)
+            if overflows.total:
+                self._overflowed.add(name)
+            return value
+
+        return call
+
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        """What is called for a function of a block."""
+        return in_python(block, behaviour)
+
+    def _finite(self, value: Any) -> bool:
+        """Whether a value, or each entry of a vector or state, is finite."""
+        if isinstance(value, list | tuple):
+            return all(map(math.isfinite, value))
+        return math.isfinite(value)
+
+    def _getter(self, binding: Binding) -> Callable[[int], Any]:
+        """What looks an argument up in a tick."""
+        memory, period = self._memory, self.filled.period
+        match binding:
+            case State(name):
+                return lambda tick: memory.states[name]
+            case Parameters(name):
+                block = self.filled.blocks[name]
+                return lambda tick: block
+            case Out(node) | Wire(node):
+                return lambda tick: memory.wires[node]
+            case Time():
+                return lambda tick: tick * period
+            case Tick(divisor):
+                return lambda tick: tick // divisor
+            case Deviate(name, divisor):
+                seed, run, stream = self.seed, self.run, self.filled.stream(name)
+                return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
+            case Buffer(node):
+                buffer = memory.buffers[node]
+                return lambda tick: buffer
+            case Default(_, value):
+                return lambda tick: value
+            case _:
+                assert_never(binding)
+
+
+class Interpreter(Outputs):
+    """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
+
+    name = "python"
+
+    def __init__(self, plan: Plan, seed: int, run: int = 0, memory: Memory | None = None) -> None:
+        super().__init__(plan, seed, run, memory)
+        self.plan = plan
+        self._advances: list[Advance] = [
+            PlainAdvance(plan, solver, self._memory.buffers.get(solver.largest) or [0.0] * len(solver.group.states))
+            for solver in plan.solvers
+        ]
+        self._updates = [
+            (name, plan.schedule.divisors[name], self._bound(name, "update"))
+            for name, block in plan.blocks.items()
+            if "update" in type(block).functions
+        ]
+        self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
@@ -106,20 +265,6 @@ class Interpreter:
             except Exception as error:
                 raise TickError(self._at, tick, error) from error
         return True
-
-    def _compute(self, tick: int) -> None:
-        """Outputs due in a tick, in their order."""
-        wires = self._memory.wires
-        for node, stride, step in self._outputs:
-            if tick % stride == 0:
-                self._at = ".".join(node) if node[1] else f"{node[0]}.constants"
-                value = step(tick)
-                if node[1] == "":
-                    self._constants[node[0]] = value
-                    continue
-                if not self._finite(value):
-                    raise TickError(self._at, tick, value)
-                wires[node] = value
 
     def _move(self, tick: int) -> None:
         """Updates due in a tick, then the continuous groups to the next."""
@@ -150,139 +295,6 @@ class Interpreter:
             self._memory.overflows[name] += 1
         self._overflowed.clear()
         self._memory.tick = tick + 1
-
-    def _solved(
-        self, loop: AlgebraicLoop, steps: Mapping[Node, Callable[[int], Any]]
-    ) -> Iterator[tuple[Node, Callable[[int], Any]]]:
-        """What stands in the place of the tears of a loop: all are known once the first is."""
-        wires = self._memory.wires
-
-        def solve(tick: int) -> float:
-            if not self._solve_loop(loop.tears, loop.others, wires, lambda node: steps[node](tick)):
-                raise NoSolutionError(self._at)
-            return wires[loop.tears[0]]  # type: ignore[no-any-return]
-
-        yield loop.tears[0], solve
-        for tear in loop.tears[1:]:
-            yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
-
-    def _solve_loop(
-        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
-    ) -> bool:
-        """Solve an algebraic loop on the wires; whether there is a solution."""
-        return solve_in_place(tears, others, wires, value)
-
-    def _step(self, name: str, port: str) -> Callable[[int], Any]:
-        return self._output(name, port) if port else self._driven(name)
-
-    def _output(self, name: str, port: str) -> Callable[[int], Any]:
-        shape = shape_of(self.plan.blocks[name], type(self.plan.blocks[name]).outputs[port])
-        compute = self._bound(name, port)
-
-        def fill(tick: int) -> Any:
-            compute(tick)
-            return self._memory.wires[name, port]
-
-        return self._held(name, port, fill if shape else compute)
-
-    def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
-        """An output, checked where a converter makes mantissas: no trace answers for their range."""
-        block = self.plan.blocks[name]
-        if type(block).outputs[port].dtype is not FixedValue or type(block).digital():
-            return compute
-        format = format_of(block, port)
-
-        def checked(tick: int) -> Any:
-            value = compute(tick)
-            for mantissa in value if isinstance(value, list) else [value]:
-                format.store(FixedValue(mantissa, format.fraction))
-            return value
-
-        return checked
-
-    def _driven(self, name: str) -> Callable[[int], Any]:
-        """Constants made anew from the wires that drive parameters."""
-        block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
-        made = type(block).parameters_class()
-        period = self.plan.block_period(name)
-        bounded = [
-            (p, declared, drivers[name, p])
-            for p, declared in type(block).parameters.items()
-            if (name, p) in drivers and declared.bounds()
-        ]
-
-        def compute(tick: int) -> Any:
-            for parameter, declared, driver in bounded:
-                if not declared.inside(self._memory.wires[driver]):
-                    raise TickError(f"{name}.{parameter}", tick, OutOfBoundsError(self._memory.wires[driver]))
-            values = (
-                self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
-                for p in made._fields  # type: ignore[attr-defined]
-            )
-            return constants_of(block, made(*values), period)
-
-        return compute
-
-    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
-        """A function of a block with every argument looked up in the tick."""
-        block = self.plan.blocks[name]
-        behaviour = type(block).output_functions.get(function) or type(block).functions[function]
-        getters = [self._getter(binding) for binding in self.plan.bindings(name, function)]
-        call = self._counted(name, function) if name in self.plan.digital else self._callable(block, behaviour)
-
-        def compute(tick: int) -> Any:
-            return call(self._constants[name], *[get(tick) for get in getters])
-
-        return compute
-
-    def _counted(self, name: str, function: str) -> Callable[..., Any]:
-        """A function of a digital block, on raw values; it notes when a cast saturates or wraps."""
-        reference = self.plan.digital[name].steps[function].reference
-
-        def call(*arguments: Any) -> Any:
-            with counting_overflows() as overflows:
-                value = reference(*arguments)
-            if overflows.total:
-                self._overflowed.add(name)
-            return value
-
-        return call
-
-    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
-        """What is called for a function of a block."""
-        return in_python(block, behaviour)
-
-    def _finite(self, value: Any) -> bool:
-        """Whether a value, or each entry of a vector or state, is finite."""
-        if isinstance(value, list | tuple):
-            return all(map(math.isfinite, value))
-        return math.isfinite(value)
-
-    def _getter(self, binding: Binding) -> Callable[[int], Any]:
-        """What looks an argument up in a tick."""
-        memory, period = self._memory, self.plan.period
-        match binding:
-            case State(name):
-                return lambda tick: memory.states[name]
-            case Parameters(name):
-                block = self.plan.blocks[name]
-                return lambda tick: block
-            case Out(node) | Wire(node):
-                return lambda tick: memory.wires[node]
-            case Time():
-                return lambda tick: tick * period
-            case Tick(divisor):
-                return lambda tick: tick // divisor
-            case Deviate(name, divisor):
-                seed, run, stream = self.seed, self.run, self.plan.stream(name)
-                return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
-            case Buffer(node):
-                buffer = memory.buffers[node]
-                return lambda tick: buffer
-            case Default(_, value):
-                return lambda tick: value
-            case _:
-                assert_never(binding)
 
     def _ahead(self, tick: int) -> dict[Node, float]:
         """Values that sources have in the next tick."""

@@ -12,8 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedProbe
+from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.provenance import graph_text
 from proofmass.runner.run.result import Recorder, Result
 
@@ -44,7 +46,8 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
         "tick": memory.tick,
         "rows": {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes},
         "states": {name: None if x is None else [_text(v) for v in x] for name, x in memory.states.items()},
-        "buffers": [[*node, _text(held)] for node, held in memory.buffers.items() if node not in planned.recorded],
+        "buffers": [[*node, _text(held)] for node, held in memory.of_blocks().items() if node not in planned.recorded],
+        "largest": {solver.name: _text(memory.buffers[solver.largest]) for solver in _with_largest(planned)},
         "overflows": memory.overflows,
         "wires": [[*node, _text(value)] for node, value in memory.wires.items()],
     }
@@ -115,7 +118,7 @@ def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     for node in sorted(planned.recorded):
         recordings.update(array("d", planned.buffers[node]).tobytes())
     return {
-        "graph": graph_text(planned.graph),
+        "graph": graph_text(planned.graph.as_graph()),
         "the seed": seed,
         "the number of ticks": ticks,
         "the recordings": recordings.hexdigest(),
@@ -149,11 +152,17 @@ def _memory(data: dict[str, Any], planned: Plan) -> Memory:
     for name, block in planned.blocks.items():
         made: Any = type(block).state_class()
         states[name] = None if made is None else made(*map(_number, data["states"][name]))
-    buffers = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
+    buffers: dict[VectorOf, Any] = {(name, buffer): _number(held) for name, buffer, held in data["buffers"]}
+    buffers |= {solver.largest: _number(data["largest"][solver.name]) for solver in _with_largest(planned)}
     buffers |= {node: planned.buffers[node] for node in planned.recorded}
     wires = {(name, port): _number(value) for name, port, value in data["wires"]}
     overflows = {name: int(data["overflows"][name]) for name in planned.digital if name in data["overflows"]}
     return Memory(data["tick"], states, buffers, wires, overflows)
+
+
+def _with_largest(planned: Plan) -> list[Solver]:
+    """The groups whose largest values are kept."""
+    return [solver for solver in planned.solvers if solver.largest in planned.buffers]
 
 
 def _text(value: Any) -> Any:

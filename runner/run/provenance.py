@@ -1,6 +1,5 @@
 """What a result was made with: versions, processor, and a hash of the graph."""
 
-import dataclasses
 import hashlib
 import platform
 from datetime import UTC, datetime
@@ -19,7 +18,7 @@ def graph_hash(graph: Graph) -> str:
 
 def graph_text(graph: Graph) -> str:
     """The graph in its written form, the probes in alphabetical order like everything else."""
-    return write_graph(dataclasses.replace(graph, probes=tuple(sorted(graph.probes))))
+    return write_graph(graph.changed(probes=tuple(sorted(graph.probes))))
 
 
 def integration_of(planned: Plan) -> str:

@@ -7,9 +7,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import get_args
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
-from proofmass.blocks.declaration.units import UnitError
-from proofmass.graphs.model.graph import LARGEST_SEED, Graph, read_duration
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.graphs.model.graph import LARGEST_SEED, Graph
+from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.plan.measuring import measured
 from proofmass.runner.plan.memory import Engine, Memory, start
@@ -130,7 +130,7 @@ class _Wanted:
         elif duration is not None:
             try:
                 seconds = read_duration(duration)
-            except UnitError as error:
+            except Refusal as error:
                 refuse("duration", duration, str(error), hint=error.hint)
         elif samples is not None:
             if isinstance(samples, int) and not isinstance(samples, bool) and samples >= 1:
@@ -143,7 +143,7 @@ class _Wanted:
         elif seed is not None:
             refuse("seed", seed, "must be an integer", expected=f"0 to {LARGEST_SEED}")
         if engine not in get_args(EngineName):
-            hint = did_you_mean(str(engine), get_args(EngineName), "engine")
+            hint = did_you_mean(str(engine), get_args(EngineName), "the engines")
             refuse("engine", engine, "there is no such engine", hint=hint)
         if problems:
             raise ModelError(problems)

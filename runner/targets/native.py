@@ -6,7 +6,17 @@ from typing import Any
 import numpy as np
 
 from proofmass.graphs.checks.schedule import Node
-from proofmass.runner.plan.keys import ConstantOf, Given, Moving, OverflowsOf, ParameterOf, StateField, WireOf
+from proofmass.runner.plan.keys import (
+    ConstantOf,
+    Given,
+    LargestOf,
+    Moving,
+    OverflowsOf,
+    ParameterOf,
+    StateField,
+    VectorOf,
+    WireOf,
+)
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, fields, numbers_of
@@ -56,7 +66,7 @@ class CompiledLoop:
         self._constants = _arrays(made.constants, compiled.constant_values(plan))
         self._state = _arrays(made.memory, {key: moving(memory, key) for key in made.memory.kinds})
         self._vectors = {
-            node: np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=dtype_of(kind))
+            node: np.array(memory.vector(node), dtype=dtype_of(kind))
             for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
         }
         self._scratch = np.empty(made.scratch + 1)
@@ -68,11 +78,14 @@ class CompiledLoop:
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
         self._scratch.fill(np.nan)  # what nothing has been computed from yet
-        arrays = [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
-        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
+        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in self.arrays(rows)))
         self.tick = last
         finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())
         return finite and not self._state[INTEGERS][self._refused]
+
+    def arrays(self, rows: Rows) -> list[Array]:
+        """Everything that the program reads and writes, in the order of its parameters."""
+        return [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
 
     def memory(self) -> Memory:
         """What moves, as it stands."""
@@ -85,7 +98,7 @@ class CompiledLoop:
         vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
         return lambda: self._memory(tick, state, vectors)
 
-    def _memory(self, tick: int, state: dict[str, Array], vectors: dict[Node, Array]) -> Memory:
+    def _memory(self, tick: int, state: dict[str, Array], vectors: dict[VectorOf, Array]) -> Memory:
         kinds, plan = self._written.memory.kinds, self.plan
         values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
         states: dict[str, Any] = {}
@@ -95,8 +108,9 @@ class CompiledLoop:
         wires: dict[Node, Any] = {
             (key.block, key.port): value for key, value in values.items() if isinstance(key, WireOf)
         }
-        wires |= {node: array.tolist() for node, array in vectors.items() if node not in plan.buffers}
-        buffers: dict[Node, Sequence[float]] = {
+        shaped = ((node, array) for node, array in vectors.items() if not isinstance(node, LargestOf))
+        wires |= {node: array.tolist() for node, array in shaped if node not in plan.buffers}
+        buffers: dict[VectorOf, Sequence[float]] = {
             n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
         }
         overflows = {name: values.get(OverflowsOf(name), 0) for name in self._counted}
@@ -115,7 +129,7 @@ def settings(written: TickLoop) -> Settings:
 def block_values(plan: Plan, name: str) -> dict[Given, Any]:
     """The numbers of the loop that a block brings: its constants, or the parameters that they follow from."""
     made, block = plan.constants[name], plan.blocks[name]
-    if made is not None:
+    if not plan.is_driven(name):
         return numbers_of(made, lambda field: ConstantOf(name, field))
     kind, drivers = type(block).parameters_class(), plan.schedule.drivers
     given = numbers_of(kind(*(getattr(block, p) for p, _ in fields(kind))), lambda p: ParameterOf(name, p))

@@ -9,7 +9,7 @@ import numpy as np
 
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.host.interrupts import StoppedError
-from proofmass.runner.plan.keys import ConstantOf, Moving, ParameterOf, StateField
+from proofmass.runner.plan.keys import ConstantOf, LargestOf, Moving, ParameterOf, StateField, VectorOf
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.form import Array as ProgramArray
@@ -50,8 +50,8 @@ class CompiledLanes:
         own = [rows for node, rows in self.vectors.items() if node not in self.plan.recorded]
         return sum(rows.nbytes for rows in (*self.constants.values(), *self.state.values(), *own))
 
-    def _vector(self, memory: Memory, node: Node, kind: type) -> Array:
-        held = np.array(memory.buffers.get(node, memory.wires.get(node)), dtype=dtype_of(kind))
+    def _vector(self, memory: Memory, node: VectorOf, kind: type) -> Array:
+        held = np.array(memory.vector(node), dtype=dtype_of(kind))
         return held if node in self.plan.recorded else np.repeat(held[:, None], self.lanes, axis=1)
 
 
@@ -118,8 +118,9 @@ class Lanes:
                 if key.block == name:
                     self._state[array_of(kind)][group, place, lane] = moving(memory, key)
             for node, rows in self._vectors.items():
-                if node[0] == name and node not in plan.recorded:
-                    rows[group, :, lane] = memory.buffers.get(node, memory.wires.get(node))
+                of_block = not isinstance(node, LargestOf) and node[0] == name
+                if of_block and node not in plan.recorded:
+                    rows[group, :, lane] = memory.vector(node)
 
     def advance(self, last: int, stop: threading.Event | None = None) -> None:
         """Run all of them up to, not including, the tick `last`, group after group.
@@ -171,8 +172,8 @@ def _differing(plan: Plan, written: TickLoop, varied: Collection[Node], settled:
     for moves, (kind, place) in written.memory.kinds.items():
         if moves.block in settled:
             entries[moving_[kind is not float]] |= 1 << place
-    for (name, _), array in vectors.items():
-        if name in settled:
+    for node, array in vectors.items():
+        if not isinstance(node, LargestOf) and node[0] in settled:
             entries[array] = ALL
     shared = frozenset(vectors[node] for node in vectors if node in plan.recorded)
     run = entry[_RUN]

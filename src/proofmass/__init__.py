@@ -7,6 +7,7 @@ The names below are imported when they are first used, so that `import proofmass
 """
 
 from importlib import import_module
+from sys import modules
 from typing import Any
 
 # The one table of public names; `python -m tests.documents.stubs` writes __init__.pyi from it.
@@ -14,7 +15,7 @@ _HOMES = {
     "Allan": "runner.analysis.allan.deviations",
     "Block": "blocks.declaration.declare",
     "Buffer": "blocks.declaration.declare",
-    "Graph": "graphs.model.graph",
+    "Graph": "graphs.model.build",
     "Input": "blocks.declaration.declare",
     "Margins": "runner.analysis.margins.margins",
     "ModelError": "blocks.declaration.problem",
@@ -25,7 +26,7 @@ _HOMES = {
     "RunError": "runner.run.faults",
     "Series": "runner.analysis.spectrum.series",
     "Spectrum": "runner.analysis.spectrum.welch",
-    "Study": "graphs.studies.study",
+    "Study": "graphs.studies.build",
     "StudyResult": "runner.studies.outcome.result",
     "Tones": "runner.analysis.spectrum.tones",
     "Trace": "runner.run.result",
@@ -55,8 +56,16 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("proofmass.runner.host.versions").PROOFMASS
     if name in _HOMES:
-        return getattr(import_module(f"proofmass.{_HOMES[name]}"), name)
+        public = getattr(import_module(f"proofmass.{_HOMES[name]}"), name)
+        if "proofmass.graphs.model.build" in modules:
+            modules["proofmass.graphs.model.build"].Graph.drawn = _drawn
+        return public
     raise AttributeError(f"module 'proofmass' has no attribute {name!r}")
+
+
+def _drawn(graph: Any) -> str:
+    """The diagram that a notebook shows of a graph."""
+    return str(import_module("proofmass.graphs.drawing.diagram").svg(graph))
 
 
 def __dir__() -> list[str]:

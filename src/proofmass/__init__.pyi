@@ -2,8 +2,9 @@ from proofmass.blocks.declaration.declare import Block as Block, Buffer as Buffe
 from proofmass.blocks.declaration.problem import ModelError as ModelError, Problem as Problem
 from proofmass.graphs.files.toml_reader import read_graph as read_graph
 from proofmass.graphs.files.toml_writer import write_graph as write_graph
-from proofmass.graphs.model.graph import Graph as Graph, Probe as Probe, Wire as Wire
-from proofmass.graphs.studies.study import Study as Study
+from proofmass.graphs.model.build import Graph as Graph
+from proofmass.graphs.model.graph import Probe as Probe, Wire as Wire
+from proofmass.graphs.studies.build import Study as Study
 from proofmass.graphs.studies.study_reader import read_study as read_study
 from proofmass.runner.analysis.allan.deviations import Allan as Allan, allan as allan
 from proofmass.runner.analysis.linearisation.linearise import linearise as linearise

@@ -10,15 +10,17 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import checked
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 
 # Looked at one by one. Of a block with a memory each one acts on what is added to the memory, or scales what comes
 # out; what it was before stays.
 DRIVEN = {
     "AllPass": {"frequency", "quality"},
+    "AmplitudeDetector": {"corner_frequency"},
     "AnalogSwitch": {"leakage"},
     "AnalogToDigital": {"reference", "offset_error", "gain_error"},
     "ArrheniusAgeing": {"pace", "activation_energy", "reference_temperature", "nominal"},
+    "AutomaticGainControl": {"setpoint", "time_constant", "lowest", "highest"},
     "Backlash": {"width"},
     "Bessel": {"corner_frequency"},
     "BrownianForce": {"damping", "temperature"},
@@ -48,16 +50,20 @@ DRIVEN = {
     "FitSelector": {"residual_limit"},
     "FlexurePendulum": {"inertia", "damping", "stiffness"},
     "FlickerNoise": {"level", "nominal"},
+    "FrequencyCounter": {"gate"},
     "Gain": {"gain"},
     "GapCapacitorPair": {"capacitance", "gap", "lever"},
     "GapClosingActuator": {"bias", "capacitance", "gap"},
     "GaussMarkov": {"standard_deviation", "correlation_time", "nominal"},
     "GaussNewtonController": {"largest_step"},
+    "InPhaseQuadratureDemodulator": {"corner_frequency"},
     "InstrumentationAmplifier": {"feedback_resistance", "gain_resistance"},
+    "IntegralNonlinearity": {"reference", "bow", "s_shape"},
     "Integrator": {"gain"},
     "LeadLag": {"zero_frequency", "pole_frequency", "gain"},
     "LeastSquaresController": {"largest_step"},
     "LogarithmicAgeing": {"nominal"},
+    "LoopFilter": {"natural_frequency", "damping", "detector_gain", "oscillator_gain"},
     "LowPass": {"corner_frequency", "gain"},
     "MassBetweenStops": {"mass", "damping", "stiffness", "restitution", "sticking_speed"},
     "MassSpringDamper": {"mass", "damping", "stiffness"},
@@ -66,18 +72,23 @@ DRIVEN = {
     "OneBitActuator": {"level"},
     "PID": {"proportional", "integral", "derivative_gain", "derivative_pole"},
     "PeriodicDrift": {"amplitude", "phase", "nominal"},
+    "PhaseFrequencyDetector": {"level"},
+    "PhaseMixer": {"first_amplitude", "second_amplitude"},
     "PlateAttach": {"stop_angle"},
     "PolynomialModel": {"c0", "c1", "c2", "c3", "c4", "c5", "c6"},
     "Power": {"exponent", "reference", "scale"},
     "Pulse": {"amplitude", "offset", "duty", "delay"},
+    "PulseWidthModulator": {"frequency", "low", "high"},
     "Quotient": {"smallest"},
     "Ramp": {"offset", "start_time"},
     "RandomWalk": {"coefficient", "nominal"},
     "RateLimiter": {"rising", "falling"},
     "Relay": {"off", "on"},
+    "SamplingNoise": {"capacitance", "temperature", "jitter"},
     "SecondOrderSection": {"b0", "b1", "b2", "a1", "a2"},
     "SelfTestVerdict": {"residual_limit"},
     "SettlingTime": {"target", "within"},
+    "SigmaDeltaModulator": {"resonance", "reference"},
     "Sine": {"amplitude", "phase", "offset"},
     "SineFunction": {"amplitude"},
     "Step": {"amplitude", "start_time", "duration", "offset"},
@@ -89,9 +100,11 @@ DRIVEN = {
     "ToleranceCheck": {"stiffness_nominal", "stiffness_tolerance", "damping_nominal", "damping_tolerance"},
     "TwoPositionComparison": {"gravity"},
     "UnipolarDigitalToAnalog": {"reference"},
+    "VoltageControlledOscillator": {"frequency", "gain", "amplitude"},
     "VoltageToCurrent": {"resistance"},
     "WhiteNoise": {"density"},
     "WrappingIntegrator": {"gain"},
+    "XorPhaseDetector": {"level"},
     "ZeroBiasVoltage": {"a1", "b1", "a2", "b2", "offset", "hysteresis", "width"},
 }
 REFUSED = {

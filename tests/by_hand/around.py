@@ -12,7 +12,8 @@ from proofmass.blocks.declaration.declare import Block, param
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
 
 RATE = 10_000
 SIZES = {"N": 3e-5, "m": 2e-7, "m/s": 1e-3}  # of signals in a sensor, where they are far from 1

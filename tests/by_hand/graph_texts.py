@@ -6,13 +6,14 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph, read_table
 from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.studies.check_file import check_file, check_text
 from proofmass.graphs.studies.study_reader import is_study
 
 _FILES = [file for name, file in library_files().items() if name.endswith(".toml")]
 LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
 STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their own, beside the graph
-ALONE = [path for path in LIBRARY if runs_alone(read_graph(path))]  # the others are parts, with open inputs
+ALONE = [path for path in LIBRARY if runs_alone(flatten(read_graph(path)))]  # the others are parts, with open inputs
 # Of each kind one: where every graph is interpreted, these are compiled too. All of them are in test_engines_agree.
 COMPILED = {
     "closed_loop_accelerometer",

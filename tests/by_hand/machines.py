@@ -5,7 +5,7 @@ from typing import Any
 
 from proofmass.blocks import FixedDifference, FixedGain, FixedIntegrator, FixedQuantiser, FixedToNumber, Sine
 from proofmass.blocks.arithmetic.fixed_point import Fixed
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.vectors import Vectors, simulated
 from proofmass.runner.rtl.machine.compose import compose

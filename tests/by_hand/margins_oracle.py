@@ -17,7 +17,7 @@ import mpmath
 
 from proofmass.blocks import Difference, DiscreteIntegrator, DiscreteTransferFunction, Gain, TransferFunction, UnitDelay
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import open_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.margins import Margins, margins_of

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from proofmass.graphs.checks.schedule import Node
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.checks.schedule import ConstantsOf, Step
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import split
 from proofmass.runner.planning.plan import Plan
 
 Thing = TypeVar("Thing")
@@ -51,22 +52,22 @@ def in_another_order(plan: Plan, dice: random.Random) -> Plan:
     )
 
 
-def needs(flat: Graph) -> dict[Node, set[Node]]:
+def needs(flat: Graph) -> dict[Step, set[Step]]:
     """What has to be known before each output, from the definition: wires into the arguments of its function.
 
-    Under the port "" stand the constants of a block with driven parameters, which all outputs need that name them.
+    Among them stand the constants of a block with driven parameters, which all outputs need that name them.
     """
-    needed: dict[Node, set[Node]] = {
+    needed: dict[Step, set[Step]] = {
         (n, port): set() for n, block in flat.blocks.items() for port in type(block).outputs
     }
     for wire in flat.wires:
         source, (name, port) = split(wire.source), split(wire.target)
         block = flat.blocks[name]
         if port in type(block).parameters:
-            needed.setdefault((name, ""), set()).add(source)
+            needed.setdefault(ConstantsOf(name), set()).add(source)
         for output, behaviour in type(block).output_functions.items():
             if port in type(block).parameters and names_its_constants(behaviour.function):
-                needed[name, output].add((name, ""))
+                needed[name, output].add(ConstantsOf(name))
             elif port in behaviour.arguments:
                 needed[name, output].add(source)
     return needed
@@ -81,9 +82,9 @@ def names_its_constants(function: Callable[..., Any]) -> bool:
     return any(isinstance(node, ast.Name) and node.id == first for part in tree.body for node in ast.walk(part))
 
 
-def legal_order(needed: Mapping[Node, set[Node]], dice: random.Random) -> list[Node]:
+def legal_order(needed: Mapping[Step, set[Step]], dice: random.Random) -> list[Step]:
     """One of all orders in which nothing comes before what it needs, by chance."""
-    order: list[Node] = []
+    order: list[Step] = []
     waiting = {node: set(before) for node, before in needed.items()}
     while waiting:
         node = dice.choice([node for node, before in waiting.items() if not before])

@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph, Probe, Wire
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Probe, Wire
 from tests.by_hand.graph_texts import said_about
 
 CHANNEL = """\

@@ -20,7 +20,8 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
 from tests.by_hand.around import SIZES, random_block
 from tests.by_hand.parts import cut
 

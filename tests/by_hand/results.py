@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks import Constant, ShiftRegister, Sine
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.result import Result, Trace
 
 RATE = Fraction(50_000)

@@ -10,7 +10,7 @@ from proofmass.blocks import Gain
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 
 SECONDS = 0.5
 GAIN = '[blocks.gain]\nkind = "Constant"\n'

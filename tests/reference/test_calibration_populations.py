@@ -7,7 +7,7 @@ import pytest
 
 from docs import pn_runs
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.whole.study import run_study
 

@@ -11,7 +11,8 @@ import pytest
 from proofmass.blocks import DiscreteTransferFunction
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph, Wire
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Wire
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.run.simulate import simulate

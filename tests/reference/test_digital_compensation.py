@@ -22,7 +22,7 @@ from proofmass.blocks.arithmetic.cordic import hyperbolic_growth
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.design.fit.fit import fit
 from proofmass.runner.run.simulate import EngineName, simulate
 from tests.by_hand.cordic import chain, growth, scaled, swept

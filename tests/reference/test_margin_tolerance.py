@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.draws.factors import Drawn
 from proofmass.runner.studies.outcome.result import StudyResult

@@ -11,7 +11,7 @@ import pytest
 
 from docs.quartz_accelerometer import CODES_PER_AMPERE, FEEDBACK_CURRENT, SCALE_FACTOR, library, mean_output
 from proofmass.blocks import DiscreteTransferFunction
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.run.simulate import simulate
 

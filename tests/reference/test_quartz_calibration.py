@@ -27,7 +27,8 @@ from docs.quartz_accelerometer import (
     with_converter,
 )
 from proofmass.blocks import FeedbackGainEstimator, ForwardGainEstimator, Sine
-from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Probe
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.functions import drive

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from docs.quartz_accelerometer import MICRO_G, SCALE_FACTOR, library, study
-from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.studies.build import Study
 from proofmass.runner.analysis.margins.stability import all_margins
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -98,7 +98,7 @@ def test_margins_at_each_epoch_are_those_of_the_aged_graph(years: StudyResult) -
 
 
 def _margins(graph: Graph) -> dict[str, float]:
-    return all_margins(graph, plan(graph))["main"].as_data()
+    return all_margins(plan(graph))["main"].as_data()
 
 
 def test_the_study_of_ten_years() -> None:

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from docs import pn_runs
 from docs.pn_runs import ACCELEROMETER, GYROSCOPE, IDEAL, RULES, Device, at_rate, calibrate, library
 from proofmass.blocks import DiscreteMassSpringDamper
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.functions import drive
 

@@ -5,7 +5,7 @@ import pytest
 
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.outcome.result import StudyResult

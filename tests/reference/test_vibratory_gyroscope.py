@@ -9,7 +9,7 @@ from scipy.integrate import ode, solve_ivp
 from proofmass.blocks import Gain, MassSpringDamper, Step, Sum
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate
 

@@ -79,7 +79,7 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
     flat = flatten(graph)
     entry, _ = ends(flat, name)
     source = next(wire.source for wire in flat.wires if wire.target == f"{name}.{entry}")
-    lone = Graph(**{**_fields(flat), "probes": (Probe(source),), "measures": {}})
+    lone = flat.as_graph().changed(probes=(Probe(source),), measures={})
     slowest = min((cycle.frequency for cycle in cycles or ()), default=1.0)
     trace = simulate(lone, duration=None if cycles is None else f"{PERIODS / slowest} s")[source]
     values, times = np.asarray(trace.values, dtype=float), np.asarray(trace.times, dtype=float)
@@ -96,10 +96,6 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
     half = len(values) > 1 and abs(frequency * 2.0 * (times[1] - times[0]) - 1.0) < 1e-9
     amplitude = abs(complex(np.mean(swing[whole] * turn))) * (1.0 if half else 2.0)
     return LimitCycle(amplitude, frequency)
-
-
-def _fields(graph: Graph) -> dict[str, Any]:
-    return {name: getattr(graph, name) for name in graph.__dataclass_fields__}
 
 
 @dataclass(frozen=True)

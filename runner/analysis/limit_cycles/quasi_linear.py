@@ -6,13 +6,12 @@ from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.blocks.declaration.units import convert
 from proofmass.blocks.signals.gain import Gain
 from proofmass.graphs.checks.schedule import block_rate
-from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Wire, split
-from proofmass.graphs.model.hints import like
 from proofmass.runner.analysis.limit_cycles.describing import Describing, describing_function
 
 
@@ -37,10 +36,8 @@ def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mappi
     return replaced(flat, factors)
 
 
-def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:
-    """Return a flat graph with blocks replaced by gains of the same units."""
-    if not gains:
-        return flat
+def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
+    """Return the graph without subgraphs, with blocks replaced by gains of the same units."""
     blocks, wires = dict(flat.blocks), []
     for name, gain in gains.items():
         block, (entry, port) = flat.blocks[name], ends(flat, name)
@@ -61,10 +58,12 @@ def replaced(flat: Graph, gains: Mapping[str, float]) -> Graph:
     kept = tuple(probe for probe in flat.probes if split(probe.signal)[0] not in gains)
     loops = {name: replace(loop, open_at=_renamed(flat, loop.open_at, gains)) for name, loop in flat.loops.items()}
     rates = {name: rate for name, rate in flat.rates.items() if name in blocks}
-    return replace(flat, blocks=blocks, wires=tuple(wires), probes=kept, measures={}, loops=loops, rates=rates)
+    return flat.as_graph().changed(
+        blocks=blocks, wires=tuple(wires), probes=kept, measures={}, loops=loops, rates=rates
+    )
 
 
-def describing_of(flat: Graph, name: str) -> Describing:
+def describing_of(flat: FlatGraph, name: str) -> Describing:
     """Return N(A) of a block of a flat graph; raises `ModelError` if it has none."""
     entry, port = ends(flat, name)
     block = flat.blocks[name]
@@ -75,7 +74,7 @@ def describing_of(flat: Graph, name: str) -> Describing:
         raise _refused(flat, name, str(error), type(block).__name__) from None
 
 
-def ends(flat: Graph, name: str) -> tuple[str, str]:
+def ends(flat: FlatGraph, name: str) -> tuple[str, str]:
     """Return the wired input and the output, both single numbers, between which a block counts as a gain."""
     kind = type(_block(flat, name))
     read = {split(wire.source)[1] for wire in flat.wires if split(wire.source)[0] == name}
@@ -92,35 +91,35 @@ def _is_number(port: Any) -> bool:
     return port.dtype is float and not port.shape
 
 
-def _unit(flat: Graph, name: str, side: str) -> str:
+def _unit(flat: FlatGraph, name: str, side: str) -> str:
     block, (entry, port) = _block(flat, name), ends(flat, name)
     unit = unit_of(block, type(block).inputs[entry] if side == "{in}" else type(block).outputs[port])
     return f"({unit})"
 
 
-def _number(flat: Graph, name: str, stated: float | str, unit: str) -> float:
+def _number(flat: FlatGraph, name: str, stated: float | str, unit: str) -> float:
     try:
         return float(stated)
     except ValueError:
         pass
     try:
         return convert(str(stated), unit)
-    except UnitError as error:
+    except Refusal as error:
         raise _refused(flat, name, str(error), str(stated), error.hint) from None
 
 
-def _renamed(flat: Graph, signal: str, gains: Mapping[str, float]) -> str:
+def _renamed(flat: FlatGraph, signal: str, gains: Mapping[str, float]) -> str:
     name, port = split(signal)
     return f"{name}.output" if name in gains and port == ends(flat, name)[1] else signal
 
 
-def _block(flat: Graph, name: str) -> Block:
+def _block(flat: FlatGraph, name: str) -> Block:
     if name not in flat.blocks:
-        hint = like(name, flat.blocks, "the blocks")
+        hint = did_you_mean(name, flat.blocks, "the blocks")
         raise ModelError([Problem(message="there is no such block", key=name, hint=hint)])
     return flat.blocks[name]
 
 
-def _refused(flat: Graph, name: str, message: str, got: str, hint: str = "") -> ModelError:
+def _refused(flat: FlatGraph, name: str, message: str, got: str, hint: str = "") -> ModelError:
     problem = Problem(message=message, key=f"blocks.{name}", got=got, hint=hint, path=("blocks", name))
     return ModelError([flat.placed(problem)])

@@ -25,7 +25,7 @@ from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.stages import Context
-from proofmass.runner.reference.interpret import Interpreter, TickError
+from proofmass.runner.reference.interpret import Outputs, TickError
 
 _MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
 
@@ -63,7 +63,7 @@ def analog_map(plan: Plan, group: Group, node: Node, tick: int) -> PeriodMap:
     return replace(analog, notes=tuple(notes))
 
 
-class _Instant(Interpreter):
+class _Instant(Outputs):
     """The reference engine at the start of a tick, once its outputs are known."""
 
     def known(self) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
@@ -90,7 +90,7 @@ class _CutStages(DualStages):
 def _linearised(plan: Plan, group: Group, node: Node, memory: Memory) -> PeriodMap:
     n, time = len(group.states), memory.tick * plan.period
     try:
-        constants, wires = _Instant(replace(plan, probes=()), plan.graph.seed, 0, memory.copy()).known()
+        constants, wires = _Instant(plan, plan.graph.seed, 0, memory.copy()).known()
     except TickError as error:
         raise ModelError([plan.graph.placed(_not_linear(error.at, str(error.value)))]) from error
     held = [float(getattr(memory.states[block], field)) for block, field in group.states]

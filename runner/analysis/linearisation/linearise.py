@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import inside
-from proofmass.graphs.model.graph import Graph, read_duration, split
-from proofmass.graphs.model.hints import like
+from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.loops import SETTLED, Loop
 from proofmass.graphs.model.names import Missing, find_output
+from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
 from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.analysis.linearisation.lasting import Lasting
@@ -58,9 +57,9 @@ def linearise(
     """
     planned = plan(graph)
     if loop:
-        _, node = one_loop(planned, graph, loop)
+        _, node = one_loop(planned, loop)
         return to_control(open_loop(planned, node, tick_at(planned, at)).map, negated=True, minimal=minimal)
-    wires = [[node_of(planned, graph, signal) for signal in signals] for signals in (inputs, outputs)]
+    wires = [[node_of(planned, signal) for signal in signals] for signals in (inputs, outputs)]
     return to_control(map_at(planned, *wires, tick=tick_at(planned, at)).between(), minimal=minimal)
 
 
@@ -136,21 +135,21 @@ def loops_of(planned: Plan) -> dict[str, Loop]:
     return {part.open_at[0]: Loop(open_at=part.open_at[0]) for part in groups}
 
 
-def one_loop(planned: Plan, graph: Graph, name: str) -> tuple[str, Node]:
+def one_loop(planned: Plan, name: str) -> tuple[str, Node]:
     """Name and output of the loop of a name, or opened at an output."""
     loops = planned.graph.loops
     if name in loops:
-        return name, node_of(planned, graph, loops[name].open_at)
+        return name, node_of(planned, loops[name].open_at)
     if "." in name:
-        return name, node_of(planned, graph, name)
-    hint = like(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
+        return name, node_of(planned, name)
+    hint = did_you_mean(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
     raise ModelError([Problem(message="there is no such loop", key="loops", got=name, hint=hint)])
 
 
-def node_of(planned: Plan, graph: Graph, signal: str) -> Node:
+def node_of(planned: Plan, signal: str) -> Node:
     """Block and port of an output that is one number; raises `ModelError`."""
-    flat = inside(graph, signal)
-    found = find_output(planned.graph, flat, graph)
+    flat = inside(planned.graph.root, signal)
+    found = find_output(planned.graph, flat)
     if isinstance(found, Missing):
         raise ModelError([Problem(message=found.message, key=signal, hint=found.hint)])
     if found[1].shape or found[1].dtype is bool:
@@ -165,7 +164,7 @@ def tick_at(planned: Plan, at: str | float | Fraction) -> int:
         return settled_tick(planned)
     try:
         return int(read_duration(at) * planned.schedule.base_rate)
-    except UnitError as error:
+    except Refusal as error:
         raise ModelError(
             [Problem(message=str(error), key="at", got=str(at), hint=f'write a time, as "20 ms", or "{SETTLED}"')]
         ) from None

@@ -274,7 +274,7 @@ def _states(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, s
         state = memory.states[name]
         if state is not None:
             yield from (((name, field, -1), value) for field, value in zip(state._fields, state, strict=True))
-    for (name, buffer), held in memory.buffers.items():
+    for (name, buffer), held in memory.of_blocks().items():
         if name in names and isinstance(held, list):
             yield from (((name, buffer, i), value) for i, value in enumerate(held))
 

@@ -122,7 +122,7 @@ def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Number, float]]
         if state is not None:
             kinds = state.__annotations__
             yield from (((name, f, -1), getattr(state, f)) for f in state._fields if kinds[f] is float)
-    for (name, buffer), held in memory.buffers.items():
+    for (name, buffer), held in memory.of_blocks().items():
         if name in names:
             yield from (((name, buffer, i), float(v)) for i, v in enumerate(held) if isinstance(v, float))
 

@@ -22,7 +22,7 @@ def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -
     cannot be told or linearised.
     """
     planned = plan(graph)
-    loops = all_margins(graph, planned, loop, at)
+    loops = all_margins(planned, loop, at)
     if len(loops) > 1:
         expected, hint = "the name of one", f'margins(graph, "{next(iter(loops))}")'
         message, got = "the graph has several loops", ", ".join(loops)
@@ -32,14 +32,14 @@ def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -
     return next(iter(loops.values()))
 
 
-def all_margins(graph: Graph, planned: Plan, loop: str = "", at: str | float | Fraction = 0.0) -> dict[str, Margins]:
+def all_margins(planned: Plan, loop: str = "", at: str | float | Fraction = 0.0) -> dict[str, Margins]:
     """The margins of every loop by name, or of the one that is wanted."""
     tick = tick_at(planned, at)
     if loop:
-        name, node = one_loop(planned, graph, loop)
+        name, node = one_loop(planned, loop)
         nodes = {name: node}
     else:
-        nodes = {name: node_of(planned, graph, made.open_at) for name, made in loops_of(planned).items()}
+        nodes = {name: node_of(planned, made.open_at) for name, made in loops_of(planned).items()}
     return {name: margins_of(open_loop(planned, node, tick), name, ".".join(node)) for name, node in nodes.items()}
 
 

@@ -152,8 +152,8 @@ def noise(
     Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error counts as white and
     uniform over one step. What sampling, holding and decimation fold into the band is in it. `band` is in Hz, up to
     half the rate of the output unless said; `at` is the operating point, as in `linearise`, the second common period
-    unless said: in tick 0 processes start. With an `input` the density is referred to it as well. Densities are those at
-    some `frequencies` in Hz, ascending, or else on a logarithmic grid.
+    unless said: in tick 0 processes start. With an `input` the density is referred to it as well. Densities are
+    those at some `frequencies` in Hz, ascending, or else on a logarithmic grid.
 
     Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
     """

@@ -89,7 +89,7 @@ def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
 
 def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Readings:
     """Return readings from a run of a graph, such as a temperature cycle; options are those of `simulate`."""
-    probed = dataclasses.replace(graph, probes=tuple(Probe(s) for s in dict.fromkeys((temperature, output))))
+    probed = graph.changed(probes=tuple(Probe(s) for s in dict.fromkeys((temperature, output))))
     result = simulate(probed, **options)
     traces = (result[temperature], result[output])
     wrong: Mapping[str, bool] = {
@@ -111,7 +111,7 @@ def _readings(source: str, columns: Sequence[Column], values: Sequence[Array]) -
 def _choose(names: Sequence[str], temperature: str, output: str) -> tuple[int, int]:
     for wanted in filter(None, (temperature, output)):
         if wanted not in names:
-            raise RecordingError(f"there is no column {shown(wanted)}", hint=did_you_mean(wanted, names, "column"))
+            raise RecordingError(f"there is no column {shown(wanted)}", hint=did_you_mean(wanted, names, "its columns"))
     if temperature and temperature == output:
         raise RecordingError(f"column {temperature} cannot be both temperature and output")
     free = [name for name in names if name not in (temperature, output) and name.lower() != "time"]

@@ -4,13 +4,11 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from proofmass.runner.fixed.integer_interval import COMPARISONS
+from proofmass.runner.fixed.operations import OPERATIONS
 from proofmass.runner.rtl.machine.low_bits import operands_of
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.modules import Module
 from proofmass.runner.rtl.machine.words import Word
-
-_ADDERS = frozenset({"add", "subtract", "negate"})
 
 
 @dataclass
@@ -54,9 +52,11 @@ def module_cost(module: Module) -> Cost:
         cost.pipeline_bits += node.width * (module.pipeline.delays.get(node, 0) + (node.operation == "pipe"))
         cost.widest = max(cost.widest, node.width)
         widths = [operand.width for operand in node.operands]
-        if node.operation in _ADDERS and operands_of(node) == node.operands:
+        if node.operation == "input":
+            continue
+        if OPERATIONS[node.operation].adder and operands_of(node) == node.operands:
             cost.adder_bits += node.width
-        elif node.operation in COMPARISONS:
+        elif OPERATIONS[node.operation].comparison:
             cost.comparator_bits += max(widths)
         elif node.operation == "select":
             cost.multiplexer_bits += node.width

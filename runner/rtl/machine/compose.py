@@ -6,7 +6,7 @@ from typing import get_type_hints
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import Node, outputs_of
 from proofmass.graphs.model.rates import base_rate
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.alignment import block_stages
@@ -54,7 +54,7 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
     problems = []
     for name in sorted(name for name, found in chosen.items() if not found):
         expected = "a block whose ports and state are integers, truth values or fixed-point values"
-        hint = did_you_mean(name, able, "digital block")
+        hint = did_you_mean(name, able, "the digital blocks")
         problem = Problem(message="no such block", key=f"blocks.{name}", got=name, expected=expected, hint=hint)
         if name in planned.blocks:
             message, got = "is no digital block, and cannot become hardware", type(planned.blocks[name]).__name__
@@ -79,7 +79,7 @@ class _Composer:
         schedule = planned.schedule
         self.clock = base_rate(schedule.base_rate / schedule.divisors[path] for path in modules)
         self.ticks = int(schedule.base_rate / self.clock)  # of the base rate, in a clock
-        self.order = tuple(node for node in schedule.order if node[0] in modules and node[1])
+        self.order = tuple(node for node in outputs_of(schedule.order) if node[0] in modules)
         self.drivers = {target: source for target, source in schedule.drivers.items() if target[0] in modules}
         outside = {source for target, source in schedule.drivers.items() if target[0] not in modules}
         outside |= {probe.node for probe in planned.probes} | {measure.node for measure in planned.measures}

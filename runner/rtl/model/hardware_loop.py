@@ -8,7 +8,7 @@ behind all updates it is clocked.
 from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import NamedTuple
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.checks.schedule import Node, outputs_of
 from proofmass.graphs.model.graph import split
 from proofmass.runner.plan.keys import HardwareModel
 from proofmass.runner.plan.planned import Plan
@@ -39,7 +39,7 @@ class HardwareTickWriter(TickWriter):
         self._ticks = int(plan.schedule.base_rate / machine.rate)  # from one clock to the next
         self._outputs_of = {_place(port.text): number for number, port in enumerate(machine.outputs)}
         ports = ({_place(port.text).node for port in each} for each in (machine.inputs, machine.outputs))
-        self._settled = settled_before(plan.schedule.order, plan.stride, *ports)
+        self._settled = settled_before(outputs_of(plan.schedule.order), plan.stride, *ports)
 
     def begin(self) -> None:
         super().begin()

@@ -1,14 +1,16 @@
 """Integers as SMT words: what a step function runs on to become the specification of a proof.
 
 An `SmtInteger` is two's complement, as wide as its bounds need, so that no operation can overflow. It answers all that
-`blocks.arithmetic.fixed_point` asks of an integer and shares nothing with the tracer: bounds, branches and folding are
+is asked of a `Mantissa` and shares nothing with the tracer: bounds, branches and folding are
 its own, so that a fault there is found and not repeated. A plain `if` is followed both ways and the results are merged.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NoReturn
 
-from proofmass.blocks.arithmetic import fixed_point
+from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.arithmetic.mantissa import Mantissa, low_bits
 from proofmass.runner.fixed.integer_interval import signed_width
 
 MOST_PATHS = 1024
@@ -94,7 +96,7 @@ class Specification:
         return self._names[body]
 
 
-class SmtInteger:
+class SmtInteger(Mantissa):
     """An integer between two bounds, as the SMT term `text` of their width."""
 
     __slots__ = ("high", "low", "specification", "text")
@@ -161,7 +163,7 @@ class SmtInteger:
 
     def _ring(self, operation: str, a: Any, b: Any, evaluate: Callable[[int, int], int]) -> Any:
         """Sum, difference or product: the low bits of the result need no more of the operands than their low bits."""
-        if isinstance(a, fixed_point.FixedValue) or isinstance(b, fixed_point.FixedValue):
+        if isinstance(a, FixedValue) or isinstance(b, FixedValue):
             return NotImplemented
         a, b = self.specification.lift(a), self.specification.lift(b)
         corners = [evaluate(x, y) for x in (a.low, a.high) for y in (b.low, b.high)]
@@ -203,14 +205,14 @@ class SmtInteger:
         return self._shifted("bvashr", value, self, lambda a, b: a >> b)
 
     def _shifted(self, operation: str, value: Any, places: Any, evaluate: Callable[[int, int], int]) -> Any:
-        if isinstance(value, fixed_point.FixedValue):
+        if isinstance(value, FixedValue):
             return NotImplemented
         value, places = self.specification.lift(value), self.specification.lift(places)
         if places.low < 0:
             self.specification.demand(f"(bvsge {places.text} (_ bv0 {places.width}))")
         if places.low == places.high == 0:
             return value
-        ends = max(places.low, 0), min(max(places.high, 0), fixed_point.MOST_BITS)
+        ends = max(places.low, 0), min(max(places.high, 0), MOST_BITS)
         corners = [evaluate(x, y) for x in (value.low, value.high) for y in ends]
         low, high = min(corners), max(corners)
         width = max(value.width, places.width, signed_width(low, high))
@@ -255,7 +257,7 @@ class SmtInteger:
         always: Callable[["SmtInteger", "SmtInteger"], bool],
         never: Callable[["SmtInteger", "SmtInteger"], bool],
     ) -> Any:
-        if isinstance(other, fixed_point.FixedValue):
+        if isinstance(other, FixedValue):
             return NotImplemented
         other = self.specification.lift(other)
         if always(self, other) or never(self, other):
@@ -274,7 +276,7 @@ class SmtInteger:
     def __repr__(self) -> str:
         return f"{self.text} in [{self.low}, {self.high}]"
 
-    # -- what fixed_point asks of an integer that is no Python integer ---------------------------------------------
+    # -- what a mantissa does in a way of its own ------------------------------------------------------------------
 
     def select(self, chosen: Any, otherwise: Any) -> "SmtInteger":
         """`chosen` where the value is not 0, else `otherwise`."""
@@ -302,6 +304,14 @@ class SmtInteger:
     def _chosen(self, condition: Any, other: "SmtInteger", low: int, high: int) -> "SmtInteger":
         both: SmtInteger = condition.select(self, other)
         return both if (both.low, both.high) == (low, high) else self._fitted(both.text, both.width, low, high)
+
+    def wrapped(self, low: int, high: int) -> Any:
+        """The low bits, as two's complement where `low` is negative."""
+        return low_bits(self, low, high)
+
+    def cut(self) -> "SmtInteger":
+        """The value itself: a cut changes none."""
+        return self
 
     def monotone(self, rule: Callable[[Any], Any]) -> Any:
         """The value of a rule; that it never decreases is not relied upon."""

@@ -7,12 +7,13 @@ negative number. Ports are attributes; `sync` is clock and reset.
 from collections.abc import Generator, Iterator
 
 from proofmass.runner.fixed.integer_ir import Node, Place
+from proofmass.runner.fixed.operations import OPERATIONS
 from proofmass.runner.rtl.machine.low_bits import operands_of
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.modules import Module
 from proofmass.runner.rtl.machine.words import Names, Word
 from proofmass.runner.rtl.text.machine_verilog import top_name
-from proofmass.runner.rtl.text.verilog import WORDS, about, first_line, line_comment
+from proofmass.runner.rtl.text.verilog import about, first_line, line_comment
 
 _HEAD = '''\
 """Digital blocks of {name} as Amaranth modules."""
@@ -20,26 +21,6 @@ _HEAD = '''\
 from amaranth.hdl import Const, Elaboratable, Module, Mux, Signal, signed
 '''
 _OWN = ("m", "self", "platform", "enable", "Const", "Module", "Mux", "Signal", "signed")
-_SIGNS = {
-    "add": "{} + {}",
-    "subtract": "{} - {}",
-    "multiply": "{} * {}",
-    "negate": "-{}",
-    "shift_left": "{} << {}",
-    "shift_right": "{} >> {}",
-    "and": "{} & {}",
-    "or": "{} | {}",
-    "xor": "{} ^ {}",
-    "less": "{} < {}",
-    "less_equal": "{} <= {}",
-    "equal": "{} == {}",
-    "not_equal": "{} != {}",
-    "minimum": "Mux({0} < {1}, {0}, {1})",
-    "maximum": "Mux({0} > {1}, {0}, {1})",
-    "select": "Mux({}, {}, {})",
-    "narrow": "{}",
-    "pipe": "{}",
-}
 
 
 def amaranth_files(machine: Machine) -> dict[str, str]:
@@ -118,14 +99,14 @@ class _Writer:
 
     def _operation(self, node: Node) -> Generator[str, None, str]:
         self._count += 1
-        name = self._names.add(f"{WORDS[node.operation]}_{self._count}")
+        name = self._names.add(f"{OPERATIONS[node.operation].word}_{self._count}")
         stage = self.module.pipeline.stages[node] - (node.operation == "pipe")
         operands = operands_of(node)
         texts = [self._text(each, stage) for each in operands]
         if len(operands) < len(node.operands):
             value = f"{texts[0]}[:{node.width}].as_signed()"  # the low bits, as two's complement
         else:
-            value = _SIGNS[node.operation].format(*texts)
+            value = OPERATIONS[node.operation].in_amaranth(*texts)
         made = line_comment(node.place, self._told, "#")
         if node.operation == "pipe":
             yield f"        {name} = {_signal(_word(node), 'reset_less=True')}{made}"

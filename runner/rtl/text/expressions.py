@@ -1,26 +1,13 @@
 """Operations as Verilog expressions: numbers are signed, truth values one bit."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from proofmass.runner.fixed.integer_interval import COMPARISONS, signed_width
+from proofmass.runner.fixed.integer_interval import signed_width
 from proofmass.runner.fixed.integer_ir import Node
+from proofmass.runner.fixed.operations import BITWISE, COMPARISONS, OPERATIONS
 from proofmass.runner.rtl.machine.low_bits import is_bit, wrapped
 from proofmass.runner.rtl.machine.words import Word
-
-_SIGNS = {
-    "add": "+",
-    "subtract": "-",
-    "multiply": "*",
-    "and": "&",
-    "or": "|",
-    "xor": "^",
-    "less": "<",
-    "less_equal": "<=",
-    "equal": "==",
-    "not_equal": "!=",
-}
-_BITWISE = frozenset({"and", "or", "xor"})
 
 
 class Expression(NamedTuple):
@@ -93,21 +80,16 @@ class Expressions:
             return self._narrowed(first, node)
         if node.operation in COMPARISONS:
             return self._compared(node)
-        if node.operation in _BITWISE:
+        if node.operation in BITWISE:
             return self._bitwise(node)
         if node.operation == "select":
             return self._selected(node)
-        if node.operation == "negate":
-            return Expression(f"-{self._number(first)}")
-        second = node.operands[1]
-        a, b = self._number(first), self._number(second)
-        if node.operation in ("minimum", "maximum"):
-            return Expression(f"({a} {'<' if node.operation == 'minimum' else '>'} {b}) ? {a} : {b}")
-        if node.operation == "shift_left":
-            return Expression(f"{a} <<< {self._places(second)}")
-        if node.operation == "shift_right":
-            return self._shifted_right(node, first, second)
-        return Expression(f"{a} {_SIGNS[node.operation]} {b}")
+        if node.operation in ("shift_left", "shift_right"):
+            return self._shifted(node, *node.operands)
+        return self._written(node, map(self._number, node.operands))
+
+    def _written(self, node: Node, operands: Iterable[str], *, truth: bool = False) -> Expression:
+        return Expression(OPERATIONS[node.operation].in_verilog(*operands), truth=truth)
 
     def _narrowed(self, whole: Node, node: Node) -> Expression:
         if is_bit(node):
@@ -122,13 +104,12 @@ class Expressions:
             if truth in self._truths and other.constant in (0, 1) and node.operation in ("equal", "not_equal"):
                 same = (node.operation == "equal") == (other.constant == 1)
                 return Expression(f"{'' if same else '!'}{self._text(truth)}", truth=True, alias=same)
-        return Expression(f"{self._number(a)} {_SIGNS[node.operation]} {self._number(b)}", truth=True)
+        return self._written(node, map(self._number, node.operands), truth=True)
 
     def _bitwise(self, node: Node) -> Expression:
         a, b = node.operands
-        sign = _SIGNS[node.operation]
         if all(map(is_bit, (a, b))):
-            return Expression(f"{self._truth(a)} {sign} {self._truth(b)}", truth=True)
+            return self._written(node, map(self._truth, node.operands), truth=True)
         for number, mask in ((a, b), (b, a)):
             width = (mask.constant or 0).bit_length()
             is_mask = node.operation == "and" and mask.constant is not None and mask.constant == (1 << width) - 1
@@ -136,18 +117,18 @@ class Expressions:
                 if width == 1:
                     return Expression(self._bits(number, 0, 0), truth=True, wiring=True)
                 return Expression(f"{{1'b0, {self._bits(number, width - 1, 0)}}}", wiring=True)
-        return Expression(f"{self._number(a)} {sign} {self._number(b)}")
+        return self._written(node, map(self._number, node.operands))
 
     def _selected(self, node: Node) -> Expression:
         condition, chosen, otherwise = node.operands
         test = self._truth(condition) if is_bit(condition) else f"({self._number(condition)} != 1'sd0)"
         if is_bit(node):
-            return Expression(f"{test} ? {self._truth(chosen)} : {self._truth(otherwise)}", truth=True)
-        return Expression(f"{test} ? {self._number(chosen)} : {self._number(otherwise)}")
+            return self._written(node, (test, self._truth(chosen), self._truth(otherwise)), truth=True)
+        return self._written(node, (test, self._number(chosen), self._number(otherwise)))
 
-    def _shifted_right(self, node: Node, value: Node, places: Node) -> Expression:
-        if places.constant is None:
-            return Expression(f"{self._number(value)} >>> {self._places(places)}")
+    def _shifted(self, node: Node, value: Node, places: Node) -> Expression:
+        if node.operation == "shift_left" or places.constant is None:
+            return self._written(node, (self._number(value), self._places(places)))
         lowest = min(places.constant, value.width - 1)
         if is_bit(node):
             return Expression(self._bits(value, lowest, lowest), truth=True, wiring=True)

@@ -9,31 +9,10 @@ import linecache
 from collections.abc import Generator, Iterator
 
 from proofmass.runner.fixed.integer_ir import Node, Place
+from proofmass.runner.fixed.operations import OPERATIONS
 from proofmass.runner.rtl.machine.modules import CLOCKING, Module
 from proofmass.runner.rtl.machine.words import Names, Port, Word
 from proofmass.runner.rtl.text.expressions import Expressions, fitted
-
-WORDS = {
-    "narrow": "low_bits",
-    "pipe": "cut",
-    "add": "sum",
-    "subtract": "difference",
-    "multiply": "product",
-    "negate": "negated",
-    "shift_left": "shifted",
-    "shift_right": "shifted",
-    "and": "both",
-    "or": "either",
-    "xor": "unlike",
-    "less": "less",
-    "less_equal": "at_most",
-    "equal": "equal",
-    "not_equal": "differs",
-    "minimum": "smaller",
-    "maximum": "larger",
-    "select": "chosen",
-}  # first parts of the names of wires
-ADDERS = frozenset({"add", "subtract", "negate"})
 
 
 def module_text(module: Module, *, keep_adders: bool = True) -> str:
@@ -144,14 +123,14 @@ class _Writer:
         if expression.alias:
             return expression.text, expression.truth
         self._count += 1
-        name = self.names.add(f"{WORDS[node.operation]}_{self._count}")
+        name = self.names.add(f"{OPERATIONS[node.operation].word}_{self._count}")
         comment = line_comment(node.place, self._told)
         if node.operation == "pipe":
             self._moves.append((name, expression.text))
             yield f"    {self._declared('reg', name, node, expression.truth)};{comment}"
             return name, expression.truth
         wire = self._declared("wire", name, node, expression.truth)
-        if keep_adders and node.operation in ADDERS and not expression.wiring:
+        if keep_adders and OPERATIONS[node.operation].adder and not expression.wiring:
             wire = f"(* keep *) {wire}; assign {name}"  # Icarus takes no attribute where both are one
         yield f"    {wire} = {expression.text};{comment}"
         return name, expression.truth

@@ -29,7 +29,7 @@ def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
 
     return tuple(
         value
-        for found in all_margins(plan.graph, plan, at=at).values()
+        for found in all_margins(plan, at=at).values()
         for value in (
             *(attained(found, margin) if found.stable else math.nan for margin in REQUIREMENTS),
             VERDICTS[found.verdict],

@@ -41,7 +41,7 @@ class SensorRuns:
 
     def __init__(self, study: Study, engine: EngineName = "auto", lanes: int | None = None) -> None:
         self.study = study
-        self.plan = plan(dataclasses.replace(study.graph, probes=()))
+        self.plan = plan(study.graph.changed(probes=()))
         self.measures = (*self.plan.measures, *margin_measures(self.plan, study.margins))
         self.ticks = self.plan.ticks()
         refuse_late(self.plan, self.ticks)

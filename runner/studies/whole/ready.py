@@ -7,6 +7,7 @@ from fractions import Fraction
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import check as check_wiring
 from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study import Study
@@ -26,7 +27,7 @@ def check(graph: Graph) -> list[Problem]:
     checked by itself.
     """
     problems = check_wiring(graph)
-    if all(problem.note for problem in problems) and runs_alone(graph):
+    if all(problem.note for problem in problems) and runs_alone(flatten(graph)):
         problems += unready(graph)
     return problems
 

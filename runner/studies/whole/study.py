@@ -10,10 +10,12 @@ from collections import deque
 from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.host.interrupts import StoppedError, interrupts
 from proofmass.runner.plan.measuring import Measured
@@ -34,6 +36,7 @@ from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
 BATCH_SECONDS = 0.2  # of runs that are written together
 Source = Callable[[Array, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
 StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, the current means
+AnyStudy = TypeVar("AnyStudy", bound=Study)
 
 
 def run_study(
@@ -113,7 +116,7 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
     if any(study.calibrated(run)[:epoch]):
         values = SensorRuns(study, engine).parameters(run, epoch)
     planned = varied(plan(study.graph), study.blocks(values))
-    graph = study.graph.with_parameters(values)
+    graph = with_parameters(study.graph, values)
     number = noise_run(study, run, epoch)
     result = simulate_plan(planned, graph, number, None, None, study.seed, engine, None, None, False, began)
     found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)
@@ -121,7 +124,7 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
     return dataclasses.replace(result, measures={**result.measures, **margins})
 
 
-def with_numbers(study: Study, runs: int | None, seed: int | None) -> Study:
+def with_numbers(study: AnyStudy, runs: int | None, seed: int | None) -> AnyStudy:
     """Return the study with other runs and seed; None leaves them."""
     return study.changed(runs=study.runs if runs is None else runs, seed=study.seed if seed is None else seed)
 

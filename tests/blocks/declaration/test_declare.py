@@ -217,7 +217,7 @@ def test_requirements_are_asked_only_of_valid_parameters() -> None:
 
 
 def test_a_port_name_is_no_parameter() -> None:
-    with pytest.raises(ModelError, match="the valid parameters: gain, input_unit, output_unit"):
+    with pytest.raises(ModelError, match="the parameters of Gain: gain, input_unit, output_unit"):
         Gain(linear=True)
 
 
@@ -364,7 +364,7 @@ def test_arguments_are_bound_by_name() -> None:
         kind.update(update)
     with pytest.raises(TypeError, match=r"cannot bind the argument \['periods'\]; did you mean period\?"):
         kind.constants(constants)
-    with pytest.raises(TypeError, match=r"cannot bind the argument \['voltage'\]; the only argument: cells"):
+    with pytest.raises(TypeError, match=r"cannot bind the argument \['voltage'\]; the arguments: cells"):
         kind.start(starting)
     with pytest.raises(TypeError, match="the first argument is the constants"):
         kind.output("V")(nothing)

@@ -4,6 +4,8 @@ import pytest
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, nearest, shown
 
+FEW, MANY = [f"input_{n:02}" for n in range(14)], [f"input_{n:04}" for n in range(3000)]
+
 
 def test_every_part_is_rendered_in_its_place() -> None:
     problem = Problem(
@@ -85,11 +87,20 @@ def test_nearest_name(word: str, found: str) -> None:
     assert nearest(word, ["mass", "damping", "stiffness"]) == found
 
 
-def test_did_you_mean() -> None:
-    assert did_you_mean("gian", ["gain", "unit"], "parameter") == "did you mean gain?"
-    assert did_you_mean("quux", ["unit", "gain"], "parameter") == "the valid parameters: gain, unit"
-    assert did_you_mean("quux", ["gain"], "parameter") == "the only parameter: gain"
-    assert did_you_mean("quux", [], "parameter") == "there is no parameter here"
+@pytest.mark.parametrize(
+    ("word", "names", "hint"),
+    [
+        ("voltag", ["voltage", "code"], "did you mean voltage?"),
+        ("gian", ["gain", "unit"], "did you mean gain?"),
+        ("x", ["voltage"], "inputs: voltage."),
+        ("x", ["b", "a"], "inputs: a, b."),
+        ("x", [], "inputs: none."),
+        ("x", FEW, f"inputs: {', '.join(FEW[:12])}, and 2 more."),
+        ("input_1", MANY, f"inputs: {', '.join(MANY[:12])}, and 2988 more."),
+    ],
+)
+def test_the_nearest_name_or_the_valid_ones(word: str, names: list[str], hint: str) -> None:
+    assert did_you_mean(word, names, "inputs") == hint
 
 
 class Awkward:

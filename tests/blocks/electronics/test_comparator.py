@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import Comparator, Difference, DiscreteIntegrator, Sine
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.functions import drive
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import CascadedIntegratorComb, Ramp, ShiftRegister, Switch
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.responses import distance, noise, response
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import Integrator, LowPass, Step
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 
 

@@ -6,7 +6,7 @@ from scipy import linalg
 
 from proofmass.blocks import StateSpace, Step
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.responses import distance
 

@@ -16,7 +16,7 @@ from proofmass.blocks.mechanics.mass_between_stops import (
 )
 from proofmass.blocks.mechanics.mass_spring_damper import State as Free
 from proofmass.blocks.mechanics.mass_spring_damper import derivative as free_derivative
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 
 

@@ -8,7 +8,7 @@ from scipy.constants import k
 
 from proofmass.blocks import MassSpringDamper, WhiteNoise
 from proofmass.blocks.noise_and_drift.brownian_force import BOLTZMANN, BrownianForce
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.functions import drive
 

@@ -15,7 +15,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.functions import drive
 from tests.runner.run.test_engines_agree import assert_same_bits

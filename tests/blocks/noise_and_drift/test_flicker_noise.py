@@ -8,7 +8,7 @@ from scipy import signal
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.noise_and_drift.flicker_noise import FlickerNoise, State, constants, poles, update
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.functions import drive
 

@@ -7,7 +7,7 @@ import pytest
 
 from proofmass.blocks import GaussMarkov
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.functions import drive
 

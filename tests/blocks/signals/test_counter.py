@@ -1,7 +1,7 @@
 """The counter: counting by hand, the carry of a cascade, the reset."""
 
 from proofmass.blocks import Counter, ShiftRegister
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.responses import responses
 

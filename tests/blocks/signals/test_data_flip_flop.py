@@ -1,7 +1,7 @@
 """The flip-flop: it takes its data at rising edges only, and a chain of them shifts."""
 
 from proofmass.blocks import DataFlipFlop, NotGate, ShiftRegister
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.responses import responses
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import FlickerNoise, RandomWalk, WhiteNoise
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 
 RATE, SAMPLES, SEEDS = 1000, 2_000_000, (1, 2)

@@ -17,7 +17,7 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.graph_texts import ALONE, problems_of
 

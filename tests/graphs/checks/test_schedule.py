@@ -15,11 +15,17 @@ from proofmass.blocks import Constant, Gain, MassSpringDamper, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.checks.schedule import Node, schedule
+from proofmass.graphs.checks.schedule import ConstantsOf, Node, Schedule, outputs_of
+from proofmass.graphs.checks.schedule import schedule as schedule_flat
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import split
 from tests.by_hand.graph_texts import ALONE
+
+
+def schedule(graph: Graph) -> Schedule:
+    return schedule_flat(flatten(graph))
 
 
 class TwoWays(Block):
@@ -129,9 +135,7 @@ def test_random_graphs_have_a_loop_when_brute_force_finds_one(first: int) -> Non
             assert not has_loop(pairs), f"seed {seed}: a loop that was missed"
             at = {node: index for index, node in enumerate(order)}
             assert all(at[before] < at[after] for before, after in pairs)
-            assert {node for node in order if node[1]} == {
-                (n, o) for n, b in graph.blocks.items() for o in type(b).outputs
-            }
+            assert set(outputs_of(order)) == {(n, o) for n, b in graph.blocks.items() for o in type(b).outputs}
     assert 10 < loops < 45
 
 
@@ -160,9 +164,9 @@ def test_the_order_is_the_alphabetically_first_one(seed: int) -> None:
         source, (name, port) = split(wire.source), split(wire.target)
         block = graph.blocks[name]
         if port in type(block).parameters:
-            needs.setdefault((name, ""), set()).add(source)
+            needs.setdefault(ConstantsOf(name), set()).add(source)
             for output in type(block).outputs:
-                needs[name, output].add((name, ""))
+                needs[name, output].add(ConstantsOf(name))
         for output in type(block).outputs:
             if port in type(block).feedthrough(output):
                 needs[name, output].add(source)
@@ -254,7 +258,7 @@ def test_a_driven_parameter_is_there_before_the_outputs_of_its_block() -> None:
     blocks: dict[str, Block] = {"a": UnitDelay(), "z": Constant()}
     graph = Graph(name="", rate=1, blocks={**blocks, "g": Gain()}, wires=["z.output -> g.gain", "a.output -> g.input"])
     scheduled = schedule(graph)
-    assert scheduled.order == (("a", "output"), ("z", "output"), ("g", ""), ("g", "output"))
+    assert scheduled.order == (("a", "output"), ("z", "output"), ConstantsOf("g"), ("g", "output"))
     assert scheduled.drivers == {("g", "gain"): ("z", "output"), ("g", "input"): ("a", "output")}
 
 
@@ -295,7 +299,7 @@ def test_the_rate_of_the_graph_counts_where_a_block_has_it(facts: dict[str, Any]
 
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_every_output_of_the_library_is_scheduled_after_what_it_needs(path: Any) -> None:
-    graph = flatten(read_graph(path))
+    graph = flatten(read_graph(path)).as_graph()
     at = {node: index for index, node in enumerate(schedule(graph).order)}
     assert all(at[before] < at[after] for before, after in within_a_tick(graph))
 

@@ -14,7 +14,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.drawing.diagram import dot, mermaid, svg
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 
 Box = tuple[float, float, float, float]  # left, top, right, bottom
 Segment = tuple[tuple[float, float], tuple[float, float]]

@@ -5,6 +5,8 @@ import dataclasses
 import math
 import pickle
 import random
+import subprocess
+import sys
 from fractions import Fraction
 from typing import Any
 
@@ -13,7 +15,9 @@ import pytest
 from proofmass.blocks import AnalogToDigital, Constant, Gain
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph, Place, Probe, Wire
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Place, Probe, Wire
 from tests.by_hand.graph_texts import LIBRARY
 
 BLOCKS = {"source": Constant(value=1.0, unit="V"), "adc": AnalogToDigital(bits=16), "gain": Gain()}
@@ -121,7 +125,7 @@ adc.reference: A is A, not m^2*kg/s^3/A
   expected: a number > 0, in V
   hint:     give it in V
 gain.: Gain has no such parameter
-  hint:     the valid parameters: gain, input_unit, output_unit"""
+  hint:     the parameters of Gain: gain, input_unit, output_unit."""
     )
 
 
@@ -221,3 +225,28 @@ def test_networkx_gets_a_node_per_block_and_an_edge_per_wire() -> None:
 def test_a_place_gives_the_line_of_the_nearest_key_above() -> None:
     place = Place("a.toml", {("blocks",): 3, ("blocks", "adc"): 5})
     assert [place.line(path) for path in [("blocks", "adc", "bits"), ("blocks", "x"), ("wires",)]] == [5, 3, 0]
+
+
+def test_a_changed_graph_is_the_one_that_is_built_anew() -> None:
+    graph = small()
+    changed = graph.changed(probes=(Probe("adc.code"),), wires=tuple(reversed(graph.wires)), seed=7)
+    assert changed == small(probes=["adc.code"], seed=7)
+    assert isinstance(changed, Graph)
+    assert list(changed.wires) == sorted(graph.wires)
+
+
+def test_every_field_is_in_the_flat_graph_or_the_same_in_its_root() -> None:
+    """A field of a graph that holds names must be flattened; no other may differ from what the graph says."""
+    named = {"blocks", "rates", "wires", "probes", "measures", "exports", "loops"}
+    flat = flatten(Graph(name="outer", rate="1 kHz", blocks={"part": small(), "gain": Gain()}, seed=3))
+    for field in dataclasses.fields(flat.root):
+        if field.name in named:
+            assert field.name in {own.name for own in dataclasses.fields(flat)}
+        elif field.name != "subgraphs":
+            assert getattr(flat.as_graph(), field.name) == getattr(flat.root, field.name)
+
+
+def test_a_notebook_shows_the_diagram() -> None:
+    code = "import proofmass; graph = proofmass.Graph(name='', blocks={}); print(graph._repr_svg_()[:4])"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True).stdout
+    assert shown == "<svg\n"

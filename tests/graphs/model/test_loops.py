@@ -11,8 +11,8 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.schema.schema import schema
 

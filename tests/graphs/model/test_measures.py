@@ -9,8 +9,8 @@ from proofmass.blocks import AnalogToDigital, Constant, Correlator, ShiftRegiste
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.measures import STATISTICS, Measure
 from tests.by_hand.graph_texts import SMALL, line_of, problems_of
 

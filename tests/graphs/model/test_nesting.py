@@ -17,8 +17,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.graph_texts import ALONE, COMPILED
 from tests.by_hand.parts import cut

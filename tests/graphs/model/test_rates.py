@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proofmass.blocks.declaration.units import UnitError
+from proofmass.blocks.declaration.problem import Refusal
 from proofmass.graphs.model.rates import (
     HIGHEST_RATE,
     LARGEST_RATIO,
@@ -70,7 +70,7 @@ def test_rates_are_read_exactly(given: object, hertz: Fraction) -> None:
     ],
 )
 def test_what_is_no_rate_is_refused(given: object, message: str) -> None:
-    with pytest.raises(UnitError) as caught:
+    with pytest.raises(Refusal) as caught:
         read_rate(given)
     assert str(caught.value) == message
 
@@ -96,7 +96,7 @@ def test_durations_are_read_exactly(given: object, seconds: Fraction) -> None:
     ],
 )
 def test_what_is_no_duration_is_refused(given: object, message: str) -> None:
-    with pytest.raises(UnitError) as caught:
+    with pytest.raises(Refusal) as caught:
         read_duration(given)
     assert str(caught.value) == message
 

@@ -11,7 +11,7 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.catalog import all_blocks, facts
 from proofmass.blocks.declaration.declare import block
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.schema.schema import schema
 from tests.by_hand.graph_texts import LIBRARY, SMALL, changed

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.constants import Boltzmann, electron_volt
 
+from proofmass.blocks.declaration.problem import Refusal
 from proofmass.graphs.studies.ageing import LAWS, read_drift
-from proofmass.graphs.studies.distributions import TableError
 
 YEAR = 31557600.0
 AGES = [0.0, YEAR, 4 * YEAR, 10 * YEAR]
@@ -65,6 +65,6 @@ def test_the_spread_of_a_pace_is_between_sensors_not_between_epochs(law: str) ->
     ],
 )
 def test_mistakes(table: dict[str, Any], key: str) -> None:
-    with pytest.raises(TableError) as caught:
+    with pytest.raises(Refusal) as caught:
         read_drift(table, "V")
     assert caught.value.key == key

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
+from proofmass.blocks.declaration.problem import Refusal
 from proofmass.graphs.studies.correlation import correlation_of
 from proofmass.graphs.studies.distributions import Spread
-from proofmass.graphs.studies.table_entries import TableError
 
 SPREAD = {name: Spread("normal", 1.0) for name in "abcd"} | {
     "e": Spread("uniform", 1.0),
@@ -62,5 +62,5 @@ def test_parameters_that_are_one_are_equal_and_share_what_others_are_to_them() -
     ],
 )
 def test_what_is_no_correlation_is_refused(pairs: Any, said: str) -> None:
-    with pytest.raises(TableError, match=said):
+    with pytest.raises(Refusal, match=said):
         correlation_of(pairs, SPREAD)

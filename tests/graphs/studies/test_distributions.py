@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 from proofmass.blocks.arithmetic.counter_random import uniform_deviate
+from proofmass.blocks.declaration.problem import Refusal
 from proofmass.graphs.studies.distributions import read_spread
-from proofmass.graphs.studies.table_entries import TableError
 
 SIZE = 4000
 
@@ -96,6 +96,6 @@ def test_streams_and_runs_are_independent() -> None:
     ],
 )
 def test_mistakes(table: Any, key: str) -> None:
-    with pytest.raises(TableError) as caught:
+    with pytest.raises(Refusal) as caught:
         read_spread(table, "V")
     assert caught.value.key == key

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks.arithmetic.counter_random import uniform_deviate
+from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.studies.distributions import read_spread
 from proofmass.graphs.studies.empirical import read_column
-from proofmass.graphs.studies.table_entries import TableError
 
 LOT = "device, offset [mV], gain\n1, 3.0, 1.5\n2, -1.25, 1.25\n\n3, 2e1, 1.0\n"
 
@@ -53,7 +53,7 @@ def test_values_in_the_unit_of_the_parameter(folder: str) -> None:
 )
 def test_mistakes(table: dict[str, object], text: str, key: str, said: str, folder: str) -> None:
     (Path(folder) / "lot.csv").write_bytes(text.encode("latin-1"))
-    with pytest.raises(TableError) as caught:
+    with pytest.raises(Refusal) as caught:
         read_spread({"file": "lot.csv"} | table, "V", folder)
     assert caught.value.key == key
     assert said in f"{caught.value} {caught.value.got} {caught.value.hint}"

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.epochs import NEVER, Recalibration
-from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from tests.by_hand.graph_texts import changed, line_of
 from tests.by_hand.study_texts import CALIBRATED

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.graphs.studies.study_writer import files_beside, write_study
 from tests.by_hand.study_texts import CALIBRATED, RICH, STUDY

@@ -19,7 +19,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.planning.plan import plan

@@ -5,7 +5,7 @@ import pytest
 
 from proofmass.blocks import Constant, GapClosingActuator, LowPass, MassSpringDamper, Sum
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
@@ -64,7 +64,7 @@ def test_scale_factor_moves_with_the_bias_of_the_plates() -> None:
     """dx/dF = 1 / (k - 2 C0 V^2 / d^2) at rest in the middle; its derivative by V follows."""
     graph = pulled(0.0)
     planned = plan(graph)
-    nodes = [node_of(planned, graph, signal) for signal in ("push.output", "mass.displacement")]
+    nodes = [node_of(planned, signal) for signal in ("push.output", "mass.displacement")]
     scale, bias = transfer_sensitivities(planned, nodes[0], nodes[1])
     softening = 2.0 * PLATES.capacitance * PLATES.bias**2 / PLATES.gap**2
     assert scale.value == pytest.approx(1.0 / (MASS.stiffness - softening), rel=1e-9)

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, fixed, where, wrap
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, fixed, stored, where, wrap
 from proofmass.runner.fixed.integer_code import compile_step
-from proofmass.runner.fixed.integer_interval import interval_of
 from proofmass.runner.fixed.integer_ir import Program, TraceError
+from proofmass.runner.fixed.operations import interval_of
 from proofmass.runner.fixed.trace import Traced, trace
 
 INTERVALS = [(-5, 6), (0, 7), (-8, -3), (2, 2), (-1, 0), (3, 9)]
@@ -107,7 +107,7 @@ def test_intervals_of_whole_steps_are_those_of_brute_force() -> None:
 
     for function in (rounded, to_zero, saturated, wrapped, square, magnitude, clipped):
         for format in (small, byte):
-            results = [function(format.load(m)) for m in span(format.lowest, format.highest)]
+            results = [function(FixedValue(m, format.fraction)) for m in span(format.lowest, format.highest)]
             found = result_interval(function, a=format)
             assert found == (min(results), max(results)), (function, format)
 
@@ -161,7 +161,7 @@ def test_conditions_narrow_what_they_were_made_of() -> None:
     expected |= {shifted: (12, 31), shifted_below: (-40, 15), of_negative: (-40, -6), of_difference: (-40, 3)}
     for function, interval in {**expected, of_either: (-40, 7)}.items():
         assert result_interval(function, a=WORD) == interval, function
-        results = [function(WORD.load(m)) for m in span(-32, 31)]
+        results = [function(FixedValue(m, WORD.fraction)) for m in span(-32, 31)]
         assert (min(results), max(results)) == interval
 
 
@@ -176,7 +176,7 @@ def test_conditions_of_python_all_work() -> None:
     formats = {"a": Fixed(4, 1), "b": Fixed(4, 1), "return": Fixed(8, 2)}
     step = compile_step(chain, formats).function
     for a, b in itertools.product(span(-8, 7), span(-8, 7)):
-        assert step(a, b) == Fixed(8, 2).store(chain(FixedValue(a, 1), FixedValue(b, 1)))
+        assert step(a, b) == stored(chain(FixedValue(a, 1), FixedValue(b, 1)), Fixed(8, 2))
 
 
 def test_a_loop_that_the_range_ends_is_unrolled() -> None:

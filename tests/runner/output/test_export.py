@@ -17,7 +17,8 @@ import xarray
 
 from proofmass.blocks import RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
 from proofmass.runner.output import export
 from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet, save_summary, whole_file
 from proofmass.runner.run import result as result_module

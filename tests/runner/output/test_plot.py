@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks import MassSpringDamper
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.output import plot
 from proofmass.runner.output.plot import envelope, offset, plot_traces, prefix, pretty, save_plot
 from proofmass.runner.run import result as result_module

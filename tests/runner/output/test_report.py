@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from proofmass.blocks import Gain, PiecewiseConstant, Ramp
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.output.report import save_report
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate

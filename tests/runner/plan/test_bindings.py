@@ -7,7 +7,7 @@ import pytest
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Buffer, Input
 from proofmass.blocks.sources.constant import Constant
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.plan import bindings
 from proofmass.runner.planning.plan import plan
 

@@ -11,7 +11,7 @@ import pytest
 from proofmass.blocks import ConvergenceMonitor
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.limits import NAME
 from proofmass.runner.plan.keys import ConstantOf, DuplicateKeyError, Given, StreamOf, WireOf, made_up, variable
 from proofmass.runner.planning.plan import plan

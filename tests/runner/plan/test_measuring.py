@@ -9,7 +9,7 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.measures import STATISTICS
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.runner.plan.measuring import refuse_late
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import EngineName, simulate
@@ -58,6 +58,7 @@ def test_against_numpy(engine: EngineName) -> None:
             "mean": y.mean(),
             "std": y.std(ddof=1),
             "rms": math.sqrt((y**2).mean()),
+            "mean_absolute": np.abs(y).mean(),
             "min": y.min(),
             "max": y.max(),
             "peak_to_peak": np.ptp(y),

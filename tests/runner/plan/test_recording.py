@@ -16,7 +16,9 @@ import pytest
 from proofmass.blocks import RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Place
 from proofmass.runner.plan.recording import read_recordings
 
 
@@ -25,7 +27,7 @@ def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float]
     block = RecordedSignal(file=path.name, column=column, unit=unit)
     place = Place("sensor.toml", {("blocks", "motion", "file"): 4, ("blocks", "motion", "column"): 5}, str(path.parent))
     graph = Graph(name="recorded", rate="1 kHz", blocks={"motion": block}, probes=["motion.output"], place=place)
-    buffers = read_recordings(graph, "motion")
+    buffers = read_recordings(flatten(graph), "motion")
     assert set(buffers) == {"times", "values"}
     return list(buffers["times"]), list(buffers["values"])
 
@@ -181,7 +183,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
 def test_no_file_at_all_is_refused(tmp_path: Path) -> None:
     graph = Graph(name="recorded", rate="1 kHz", blocks={"motion": RecordedSignal(unit="V")}, probes=["motion.output"])
     with pytest.raises(ModelError, match=r"says no file\n +hint: +write file = \"recording\.csv\""):
-        read_recordings(graph, "motion")
+        read_recordings(flatten(graph), "motion")
 
 
 def test_a_missing_column_is_named_with_the_nearest(tmp_path: Path) -> None:
@@ -199,7 +201,7 @@ def test_a_missing_column_is_named_with_the_nearest(tmp_path: Path) -> None:
 
 
 def test_the_column_of_time_cannot_be_played_as_a_signal(tmp_path: Path) -> None:
-    assert problem_of(csv_file(tmp_path, "time,a\n0,1\n"), "time").hint == "the only column: a"
+    assert problem_of(csv_file(tmp_path, "time,a\n0,1\n"), "time").hint == "its columns: a."
 
 
 @pytest.mark.parametrize(

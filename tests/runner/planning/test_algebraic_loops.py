@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from proofmass.blocks import Constant, Difference, Gain, Ramp, Saturation, Sine, Sum, TransferFunction
 from proofmass.blocks.declaration.declare import Block, Input, param
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, RunError, simulate

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from proofmass.blocks import Constant, LowPass, MassSpringDamper, Sine, Step, TransferFunction
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.integration import Integration
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import EngineName, simulate

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from proofmass.blocks import Gain, LowPass, MassSpringDamper, Pulse, Ramp, Saturation, Step, Sum
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block, Input
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.continuous import integrate as stepping
 from proofmass.runner.plan.keys import StateField
 from proofmass.runner.planning.corners import looks_at_numbers

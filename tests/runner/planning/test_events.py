@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.blocks import Constant, GapClosingActuator, LowPass, MassBetweenStops, Relay, Sine
 from proofmass.blocks.declaration.declare import Block, Input
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, RunError, simulate

@@ -20,7 +20,7 @@ from proofmass.blocks import (
     Sum,
 )
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.continuous.linearity import factors_of
 from proofmass.runner.plan.keys import StateField
 from proofmass.runner.planning.plan import plan, varied

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from proofmass.blocks import Constant, Gain, MassSpringDamper, Product, Saturation, Sine, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input, param
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, RunError, simulate

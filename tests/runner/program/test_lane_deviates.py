@@ -4,7 +4,7 @@ import pytest
 
 from proofmass.blocks import WhiteNoise
 from proofmass.blocks.arithmetic.counter_random import is_central, normal_deviate, uniform_deviate
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.lane_deviates import normal_deviates

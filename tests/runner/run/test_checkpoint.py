@@ -30,7 +30,8 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Place
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.checkpoint import FILE
 from proofmass.runner.run.result import Result

@@ -19,7 +19,7 @@ from tests.by_hand.orders import shuffled
 
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
-    graph = flatten(read_graph(path))
+    graph = flatten(read_graph(path)).as_graph()
     every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in type(block).outputs]
     graph = replace(graph, probes=every_output)
     planned = plan(graph)
@@ -40,7 +40,7 @@ def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
 
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_permutations_in_plain_python(path: Path) -> None:
-    graph = flatten(read_graph(path))
+    graph = flatten(read_graph(path)).as_graph()
     expected = simulate(graph, samples=400, engine="python")
     dice = random.Random(path.stem)
     for _ in range(5):

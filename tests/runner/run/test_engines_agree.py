@@ -13,7 +13,7 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.integration import Integration
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.result import Result

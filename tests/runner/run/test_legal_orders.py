@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.flatten import flatten
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.planning.plan import Plan, plan
@@ -48,7 +49,7 @@ def test_two_hundred_random_graphs_in_other_orders(tmp_path: Path) -> None:
         ran += ticks == TICKS
         parts += bool(graph.subgraphs)
         several_rates += len(set(planned.schedule.divisors.values())) > 1
-        driven += any(port == "" for _, port in planned.schedule.order)
+        driven += any(isinstance(step, ConstantsOf) for step in planned.schedule.order)
         kinds.update(map(type, flatten(graph).blocks.values()))
     # The graphs are what they are meant to be:
     assert set(kinds) == set(KINDS)

@@ -9,7 +9,7 @@ import pytest
 from proofmass.blocks import AnalogToDigital, Constant, Gain, Ramp, Saturation, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.simulate import EngineName, RunError, simulate
 

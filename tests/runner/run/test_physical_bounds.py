@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import Constant, GapClosingActuator, MassBetweenStops, MassSpringDamper, Ramp
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, RunError, simulate

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import WhiteNoise
-from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Probe
 from proofmass.runner.planning.plan import PlannedProbe
 from proofmass.runner.run import result as result_module
 from proofmass.runner.run import simulate as simulate_module

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks import Constant, GapClosingActuator, MassSpringDamper
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.command_line import main
 from proofmass.runner.continuous.integrate import STEPS_TOO_SHORT
 from proofmass.runner.planning.plan import plan

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.engines import EngineName
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns

@@ -18,7 +18,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.host import cache as machine_code
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.tick import write_tick

@@ -12,7 +12,7 @@ from proofmass.blocks import Constant, Difference, DiscreteIntegrator, Gain, Rel
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.limit_cycles.limit_cycles import predicted, simulated
 from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 from proofmass.runner.command_line import main

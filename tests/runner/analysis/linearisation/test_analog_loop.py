@@ -13,7 +13,7 @@ from proofmass.blocks import Constant, Difference, Gain, LowPass, Product, Sum, 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan

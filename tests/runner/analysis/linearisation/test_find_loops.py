@@ -4,7 +4,7 @@ from proofmass.blocks import Gain, LowPass, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.planning.plan import plan
 

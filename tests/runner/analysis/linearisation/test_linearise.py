@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 

@@ -22,7 +22,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import open_loop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN
 from proofmass.runner.planning.plan import plan

@@ -19,7 +19,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.forward import memory_at
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.continuous.exact_hold import hold

@@ -11,7 +11,7 @@ from proofmass.blocks import Constant, DiscreteIntegrator, Gain, Product, Satura
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
 from proofmass.runner.analysis.linearisation.settle import MOST, TOLERANCE, settled_tick
 from proofmass.runner.command_line import main

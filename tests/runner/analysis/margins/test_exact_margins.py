@@ -20,7 +20,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import linearise, node_of
 from proofmass.runner.analysis.linearisation.rational import transfer
 from proofmass.runner.analysis.margins.crossings import largest_ratio
@@ -192,7 +192,7 @@ def test_the_scale_factor_of_a_loop_with_a_hidden_integrator(gain: float) -> Non
     """The controller settles where the steps of the ramp equal the source: 1 / (ramp gain / rate)."""
     graph = ramp_loop(gain)
     planned = plan(graph)
-    nodes = (node_of(planned, graph, signal) for signal in ("source.output", "controller.output"))
+    nodes = (node_of(planned, signal) for signal in ("source.output", "controller.output"))
     scale, bias = transfer_sensitivities(planned, *nodes)
     assert scale.value == pytest.approx(1.0, rel=1e-12)
     assert bias.value == 0.0
@@ -214,7 +214,7 @@ def test_a_minimal_linearisation_has_no_hidden_integrator() -> None:
 def test_what_does_not_settle_is_refused_with_the_blocks_that_hold_it() -> None:
     graph = ramp_loop(100.0)
     planned = plan(graph)
-    nodes = (node_of(planned, graph, signal) for signal in ("source.output", "ramp.output"))
+    nodes = (node_of(planned, signal) for signal in ("source.output", "ramp.output"))
     with pytest.raises(ModelError, match=r"ramp\.output does not settle") as caught:
         transfer_sensitivities(planned, *nodes)
     assert "in ramp, delayed" in caught.value.problems[0].got

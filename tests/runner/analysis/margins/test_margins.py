@@ -23,7 +23,7 @@ from proofmass.blocks import (
     UnitDelay,
 )
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.run.simulate import simulate
 

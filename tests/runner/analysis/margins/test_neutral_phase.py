@@ -19,7 +19,7 @@ from proofmass.blocks import (
     Sum,
 )
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.stability import margins
 
 CARRIER, MASS = 8000.0, 50e-9

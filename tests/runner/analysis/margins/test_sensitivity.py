@@ -21,7 +21,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
@@ -32,12 +32,12 @@ GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
 def transfer(graph: Graph, source: str, target: str) -> tuple[Sensitivity, Sensitivity]:
     planned = plan(graph)
-    return transfer_sensitivities(planned, node_of(planned, graph, source), node_of(planned, graph, target))
+    return transfer_sensitivities(planned, node_of(planned, source), node_of(planned, target))
 
 
 def loop_margins(graph: Graph, signal: str) -> list[Sensitivity]:
     planned = plan(graph)
-    node = node_of(planned, graph, signal)
+    node = node_of(planned, signal)
     system = open_loop(planned, node, by_parameters=True)
     return margin_sensitivities(planned, margins_of(open_loop(planned, node), "main", signal), system)
 
@@ -45,7 +45,7 @@ def loop_margins(graph: Graph, signal: str) -> list[Sensitivity]:
 def margin_values(graph: Graph, signal: str) -> list[float]:
     """Gain, phase and delay margin in the units of their sensitivities, without derivatives."""
     planned = plan(graph)
-    data = margins_of(open_loop(planned, node_of(planned, graph, signal)), "main", signal).as_data()
+    data = margins_of(open_loop(planned, node_of(planned, signal)), "main", signal).as_data()
     return [data["gain_margin_db"], data["phase_margin_deg"], data["delay_margin_s"]]
 
 

@@ -10,7 +10,7 @@ from proofmass.blocks import BrownianForce, Constant, Gain, MassSpringDamper, Su
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan

@@ -25,7 +25,7 @@ from proofmass.blocks import (
 from proofmass.blocks.arithmetic.rounding import round_half_even
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
 
 RATE = 1000.0

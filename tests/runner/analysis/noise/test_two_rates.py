@@ -6,7 +6,7 @@ import pytest
 from proofmass.blocks import DiscreteIntegrator, Gain, Sum, UnitDelay, WhiteNoise
 from proofmass.blocks.declaration.declare import Block, param
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.noise.budget import noise
 
 RATIO, LEAK, GAIN = 3, 0.9, 0.02

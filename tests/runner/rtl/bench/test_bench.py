@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.vectors import Vectors
 from proofmass.runner.rtl.machine.machine import Machine

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from proofmass.blocks import ShiftRegister
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
 from proofmass.runner.rtl.text.machine_verilog import machine_text

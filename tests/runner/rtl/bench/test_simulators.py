@@ -10,7 +10,7 @@ from proofmass.blocks import FixedGain, FixedQuantiser, ShiftRegister, Sine
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.command_line import main
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files

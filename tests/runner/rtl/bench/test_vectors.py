@@ -6,7 +6,7 @@ import pytest
 from proofmass.blocks import FixedMassSpringDamper, FixedQuantiser, Sine
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.vectors import simulated
 from proofmass.runner.rtl.machine.compose import compose

@@ -25,7 +25,7 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.machine.compose import compose, digital_blocks
 from proofmass.runner.rtl.machine.machine import Machine

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, where, wrap
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, stored, where, wrap
 from proofmass.runner.rtl.proof.smt_integer import SmtInteger, Specification
 from proofmass.runner.rtl.proof.smt_solver import Solver
 
@@ -70,11 +70,11 @@ def test_what_is_known_beforehand_makes_no_branch() -> None:
 def test_what_must_fit_is_noted_with_the_path_on_which_it_must() -> None:
     specification = Specification()
     a = SmtInteger(specification, "a", 0, 15)
-    specification.merged(lambda: [Fixed(4).store(a) if a < 8 else 0])
+    specification.merged(lambda: [stored(a, Fixed(4)) if a < 8 else 0])
     (obligation,) = specification.obligations
     solver = Solver(["(declare-const a (_ BitVec 5))", *specification.lines])
     assert solver.prove(solver.read(obligation), [], 10.0, {}).verdict == "proved"
-    specification.merged(lambda: [Fixed(4).store(a)])
+    specification.merged(lambda: [stored(a, Fixed(4))])
     assert solver.prove(solver.read(specification.obligations[1]), [], 10.0, {}).verdict == "refuted"
 
 

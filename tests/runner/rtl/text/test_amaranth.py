@@ -9,7 +9,7 @@ import pytest
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.command_line import main
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.modules import Module

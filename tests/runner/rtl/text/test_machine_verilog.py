@@ -8,7 +8,7 @@ from proofmass.blocks import FixedCast, FixedDelay, FixedQuantiser, FixedSum, Sh
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.arithmetic.pipeline import pipe
 from proofmass.blocks.declaration.declare import Block, Input, param
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from tests.by_hand.machines import differences, loop_at_rates, made
 

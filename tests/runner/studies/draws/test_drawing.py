@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.arithmetic.counter_random import normal_quantile
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.draws.drawing import drawn_together, normal_quantiles
 from tests.by_hand.study_texts import STUDY

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.outcome.running_means import FEWEST, RunningMeans

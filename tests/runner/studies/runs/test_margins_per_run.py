@@ -11,9 +11,9 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.loops import MARGIN_MEASURES
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.runner.analysis.margins.stability import all_margins, margins
 from proofmass.runner.studies.whole.study import replay, run_study
 

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.runner.studies.draws.factors import Drawn
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.sensitivities import regression, sobol_indices

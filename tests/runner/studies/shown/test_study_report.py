@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.kept.folder import kept_result

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.engines import EngineName
 from proofmass.runner.studies.kept.ledger import FILE, Ledger

@@ -15,7 +15,7 @@ from distributed import KilledWorker, LocalCluster
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
 from proofmass.runner.run.faults import RunError

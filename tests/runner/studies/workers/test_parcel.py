@@ -8,7 +8,7 @@ import pytest
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.runs.facts import facts_of
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
@@ -91,7 +91,7 @@ def test_what_was_damaged_or_edited_on_the_way_is_refused(here: Path) -> None:
     parcel = packed(recorded(here))
     with pytest.raises(ParcelError, match="damaged on its way"):
         unpacked(_with(parcel, ".csv", lambda old: old.replace(b"1.5", b"1.6")), here / "there")
-    with pytest.raises(ParcelError, match="compute something else"):
+    with pytest.raises(ParcelError, match="compute something different"):
         unpacked(_with(parcel, ".py", lambda old: old.replace(b"3.0", b"2.0")), here / "there")
 
 

@@ -1,0 +1,158 @@
+"""Mantissas of fixed-point values: Python integers, or what stands for one while a step is traced, proved or
+differentiated.
+
+The rules below are written in integer operators alone, so that all of them follow the same lines. What a `Mantissa`
+does in a way of its own, as a signal that cannot decide a comparison, it is asked for by name.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, Literal, Protocol, TypeAlias, get_args, runtime_checkable
+
+from proofmass.blocks.arithmetic.fixed_format import Fixed
+
+Rounding = Literal["half_even", "half_up", "floor", "toward_zero"]
+_ROUNDINGS = get_args(Rounding)
+
+
+@runtime_checkable
+class Mantissa(Protocol):
+    """What is not a Python integer and has the operators of one: it stands for every value that one could have."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def __add__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __radd__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __sub__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __rsub__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __mul__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __rmul__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __neg__(self) -> Any: ...
+    @abstractmethod
+    def __lshift__(self, places: Any, /) -> Any: ...
+    @abstractmethod
+    def __rshift__(self, places: Any, /) -> Any: ...
+    @abstractmethod
+    def __and__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __rand__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __or__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __ror__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __xor__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __rxor__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __lt__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __le__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __gt__(self, other: Any, /) -> Any: ...
+    @abstractmethod
+    def __ge__(self, other: Any, /) -> Any: ...
+
+    @abstractmethod
+    def select(self, chosen: Any, otherwise: Any) -> Any:
+        """`chosen` where it is not 0, else `otherwise`."""
+
+    @abstractmethod
+    def minimum(self, other: Any) -> Any:
+        """The smaller of the two."""
+
+    @abstractmethod
+    def maximum(self, other: Any) -> Any:
+        """The greater of the two."""
+
+    @abstractmethod
+    def monotone(self, rule: Callable[[Any], Any]) -> Any:
+        """The value of a rule that never decreases."""
+
+    @abstractmethod
+    def held(self, low: int, high: int, expected: str) -> Any:
+        """Itself, refused where it does not stay between the bounds of what is `expected`."""
+
+    @abstractmethod
+    def wrapped(self, low: int, high: int) -> Any:
+        """The low bits, as two's complement where `low` is negative."""
+
+    @abstractmethod
+    def cut(self) -> Any:
+        """Itself behind a pipeline cut."""
+
+
+Integer: TypeAlias = int | Mantissa
+Condition: TypeAlias = bool | int | Mantissa
+
+
+def selected(condition: Condition, chosen: Integer, otherwise: Integer) -> Any:
+    """`chosen` where the condition holds, else `otherwise`."""
+    if isinstance(condition, int):
+        return chosen if condition else otherwise
+    return condition.select(chosen, otherwise)
+
+
+def minimum(a: Integer, b: Integer) -> Any:
+    """The smaller of two."""
+    if isinstance(a, int):
+        return min(a, b) if isinstance(b, int) else b.minimum(a)
+    return a.minimum(b)
+
+
+def maximum(a: Integer, b: Integer) -> Any:
+    """The greater of two."""
+    if isinstance(a, int):
+        return max(a, b) if isinstance(b, int) else b.maximum(a)
+    return a.maximum(b)
+
+
+def held(mantissa: Integer, format: Fixed) -> Any:
+    """The mantissa, which must be one of the format; raises OverflowError."""
+    if not isinstance(mantissa, int):
+        return mantissa.held(format.lowest, format.highest, format.with_range)
+    if not format.lowest <= mantissa <= format.highest:
+        raise OverflowError(f"{format.shown(mantissa)} does not fit {format.with_range}")
+    return mantissa
+
+
+def wrapped(mantissa: Integer, low: int, high: int) -> Any:
+    """The low bits of a mantissa, as two's complement where `low` is negative.
+
+    >>> wrapped(16, 0, 15), wrapped(9, -8, 7)
+    (0, -7)
+    """
+    return low_bits(mantissa, low, high) if isinstance(mantissa, int) else mantissa.wrapped(low, high)
+
+
+def low_bits(mantissa: Any, low: int, high: int) -> Any:
+    """As `wrapped`, in operators."""
+    bits, sign = mantissa & (high - low), -low
+    return (bits ^ sign) - sign if sign else bits
+
+
+def rounded(mantissa: Integer, dropped: int, rounding: Rounding) -> Any:
+    """mantissa / 2**dropped as an integer."""
+    if rounding not in _ROUNDINGS:
+        raise TypeError(f"rounding is one of {', '.join(_ROUNDINGS)}, not {rounding!r}")
+    if dropped <= 0:
+        return mantissa << -dropped
+    half, below = 1 << (dropped - 1), (1 << dropped) - 1
+
+    def rule(m: Any) -> Any:
+        if rounding == "half_even":  # one less than a half, and one more where that makes an odd quotient even
+            return (m + (half - 1) + ((m >> dropped) & 1)) >> dropped
+        if rounding == "half_up":
+            return (m + half) >> dropped
+        if rounding == "toward_zero":
+            return (m + selected(m < 0, below, 0)) >> dropped
+        return m >> dropped
+
+    return rule(mantissa) if isinstance(mantissa, int) else mantissa.monotone(rule)

@@ -1,0 +1,104 @@
+"""Problems of what a graph names beyond its wires: exports, parts of which nothing is used, and opened loops."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.exports import is_input
+from proofmass.graphs.model.flatten import FlatGraph, inside, parts
+from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.names import Missing, find_any, find_output
+
+
+def bad_loops(flat: FlatGraph) -> Iterator[Problem]:
+    """Loops that are opened at what is no output, or at one that is not a single number."""
+    for path, part in parts(flat.root):
+        for name, loop in part.loops.items():
+            found = find_output(flat, path + inside(part, loop.open_at))
+            message = hint = ""
+            if isinstance(found, Missing):
+                message, hint = found.message, found.hint
+            elif found[1].shape or found[1].dtype is bool:
+                kind = "a vector" if found[1].shape else "true or false"
+                message, hint = f"{loop.open_at} is {kind}", "open the loop at an output that is one number"
+            if message:
+                key, where = f"{path}loops.{name}.open_at", ("loops", name, "open_at")
+                yield part.placed(Problem(message=message, key=key, got=loop.open_at, hint=hint, path=where))
+
+
+def bad_exports(flat: FlatGraph) -> Iterator[Problem]:
+    """Exports of what is not there, and of inputs that are driven inside or exported twice."""
+    drivers: dict[str, list[str]] = {}
+    for wire in flat.wires:
+        drivers.setdefault(wire.target, []).append(flat.origins[str(wire)].path)
+    for path, part in parts(flat.root):
+        names: dict[str, str] = {}
+        for name, target in part.exports.items():
+            signal = path + inside(part, target)
+            found = find_any(flat, signal)
+            message = hint = ""
+            if isinstance(found, Missing):
+                message, hint = found.message, found.hint
+            elif is_input(flat, signal) and any(driver.startswith(path) for driver in drivers.get(signal, ())):
+                message = f"{target} is exported and driven inside"
+                hint = "remove the export, or the wire"
+            elif is_input(flat, signal) and signal in names:
+                message, hint = f"{target} is exported twice", f"remove {name}: it is exported as {names[signal]}"
+            names.setdefault(signal, name)
+            if message:
+                key = f"{path}exports.{name}"
+                yield part.placed(Problem(message=message, key=key, got=target, hint=hint, path=("exports", name)))
+
+
+def unused_parts(flat: FlatGraph) -> Iterator[Problem]:
+    """Notes on subgraphs with exported outputs of which none is used."""
+    used = set(_above(probe.signal for probe in flat.root.probes))
+    for path, part in parts(flat.root):
+        used |= {path + name for name in _above(wire.source for wire in part.wires)}
+        used |= {path + name for name in _above(part.exports.values())}
+    for path, part in parts(flat.root):
+        signals = {name: path + inside(part, signal) for name, signal in part.exports.items()}
+        outputs = [name for name, signal in signals.items() if _is_output(flat, signal)]
+        name = path[:-1]
+        if name and outputs and name not in used:
+            hint = f'wire one of {", ".join(outputs)}, or add "{name}.{outputs[0]}" to probes'
+            message = "none of its exported outputs is used"
+            yield Problem(message=message, key=f"blocks.{name}", hint=hint, note=True, path=("blocks", name))
+
+
+def as_written(flat: FlatGraph, problem: Problem) -> Problem:
+    """A problem of a wire that names the ends as they are written, behind the path of their graph."""
+    table, name = (*problem.path, "", "")[:2]
+    if table != "wires" or name not in flat.origins or not problem.key.startswith("wires: "):
+        return problem
+    _, path, wire = flat.origins[name]
+    ends = " -> ".join(path + end for end in wire.split(" -> "))
+    return replace(problem, key=f"wires: {ends}")
+
+
+def once(flat: FlatGraph, problems: Iterable[Problem]) -> list[Problem]:
+    """Problems of a part that is there several times, each said for the first of them alone."""
+    kept: dict[str, Problem] = {}
+    for problem in problems:
+        table, name = (*problem.path, "", "")[:2]
+        path = problem.key.partition("exports.")[0] if table == "exports" else ""
+        if table == "blocks" and "." in name:
+            path = f"{split(name)[0]}."
+        elif table == "wires" and name in flat.origins:
+            path = flat.origins[name].path
+        text = str(problem)
+        kept.setdefault(text.replace(path, "") if path and problem.line else text + problem.key, problem)
+    return list(kept.values())
+
+
+def _above(signals: Iterable[str]) -> Iterator[str]:
+    """Every path above the signals."""
+    for signal in signals:
+        while "." in signal:
+            signal = split(signal)[0]
+            yield signal
+
+
+def _is_output(flat: FlatGraph, signal: str) -> bool:
+    name, port = split(signal)
+    return name in flat.blocks and port in type(flat.blocks[name]).outputs

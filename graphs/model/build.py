@@ -1,0 +1,299 @@
+"""What a person writes as a graph, read into one: texts, tables or values, with all that is wrong with them at once."""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from fractions import Fraction
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeGuard, TypeVar
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.graphs.model.changes import moved, with_parameters
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import (
+    DEFAULT_INTEGRATION,
+    LARGEST_RUN,
+    LARGEST_SEED,
+    NOWHERE,
+    Place,
+    Probe,
+    Size,
+    Wire,
+    size_of,
+    split,
+)
+from proofmass.graphs.model.graph import Graph as Value
+from proofmass.graphs.model.integration import Integration, read_integration
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
+from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, NAME, WIRES
+from proofmass.graphs.model.loops import Loop, read_loops
+from proofmass.graphs.model.measures import Measure, read_measures
+from proofmass.graphs.model.rates import Rate, read_duration, read_rate
+
+if TYPE_CHECKING:
+    import networkx
+
+LONGEST_TEXT = 10_000  # characters of name and description
+
+Entry = TypeVar("Entry")
+
+
+class Graph(Value):
+    """Blocks wired by their ports, at stated rates, with the signals to record.
+
+    A block may be a graph: `blocks={"x_axis": Graph(...)}`. Outside it has the ports and parameters of its `exports`,
+    `{"code": "adc.code"}`; everything inside can be named by its path, `x_axis.adc.code`. A rate given to it is that
+    of its blocks without a rate of their own. Its probes, measures, duration, samples, seed and integration count only
+    where it runs alone.
+
+    `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
+    `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
+    `seed` are what a run takes when nothing else is said; `integration` says how continuous blocks are integrated.
+    `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
+    `measures` are numbers that a run reduces signals to,
+    `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`.
+
+    Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
+    """
+
+    drawn: ClassVar[Callable[[Value], str] | None] = None  # what draws a graph in a notebook; the root package sets it
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        blocks: Mapping[str, Block | Value],
+        wires: Iterable[Wire | str] = (),
+        probes: Iterable[Probe | str | Mapping[str, Any]] = (),
+        rate: Rate | None = None,
+        rates: Mapping[str, Rate] = MappingProxyType({}),
+        duration: Rate | None = None,
+        samples: int | None = None,
+        seed: int = 0,
+        description: str = "",
+        measures: Mapping[str, Measure | Mapping[str, Any]] = MappingProxyType({}),
+        exports: Mapping[str, str] = MappingProxyType({}),
+        loops: Mapping[str, Loop | Mapping[str, Any]] = MappingProxyType({}),
+        subgraphs: Mapping[str, Value] = MappingProxyType({}),
+        integration: Integration | Mapping[str, Any] = DEFAULT_INTEGRATION,
+        place: Place = NOWHERE,
+    ) -> None:
+        reader = _Reader()
+        blocks = {**subgraphs, **blocks}
+        parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
+        reader.problems += [*_bad_texts(name, description), *_bad_run(samples, duration, seed)]
+        reader.problems += _bad_blocks(blocks, rates)
+        own_loops, wrong = read_loops(loops, _is_path)
+        reader.problems += [*_bad_exports(exports), *wrong]
+        own_rates = {block: reader.value(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
+        reader.problems += _too_many(blocks, parts, tuple(wires) if parts else ())
+        if not reader.problems:
+            parts = {part: _inside(block, own_rates.pop(part, None), place) for part, block in parts.items()}
+        own_rate = None if rate is None else reader.value(read_rate, rate, "rate")
+        own_duration = None if duration is None else reader.value(read_duration, duration, "duration")
+        own_wires, own_probes = reader.list(read_wire, wires, "wires"), reader.list(read_probe, probes, "probes")
+        own_measures = reader.table(lambda: read_measures(measures), dict[str, Measure]())
+        own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
+        if reader.problems:
+            raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in reader.problems])
+        super().__init__(
+            name=name,
+            description=description,
+            rate=own_rate,
+            duration=own_duration,
+            samples=samples,
+            seed=seed,
+            blocks={block: made for block, made in blocks.items() if isinstance(made, Block)},
+            subgraphs=parts,
+            rates={block: made for block, made in own_rates.items() if made is not None},
+            wires=own_wires,
+            probes=own_probes,
+            measures=own_measures,
+            exports=exports,
+            integration=own_integration,
+            loops=own_loops,
+            place=place,
+        )
+
+    def with_parameters(self, changes: Mapping[str, object]) -> Self:
+        """The same graph with parameters changed, as in `{"adc.reference": "5 V"}`; raises `ModelError`.
+
+        A parameter of a subgraph is named by its path, `"x_axis.adc.reference"`, or as it is exported,
+        `"x_axis.reference"`.
+        """
+        return with_parameters(self, changes)
+
+    def to_networkx(self) -> "networkx.MultiDiGraph[str]":
+        """The flat graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
+        import networkx  # here, since it takes longer to import than a graph to build
+
+        flat = flatten(self)
+        out: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=self.name)
+        for name, block in flat.blocks.items():
+            out.add_node(name, kind=type(block).__name__, **_parameters(block))
+        for wire in flat.wires:
+            source, target = split(wire.source), split(wire.target)
+            out.add_edge(source[0], target[0], source=source[1], target=target[1])
+        return out
+
+    def _repr_svg_(self) -> str | None:
+        return None if Graph.drawn is None else Graph.drawn(self)
+
+
+class _Reader:
+    """Values read one by one; what is wrong with them is collected."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def value(self, read: Callable[[object], Entry], value: object, *path: str) -> Entry | None:
+        try:
+            return read(value)
+        except Refusal as error:
+            key = ".".join(path)
+            self.problems.append(Problem(message=str(error), key=key, got=shown(value), hint=error.hint, path=path))
+            return None
+
+    def list(self, read: Callable[[object], Entry], values: Iterable[object], key: str) -> tuple[Entry, ...]:
+        if isinstance(values, str):
+            self.problems.append(Problem(message="must be a list", key=key, got=shown(values), path=(key,)))
+            return ()
+        entries = [self.value(read, value, key, str(index)) for index, value in enumerate(values)]
+        return tuple(entry for entry in entries if entry is not None)
+
+    def table(self, read: Callable[[], Entry], nothing: Entry) -> Entry:
+        try:
+            return read()
+        except ModelError as error:
+            self.problems += error.problems
+            return nothing
+
+
+def read_wire(text: object) -> Wire:
+    """A wire from `"block.port -> block.port"`."""
+    if isinstance(text, Wire):
+        return text
+    ends = [end.strip() for end in text.split("->")] if isinstance(text, str) else []
+    if len(ends) != 2 or not all(_is_signal(end) for end in ends):
+        raise Refusal("not a wire", 'write "block.output -> block.input"')
+    return Wire(*ends)
+
+
+def read_probe(value: object) -> Probe:
+    """A probe from `"block.port"`, or from a table with `signal` and `every`."""
+    if isinstance(value, str):
+        value = {"signal": value}
+    if isinstance(value, Probe):
+        value = value._asdict()
+    if not isinstance(value, Mapping) or not set(value) <= {"signal", "every"} or not _is_signal(value.get("signal")):
+        raise Refusal("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
+    every = value.get("every", 1)
+    if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= LARGEST_RUN:
+        raise Refusal("every must be an integer of at least 1")
+    return Probe(value["signal"], every)
+
+
+def _parameters(block: Block) -> dict[str, Any]:
+    return {name: getattr(block, name) for name in type(block).parameters}
+
+
+def _is_signal(text: object) -> bool:
+    return isinstance(text, str) and text.count(".") > 0 and _is_path(text)
+
+
+def _is_path(text: str) -> bool:
+    return text.count(".") <= DEPTH + 1 and all(NAME.fullmatch(part) for part in text.split("."))
+
+
+def _bad_texts(name: object, description: object) -> Iterator[Problem]:
+    for key, text in (("name", name), ("description", description)):
+        if not isinstance(text, str):
+            yield Problem(message="must be a string", key=key, got=shown(text), path=(key,))
+        elif len(text) > LONGEST_TEXT:
+            yield Problem(message=f"longer than {LONGEST_TEXT} characters", key=key, got=shown(text), path=(key,))
+        elif not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
+            yield Problem(message="holds half a character", key=key, got=shown(text), path=(key,))
+
+
+def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]) -> Iterator[Problem]:
+    for name, block in blocks.items():
+        path = ("blocks", str(name))
+        if not isinstance(name, str) or not _is_path(name) or (isinstance(block, Value) and "." in name):
+            yield Problem(message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, path=path)
+        elif not isinstance(block, Block | Value):
+            hint = f"write {block.__name__}()" if isinstance(block, type) else 'write a block, such as Gain(gain="2")'
+            yield Problem(message="not a block", key=f"blocks.{name}", got=shown(block), hint=hint, path=path)
+        elif "." in name:
+            above = next((upper for upper in _above(name) if upper in blocks), "")
+            if above:
+                hint = f'for a parameter write "{name.removeprefix(above + ".")}.NAME" = ... below [blocks.{above}]'
+                message = f"there is a block {above}, and nothing can be added inside it"
+                yield Problem(message=message, key=f"blocks.{name}", hint=hint, path=path)
+    for name in rates:
+        if name not in blocks:
+            hint = did_you_mean(name, blocks, "the blocks")
+            where = ("blocks", name, "rate")
+            yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
+
+
+def _above(path: str) -> Iterator[str]:
+    """Every path above a path.
+
+    >>> list(_above("a.b.c"))
+    ['a', 'a.b']
+    """
+    parts = path.split(".")
+    return (".".join(parts[:n]) for n in range(1, len(parts)))
+
+
+def _bad_exports(exports: object) -> Iterator[Problem]:
+    hint = 'write exports = { code = "adc.code" }: a name of its own, and the port or parameter inside'
+    if not isinstance(exports, Mapping):
+        yield Problem(message="must be a table", key="exports", got=shown(exports), hint=hint, path=("exports",))
+        return
+    for name, signal in exports.items():
+        key, path = f"exports.{name}", ("exports", str(name))
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            yield Problem(message="not a name", key="exports", got=shown(name), expected=EXPECTED_NAME, path=path)
+        elif name in {**PART_KEYS, **BLOCK_KEYS}:
+            taken = ", ".join({**PART_KEYS, **BLOCK_KEYS})
+            yield Problem(message="the name is taken", key=key, hint=f"taken are {taken}", path=path)
+        elif not _is_signal(signal):
+            yield Problem(message="not a port or parameter", key=key, got=shown(signal), hint=hint, path=path)
+
+
+def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collection[object]) -> Iterator[Problem]:
+    """Limits of what subgraphs hold, looked at before anything of it is made."""
+    size = size_of(len(blocks) - len(parts), parts, len(wires)) if parts else Size(0, 0, 0)
+    for count, largest, what in ((size.blocks, BLOCKS, "blocks"), (size.wires, WIRES, "wires")):
+        if count > largest:
+            message, expected = f"too many {what} with those inside the subgraphs", f"at most {largest}"
+            yield Problem(message=message, key="blocks", got=str(count), expected=expected, path=("blocks",))
+    if size.depth > DEPTH:
+        message = f"subgraphs nested deeper than {DEPTH} levels"
+        yield Problem(message=message, key="blocks", got=str(size.depth), path=("blocks",))
+
+
+def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
+    """A subgraph as it stands inside another: at the rate of its place, its files named from there."""
+    return moved(part if rate is None else part.changed(rate=rate), place.folder)
+
+
+def _bad_run(samples: object, duration: object, seed: object) -> Iterator[Problem]:
+    for key, value, lowest, largest in (("samples", samples, 1, LARGEST_RUN), ("seed", seed, 0, LARGEST_SEED)):
+        if value is None and key == "samples":
+            continue
+        expected = f"an integer from {lowest} to {largest:g}"
+        if isinstance(value, bool) or not isinstance(value, int):
+            hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
+            yield Problem(
+                message="must be an integer", key=key, got=shown(value), expected=expected, hint=hint, path=(key,)
+            )
+        elif not lowest <= value <= largest:
+            yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+    if samples is not None and duration is not None:
+        hint = "remove one of them"
+        yield Problem(message="give samples or duration, not both", key="samples", hint=hint, path=("samples",))
+
+
+def _is_whole(value: object) -> TypeGuard[float]:
+    return isinstance(value, float) and value.is_integer() and 0 <= value <= LARGEST_SEED

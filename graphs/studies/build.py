@@ -1,0 +1,81 @@
+"""What a person writes as a study, read into one: tables as those of a study file, with all that is wrong with them."""
+
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.graph import NOWHERE, Graph, Place
+from proofmass.graphs.studies.ageing import read_drift
+from proofmass.graphs.studies.distributions import read_spread
+from proofmass.graphs.studies.study import Study as Value
+from proofmass.graphs.studies.study import bad_numbers
+from proofmass.graphs.studies.study_tables import StudyTables
+from proofmass.graphs.studies.table_entries import read_values
+
+Tables = Mapping[str, Any]
+NOTHING: Tables = MappingProxyType({})
+
+
+class Study(Value):
+    """A graph with the spread, sweep and drift of its parameters; run k is a pure function of it, seed and k.
+
+    The tables are those of a study file: `spread={"adc.reference": {"normal": "200 ppm", "relative": True}}`. Run k is
+    sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is repeated at
+    each epoch, an age at which its drifting parameters have moved on, with what calibrations before it have left.
+    `design` is one of `DESIGNS`.
+
+    Raises `ModelError` with every problem.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        *,
+        runs: int = 100,
+        seed: int = 0,
+        design: str = "random",
+        spread: Tables = NOTHING,
+        correlation: Tables = NOTHING,
+        sweep: Tables = NOTHING,
+        epochs: Tables = NOTHING,
+        drift: Tables = NOTHING,
+        recalibration: Tables = NOTHING,
+        margins: str | float = "",
+        limits: Tables = NOTHING,
+        stop: Tables = NOTHING,
+        place: Place = NOWHERE,
+    ) -> None:
+        read = StudyTables(checked(graph), margins)
+        folder = (place if place is not NOWHERE else graph.place).folder
+        spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
+        ages = read.ages(epochs)
+        super().__init__(
+            graph=graph,
+            runs=runs,
+            seed=seed,
+            design=read.design(design, spreads),
+            spread=spreads,
+            correlation=read.correlation(correlation, spreads, design),
+            sweep=read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
+            epochs=ages,
+            drift=read.parameters("drift", drift, read_drift),
+            recalibration=read.recalibration(recalibration),
+            margins=read.margins,
+            limits=read.limits(limits, ages),
+            stop=read.stop(stop),
+            written=MappingProxyType(read.written),
+            place=place,
+        )
+        problems = [*read.problems, *bad_numbers(self), *_moved_twice(self)]
+        if problems:
+            raise ModelError([self.placed(problem) for problem in problems])
+
+
+def _moved_twice(study: Value) -> Iterator[Problem]:
+    for name in study.recalibration.carried:
+        for table in ("spread", "sweep", "drift"):
+            if name in getattr(study, table):
+                message = "a calibration sets it: nothing else can move it"
+                yield Problem(message=message, key=f'{table}."{name}"', path=(table, name))

@@ -1,0 +1,164 @@
+"""The integer operations of a traced step: each one's value, interval and texts in one table.
+
+A proof reads none of it: what operations mean to a solver stands apart, so that a fault here is found there.
+"""
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Any, Literal
+
+from proofmass.runner.fixed.integer_interval import Interval, Rule, bitwise, comparison, conjunction, corners, selection
+
+OperationName = Literal[
+    "constant",
+    "input",
+    "narrow",
+    "pipe",
+    "add",
+    "subtract",
+    "multiply",
+    "negate",
+    "shift_left",
+    "shift_right",
+    "and",
+    "or",
+    "xor",
+    "less",
+    "less_equal",
+    "equal",
+    "not_equal",
+    "minimum",
+    "maximum",
+    "select",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Operation:
+    """One operation on integers; its texts name the operands {0}, {1}, {2}."""
+
+    evaluate: Callable[..., Any]
+    interval: Callable[..., Interval]  # of the result, from those of the operands
+    word: str  # first part of the names of wires that hold a result
+    python: str
+    verilog: str = ""  # Python's unless it is given
+    amaranth: str = ""  # Python's unless it is given
+    commutative: bool = False
+    adder: bool = False  # in hardware a carry chain
+    comparison: bool = False  # the result is 0 or 1; its text in Python is a truth value
+    neutral: int | None = None  # the second operand with which the first is the result; where commutative, either
+    of_equals: int | Literal["operand"] | None = None  # the result where both operands are the same value
+
+    def in_verilog(self, *operands: str) -> str:
+        """The text in Verilog."""
+        return (self.verilog or self.python).format(*operands)
+
+    def in_amaranth(self, *operands: str) -> str:
+        """The text in Amaranth."""
+        return (self.amaranth or self.python).format(*operands)
+
+
+def _arithmetic(evaluate: Callable[..., Any], word: str, python: str, **more: Any) -> Operation:
+    """An operation that takes its extremes where every operand does."""
+    return Operation(evaluate=evaluate, interval=partial(corners, evaluate), word=word, python=python, **more)
+
+
+def _bitwise(interval: Callable[..., Interval], evaluate: Callable[..., Any], word: str, **more: Any) -> Operation:
+    return Operation(evaluate=evaluate, interval=partial(interval, evaluate), word=word, commutative=True, **more)
+
+
+def _comparison(test: Callable[..., bool], word: str, sign: str, always: Rule, never: Rule, **more: Any) -> Operation:
+    """A comparison that holds for all values of two intervals, or for none, where the rules say so."""
+    return Operation(
+        evaluate=lambda a, b: int(test(a, b)),
+        interval=partial(comparison, always, never),
+        word=word,
+        python=f"{{0}} {sign} {{1}}",
+        comparison=True,
+        **more,
+    )
+
+
+def _below(a: Interval, b: Interval) -> bool:
+    return a[1] < b[0]
+
+
+def _at_most(a: Interval, b: Interval) -> bool:
+    return a[1] <= b[0]
+
+
+def _above(a: Interval, b: Interval) -> bool:
+    return a[0] > b[1]
+
+
+def _at_least(a: Interval, b: Interval) -> bool:
+    return a[0] >= b[1]
+
+
+def _disjoint(a: Interval, b: Interval) -> bool:
+    return _below(a, b) or _above(a, b)
+
+
+def _one_value(a: Interval, b: Interval) -> bool:
+    return a == b and a[0] == a[1]
+
+
+OPERATIONS: Mapping[OperationName, Operation] = MappingProxyType(
+    {
+        # the same value, of which more is known
+        "narrow": _arithmetic(operator.pos, "low_bits", "{0}"),
+        # the same value, in hardware a tick later
+        "pipe": _arithmetic(operator.pos, "cut", "{0}"),
+        "add": _arithmetic(operator.add, "sum", "{0} + {1}", commutative=True, adder=True, neutral=0),
+        "subtract": _arithmetic(operator.sub, "difference", "{0} - {1}", adder=True, neutral=0, of_equals=0),
+        "multiply": _arithmetic(operator.mul, "product", "{0} * {1}", commutative=True, neutral=1),
+        "negate": _arithmetic(operator.neg, "negated", "-{0}", adder=True),
+        "shift_left": _arithmetic(operator.lshift, "shifted", "{0} << {1}", verilog="{0} <<< {1}", neutral=0),
+        # arithmetic: the sign bit is repeated
+        "shift_right": _arithmetic(operator.rshift, "shifted", "{0} >> {1}", verilog="{0} >>> {1}", neutral=0),
+        "and": _bitwise(conjunction, operator.and_, "both", python="{0} & {1}", of_equals="operand"),
+        "or": _bitwise(bitwise, operator.or_, "either", python="{0} | {1}", neutral=0, of_equals="operand"),
+        "xor": _bitwise(bitwise, operator.xor, "unlike", python="{0} ^ {1}", neutral=0, of_equals=0),
+        "less": _comparison(operator.lt, "less", "<", _below, _at_least, of_equals=0),
+        "less_equal": _comparison(operator.le, "at_most", "<=", _at_most, _above, of_equals=1),
+        "equal": _comparison(operator.eq, "equal", "==", _one_value, _disjoint, commutative=True, of_equals=1),
+        "not_equal": _comparison(operator.ne, "differs", "!=", _disjoint, _one_value, commutative=True, of_equals=0),
+        "minimum": _arithmetic(
+            min,
+            "smaller",
+            "{0} if {0} < {1} else {1}",
+            verilog="({0} < {1}) ? {0} : {1}",
+            amaranth="Mux({0} < {1}, {0}, {1})",
+            commutative=True,
+            of_equals="operand",
+        ),
+        "maximum": _arithmetic(
+            max,
+            "larger",
+            "{0} if {0} > {1} else {1}",
+            verilog="({0} > {1}) ? {0} : {1}",
+            amaranth="Mux({0} > {1}, {0}, {1})",
+            commutative=True,
+            of_equals="operand",
+        ),
+        # the second operand where the first is not 0, else the third
+        "select": Operation(
+            evaluate=lambda condition, chosen, otherwise: chosen if condition else otherwise,
+            interval=selection,
+            word="chosen",
+            python="{1} if {0} else {2}",
+            verilog="{0} ? {1} : {2}",
+            amaranth="Mux({0}, {1}, {2})",
+        ),
+    }
+)
+COMPARISONS = frozenset(name for name, operation in OPERATIONS.items() if operation.comparison)
+BITWISE = frozenset({"and", "or", "xor"})
+
+
+def interval_of(operation: OperationName, operands: Sequence[Interval]) -> Interval:
+    """Interval of the result where every operand takes any value of its interval, independently."""
+    return OPERATIONS[operation].interval(*operands)

@@ -1,0 +1,231 @@
+"""What a step function runs on while it is traced: signals, which keep what is done with them as nodes of a program."""
+
+from collections.abc import Callable
+from typing import Any, NoReturn, Protocol
+
+from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.arithmetic.mantissa import Mantissa, low_bits
+from proofmass.runner.fixed.integer_ir import Node, Place
+from proofmass.runner.fixed.operations import OperationName
+
+
+class Tracer(Protocol):
+    """The trace that signals belong to."""
+
+    def node(self, value: Any) -> Node:
+        """The node of a signal or of a Python integer."""
+        ...
+
+    def apply(self, operation: OperationName, *operands: Node) -> Node:
+        """An operation on what is known of its operands on this path."""
+        ...
+
+    def select(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
+        """A selection; either value has the interval that it has where it is chosen."""
+        ...
+
+    def cut(self, node: Node) -> Node:
+        """A pipeline cut."""
+        ...
+
+    def narrowed(self, node: Node, low: int, high: int) -> Node:
+        """A node of which it is known that it lies between two bounds."""
+        ...
+
+    def bounds(self, node: Node) -> tuple[int, int]:
+        """The interval of a node on this path."""
+        ...
+
+    def decide(self, condition: Node) -> bool:
+        """The outcome of a condition on this path."""
+        ...
+
+    def refuse(
+        self, message: str, *, hint: str, got: str = "", expected: str = "", place: Place | None = None
+    ) -> NoReturn:
+        """Raise the error, with the line under way where no other is given."""
+        ...
+
+
+class Signal(Mantissa):
+    """A number of a step that is traced: an integer by its operators, a node of the program by its nature."""
+
+    __slots__ = ("_tracer", "node")
+
+    def __init__(self, tracer: Tracer, node: Node) -> None:
+        self._tracer = tracer
+        self.node = node
+
+    def _made(self, operation: OperationName, *operands: Any) -> Any:
+        """A signal of an operation; what has operators of its own for signals, a FixedValue, comes to its turn."""
+        if any(isinstance(operand, FixedValue) for operand in operands):
+            return NotImplemented
+        return Signal(self._tracer, self._tracer.apply(operation, *map(self._tracer.node, operands)))
+
+    def __add__(self, other: Any) -> Any:
+        return self._made("add", self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return self._made("add", other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._made("subtract", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._made("subtract", other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self._made("multiply", self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self._made("multiply", other, self)
+
+    def __neg__(self) -> Any:
+        return self._made("negate", self)
+
+    def __pos__(self) -> "Signal":
+        return self
+
+    def __invert__(self) -> Any:
+        return self._made("subtract", -1, self)
+
+    def __abs__(self) -> Any:
+        return (self < 0).select(-self, self)
+
+    def __and__(self, other: Any) -> Any:
+        return self._made("and", self, other)
+
+    def __or__(self, other: Any) -> Any:
+        return self._made("or", self, other)
+
+    def __xor__(self, other: Any) -> Any:
+        return self._made("xor", self, other)
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+    def __lshift__(self, places: Any) -> Any:
+        return self._shifted("shift_left", self, places)
+
+    def __rshift__(self, places: Any) -> Any:
+        return self._shifted("shift_right", self, places)
+
+    def __rlshift__(self, value: Any) -> Any:
+        return self._shifted("shift_left", value, self)
+
+    def __rrshift__(self, value: Any) -> Any:
+        return self._shifted("shift_right", value, self)
+
+    def __lt__(self, other: Any) -> Any:
+        return self._made("less", self, other)
+
+    def __le__(self, other: Any) -> Any:
+        return self._made("less_equal", self, other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._made("less", other, self)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._made("less_equal", other, self)
+
+    def __eq__(self, other: object) -> Any:
+        return self._made("equal", self, other)
+
+    def __ne__(self, other: object) -> Any:
+        return self._made("not_equal", self, other)
+
+    __hash__ = object.__hash__
+
+    def __bool__(self) -> bool:
+        return self._tracer.decide(self.node)
+
+    def _shifted(self, operation: OperationName, value: Any, places: Any) -> Any:
+        if isinstance(value, FixedValue):
+            return NotImplemented
+        low, high = self._tracer.bounds(self._tracer.node(places))
+        if low < 0 or high > MOST_BITS:
+            hint = f"bring it to 0 to {MOST_BITS} with clip()"
+            self._tracer.refuse("a shift by so many places", got=_interval(low, high), hint=hint)
+        return self._made(operation, value, places)
+
+    def __floordiv__(self, divisor: Any) -> Any:
+        return self >> self._power_of_two(divisor)
+
+    def __mod__(self, divisor: Any) -> Any:
+        return self & ((1 << self._power_of_two(divisor)) - 1)
+
+    def _power_of_two(self, divisor: Any) -> int:
+        if not isinstance(divisor, int) or divisor < 1 or divisor & (divisor - 1):
+            hint = "divide by a constant power of two, or multiply by a constant reciprocal and shift"
+            self._tracer.refuse("a division", got=f"a divisor of {divisor!r}", hint=hint)
+        return divisor.bit_length() - 1
+
+    def __truediv__(self, divisor: Any) -> NoReturn:
+        hint = "multiply by a constant reciprocal, or shift"
+        self._tracer.refuse("a quotient of integers is no integer", got=repr(self), hint=hint)
+
+    __rtruediv__ = __rfloordiv__ = __rmod__ = __divmod__ = __rdivmod__ = __truediv__
+
+    def __pow__(self, exponent: Any) -> NoReturn:
+        self._tracer.refuse("a power", got=repr(self), hint="multiply; a power of two is 1 << places")
+
+    __rpow__ = __pow__
+
+    def __index__(self) -> int:
+        hint = "give the loop a constant length with an `if` inside, choose an entry with where()"
+        self._tracer.refuse("a signal bounds a loop or indexes a list", got=repr(self), hint=hint)
+
+    __int__ = __index__
+
+    def __float__(self) -> float:
+        self._tracer.refuse("a signal in floating point", got=repr(self), hint="stay with integers and FixedValue")
+
+    def __round__(self, digits: int = 0) -> NoReturn:
+        self._tracer.refuse("a rounding without a format", got=repr(self), hint="write value.to(format, rounding)")
+
+    def __repr__(self) -> str:
+        return f"a signal in {_interval(*self._tracer.bounds(self.node))}"
+
+    # -- what a mantissa does in a way of its own ------------------------------------------------------------------
+
+    def select(self, chosen: Any, otherwise: Any) -> "Signal":
+        """`chosen` where the signal is not 0, else `otherwise`."""
+        a, b = self._tracer.node(chosen), self._tracer.node(otherwise)
+        return Signal(self._tracer, self._tracer.select(self.node, a, b))
+
+    def minimum(self, other: Any) -> Any:
+        """The smaller of the two."""
+        return self._made("minimum", self, other)
+
+    def maximum(self, other: Any) -> Any:
+        """The greater of the two."""
+        return self._made("maximum", self, other)
+
+    def wrapped(self, low: int, high: int) -> Any:
+        """The low bits, as two's complement where `low` is negative."""
+        return low_bits(self, low, high)
+
+    def cut(self) -> "Signal":
+        """The signal behind a pipeline cut."""
+        return Signal(self._tracer, self._tracer.cut(self.node))
+
+    def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
+        """The value of a rule that never decreases, with the interval between its values at both ends."""
+        low, high = self._tracer.bounds(self.node)
+        node = self._tracer.node(rule(self))
+        return Signal(self._tracer, self._tracer.narrowed(node, rule(low), rule(high)))
+
+    def held(self, low: int, high: int, expected: str) -> "Signal":
+        """The signal itself, refused where it could leave the interval."""
+        found = self._tracer.bounds(self.node)
+        if found[0] < low or found[1] > high:
+            got, wanted = _interval(*found), f"{_interval(low, high)} of {expected}"
+            hint = "add .to(format), or clip(value, low, high)"
+            self._tracer.refuse(
+                "the value does not fit its register", got=got, expected=wanted, hint=hint, place=self.node.place
+            )
+        return self
+
+
+def _interval(low: int, high: int) -> str:
+    return f"[{low}, {high}]"
