@@ -158,8 +158,8 @@ def noise(
     Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
     """
     planned = plan(graph)
-    target = node_of(planned, graph, output)
-    sources = [node_of(planned, graph, input)] if input else []
+    target = node_of(planned, output)
+    sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
     tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
     whole = map_at(planned, sources, [target], noise=noisy, tick=tick)
