@@ -7,6 +7,7 @@ corner / (3 f) of it.
 import math
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.elementary import exponential_less_one
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -30,7 +31,7 @@ class Constants(NamedTuple):
 
 @AmplitudeDetector.constants
 def constants(p: AmplitudeDetector, period: float) -> Constants:
-    part = -math.expm1(-2.0 * math.pi * p.corner_frequency * period)
+    part = -exponential_less_one(-2.0 * math.pi * p.corner_frequency * period)
     return Constants(part, 0.5 * math.pi)
 
 

@@ -17,3 +17,8 @@ class ArcTangent2(Block):
 def angle(p: ArcTangent2, quadrature: float, in_phase: float) -> float:
     """The angle."""
     return arctangent2(quadrature, in_phase)
+
+
+@ArcTangent2.corner
+def above_cut(p: ArcTangent2, quadrature: float) -> float:
+    return quadrature

@@ -1,9 +1,7 @@
 """Cosine of a signal: output = amplitude cos(input)."""
 
-from proofmass.blocks.arithmetic.elementary import cosine_of_turns
+from proofmass.blocks.arithmetic.elementary import cosine
 from proofmass.blocks.declaration.declare import Block, Input, param
-
-TURNS = 0.15915494309189535  # 1 / (2 pi)
 
 
 class CosineFunction(Block):
@@ -18,4 +16,4 @@ class CosineFunction(Block):
 @CosineFunction.output("{unit}")
 def output(p: CosineFunction, input: float) -> float:
     """The cosine of the angle."""
-    return p.amplitude * cosine_of_turns(TURNS * input)
+    return p.amplitude * cosine(input)

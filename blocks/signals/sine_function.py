@@ -1,9 +1,7 @@
 """Sine of a signal: output = amplitude sin(input)."""
 
-from proofmass.blocks.arithmetic.elementary import sine_of_turns
+from proofmass.blocks.arithmetic.elementary import sine
 from proofmass.blocks.declaration.declare import Block, Input, param
-
-TURNS = 0.15915494309189535  # 1 / (2 pi)
 
 
 class SineFunction(Block):
@@ -18,4 +16,4 @@ class SineFunction(Block):
 @SineFunction.output("{unit}")
 def output(p: SineFunction, input: float) -> float:
     """The sine of the angle."""
-    return p.amplitude * sine_of_turns(TURNS * input)
+    return p.amplitude * sine(input)

@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any
 
-from proofmass.blocks.arithmetic import elementary
+from proofmass.blocks.arithmetic import elementary, pairs
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
@@ -34,7 +34,8 @@ def _looks(block: Block, known: Any, behaviour: Behaviour) -> bool:
         frame = looked.__traceback__
         while frame is not None and frame.tb_next is not None and frame.tb_next.tb_frame.f_globals is not globals():
             frame = frame.tb_next
-        return frame is None or frame.tb_frame.f_globals["__name__"] != elementary.__name__  # which has no corners
+        smooth = (elementary.__name__, pairs.__name__)  # elementary functions, and what they are made of
+        return frame is None or not frame.tb_frame.f_globals["__name__"].startswith(smooth)
     except (ArithmeticError, ValueError, TypeError, AttributeError):
         return False  # it cannot be told: the functions of `math` are smooth
     return False

@@ -146,19 +146,19 @@ class _Search:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
 
-    def _drift(self, found: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
+    def _drift(self, of_period: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
         """Return the change between the maps `first` and `later` of a period, in the time of the lowest crossover.
 
         Between wires it is the time of the slowest pole.
         """
-        crossovers = self._crossovers(found)
+        crossovers = self._crossovers(of_period)
         last = 1.0 / (2.0 * self._period * periods)
         f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
         z = np.asarray(np.exp(2j * math.pi * f * self._period))
         speed = max(_effect(first, after, z) / number for number, after in later.items())  # a period
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
-        rates = np.abs(np.log(np.linalg.eigvals(found.between().parts()[0]).astype(complex) + 1e-300)) / periods
+        rates = np.abs(np.log(np.linalg.eigvals(of_period.between().parts()[0]).astype(complex) + 1e-300)) / periods
         return speed / float(np.min(rates, where=rates > SAME, initial=1.0))
 
     def _after(self, periods: int) -> Memory:

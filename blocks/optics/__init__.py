@@ -1,0 +1,1 @@
+"""Light: coils, modulators, interferometers and detectors of optical gyroscopes."""

@@ -1,0 +1,32 @@
+"""The coil: Sagnac's phase, and the modulation that comes twice."""
+
+import math
+
+import numpy as np
+import pytest
+
+from proofmass.blocks import SagnacCoil
+from tests.by_hand.responses import noise, responses
+
+
+@pytest.mark.parametrize("transit", [1, 3, 50])
+def test_phase_of_a_rotation_and_of_a_modulation(transit: int) -> None:
+    rotation, modulation = noise(200, 1), noise(200, 2)
+    block = SagnacCoil(length=500.0, diameter=0.08, wavelength=1.31e-6, transit=transit)
+    late = np.concatenate([np.zeros(transit), modulation])[:200]
+    scale = 2.0 * math.pi * 500.0 * 0.08 / (1.31e-6 * 299_792_458.0)
+    expected = scale * np.array(rotation) + np.array(modulation) - late
+    assert responses(block, "phase", rotation=rotation, modulation=modulation) == pytest.approx(expected, abs=1e-13)
+
+
+def test_the_scale_is_that_of_area_and_turns() -> None:
+    """8 pi N A / (wavelength c) of N turns of area A."""
+    turns, area = 1000.0 / (math.pi * 0.1), math.pi * 0.05**2
+    (phase,) = responses(SagnacCoil(), "phase", rotation=[1.0], modulation=[0.0])
+    assert phase == pytest.approx(8.0 * math.pi * turns * area / (1.55e-6 * 299_792_458.0), rel=1e-14)
+
+
+def test_at_the_proper_frequency_a_square_wave_doubles() -> None:
+    square = [0.25 * math.pi * (1.0 if n % 8 < 4 else -1.0) for n in range(64)]
+    answer = responses(SagnacCoil(transit=4), "phase", rotation=[0.0] * 64, modulation=square)
+    assert answer[8:] == [2.0 * u for u in square[8:]]
