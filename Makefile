@@ -16,8 +16,9 @@ demo: $(VENV)/installed
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
-FAST = tests/blocks/declaration tests/graphs tests/hostile tests/documents/test_ci.py tests/documents/test_claims.py \
-	tests/documents/test_decisions.py tests/documents/test_stubs.py tests/runner/commands/test_declarations.py tests/test_imports.py
+FAST = tests/blocks/declaration tests/graphs tests/runner/commands/test_declarations.py tests/test_imports.py \
+	$(addprefix tests/documents/test_,ci.py claims.py decisions.py english.py stubs.py) \
+	--ignore tests/graphs/model/test_nesting.py
 
 test-fast: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(FAST)

@@ -70,7 +70,11 @@ def cli(traceback: bool) -> None:
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
 @click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
-@click.option("--show-source", is_flag=True, help="Print the generated loop instead of running it.")
+@click.option(
+    "--show-source",
+    is_flag=True,
+    help="Print the program of the loop, with its lines of Python, instead of running it.",
+)
 @quiet_option
 @blocks_option
 @json_option

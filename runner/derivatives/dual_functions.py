@@ -8,7 +8,7 @@ import builtins
 import functools
 import math
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from proofmass.blocks.arithmetic import elementary, rounding
@@ -20,14 +20,45 @@ dual_math: Any = types.SimpleNamespace(**vars(math))  # what stands for `math`; 
 @functools.cache
 def for_duals(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function, working on dual numbers and plain ones alike."""
-    if function in _REPLACED:
-        return _REPLACED[function]
+    return with_functions(function, _REPLACED)
+
+
+_RULES = (rounding.round_half_even, rounding.round_down)
+
+
+def quantises(function: Callable[..., Any]) -> bool:
+    """Whether a function, or one that it calls, rounds by a rule of `blocks.arithmetic.rounding`."""
+    return _reaches(function, set())
+
+
+def _reaches(function: Any, seen: set[Any]) -> bool:
+    if function in _RULES:
+        return True
+    if not isinstance(function, types.FunctionType) or function in seen:
+        return False
+    seen.add(function)
+    named = (function.__globals__.get(name) for name in _names(function.__code__))
+    return any(_reaches(value, seen) for value in named if isinstance(value, types.FunctionType))
+
+
+def with_quantisers(function: Callable[..., Any], quantise: Callable[[Callable[[Any], Any], Any], Any]) -> Any:
+    """As `for_duals`, where `quantise(rule, value)` says what a rule of rounding makes of a value."""
+    own = {rule: functools.partial(quantise, _REPLACED[rule]) for rule in _RULES}
+    return with_functions(function, _REPLACED | own)
+
+
+def with_functions(function: Callable[..., Any], replaced: Mapping[Any, Callable[..., Any]]) -> Callable[..., Any]:
+    """A copy of a function that calls others in the place of some."""
+    if function in replaced:
+        return replaced[function]
     if not isinstance(function, types.FunctionType):
         return function
-    return _copy(function, {})
+    return _copy(function, {}, replaced)
 
 
-def _copy(function: types.FunctionType, copies: dict[Any, Any]) -> Callable[..., Any]:
+def _copy(
+    function: types.FunctionType, copies: dict[Any, Any], replaced: Mapping[Any, Callable[..., Any]]
+) -> Callable[..., Any]:
     """A copy whose globals are filled afterwards, since functions may call themselves."""
     found: dict[str, Any] = {"__builtins__": builtins}
     made = types.FunctionType(function.__code__, found, function.__name__, function.__defaults__, function.__closure__)
@@ -37,12 +68,12 @@ def _copy(function: types.FunctionType, copies: dict[Any, Any]) -> Callable[...,
         value = function.__globals__.get(name, getattr(builtins, name, None))
         if value is math:
             found[name] = dual_math
-        elif isinstance(value, Callable) and value in _REPLACED:  # type: ignore[arg-type]
-            found[name] = _REPLACED[value]
+        elif isinstance(value, Callable) and value in replaced:  # type: ignore[arg-type]
+            found[name] = replaced[value]
         elif isinstance(value, types.ModuleType):
-            found[name] = _Module(value)
+            found[name] = _Module(value, replaced)
         elif isinstance(value, types.FunctionType):
-            found[name] = copies[value] if value in copies else _copy(value, copies)
+            found[name] = copies[value] if value in copies else _copy(value, copies, replaced)
         elif name in function.__globals__:
             found[name] = value
     return made
@@ -51,12 +82,12 @@ def _copy(function: types.FunctionType, copies: dict[Any, Any]) -> Callable[...,
 class _Module:
     """A module whose functions take dual numbers."""
 
-    def __init__(self, module: types.ModuleType) -> None:
-        self._module = module
+    def __init__(self, module: types.ModuleType, replaced: Mapping[Any, Callable[..., Any]]) -> None:
+        self._module, self._replaced = module, replaced
 
     def __getattr__(self, name: str) -> Any:
         value = getattr(self._module, name)
-        return for_duals(value) if callable(value) else value
+        return with_functions(value, self._replaced) if callable(value) else value
 
 
 def _names(code: types.CodeType) -> set[str]:

@@ -43,6 +43,8 @@ class DualTicks(Interpreter):
         self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
         self.recorded: dict[Node, list[Any]] = {node: [] for node in outputs}
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
+        self.sources: list[tuple[str, str, int]] = []  # of noise, where it is not zero
+        self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers are given, where they err
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         groups = (solver.group for solver in plan.solvers)
         self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]

@@ -231,14 +231,14 @@ def envelope(values: Array, stretches: int) -> Array:
     return np.unique(np.concatenate(places))
 
 
-def _draw_signal(panel: "Axes", trace: Trace, held: bool, seconds: tuple[float, str], stretches: int) -> None:
+def _draw_signal(panel: "Axes", trace: Trace, steps: bool, seconds: tuple[float, str], stretches: int) -> None:
     rows = envelope(trace.values, stretches)
     values = np.asarray(trace.values[rows], dtype=np.float64)
     away = offset(float(values.min()), float(values.max()))
     values = values - away
     factor, unit = prefix(trace.unit, float(np.abs(values).max()))
     times, values = rows * float(trace.period) * seconds[0], values * factor
-    if len(trace.values) <= _FEW and held:
+    if len(trace.values) <= _FEW and steps:
         times = np.append(times, len(trace.values) * float(trace.period) * seconds[0])
         panel.plot(times, np.append(values, values[-1]), color=BLUE, drawstyle="steps-post")
     else:

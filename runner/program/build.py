@@ -63,6 +63,7 @@ class Builder:
         self._results: tuple[Kind, ...] | None = None
         self._region: Region = []
         self._body = self._region
+        self.wholes: dict[Value, tuple[str, Operand]] = {}  # integers: how a number was rounded to which they are
         self.lowered: dict[Any, Any] = {}  # functions of Python for functions of this program, shared with `beside`
 
     # -- what a function has ---------------------------------------------------------------------------------------

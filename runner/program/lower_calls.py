@@ -138,7 +138,7 @@ class Calls(Expressions):
         if function in _WHOLE:
             if value.kind is not FLOAT:
                 return numbers.as_kind(self.builder, value, INTEGER)
-            return self.builder.compute("integer_of_float", self.builder.compute(_WHOLE[function], value))
+            return numbers.rounded_to_integer(self.builder, _WHOLE[function], value)
         number = numbers.as_kind(self.builder, value, FLOAT)
         if function in _SCALED:
             return self.builder.compute("multiply", number, _SCALED[function])

@@ -51,17 +51,29 @@ def as_kind(builder: Builder, value: Operand, kind: Kind) -> Operand:
     """A value as one of another kind, as `float`, `int` and `bool` of Python have it."""
     match value.kind, kind:
         case (Kind.INTEGER, Kind.FLOAT):
+            rounded = builder.wholes.get(value) if isinstance(value, Value) else None
+            if rounded:  # also where 64 bits do not hold the integer, as Python has it; an integer has no -0.0
+                return builder.compute("add", builder.compute(*rounded), 0.0)
             return builder.compute("float_of_integer", value)
         case (Kind.TRUTH, Kind.FLOAT):
             return builder.compute("float_of_truth", value)
         case (Kind.TRUTH, Kind.INTEGER):
             return builder.compute("integer_of_truth", value)
         case (Kind.FLOAT, Kind.INTEGER):
-            return builder.compute("integer_of_float", value)
+            return rounded_to_integer(builder, "truncate", value)
         case (Kind.FLOAT | Kind.INTEGER, Kind.TRUTH):
             unequal = "not_equal" if value.kind is FLOAT else "not_equal_integers"
             return builder.compute(unequal, value, zero(value.kind))
     return value
+
+
+def rounded_to_integer(builder: Builder, operation: str, value: Operand) -> Operand:
+    """A number rounded to an integer by an operation."""
+    number = value if operation == "truncate" else builder.compute(operation, value)
+    made = builder.compute("integer_of_float", number)
+    if isinstance(made, Value):
+        builder.wholes[made] = (operation, value)
+    return made
 
 
 def widest(*kinds: Kind) -> Kind:

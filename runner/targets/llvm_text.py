@@ -36,17 +36,20 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
+from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.llvm_operations import NATIVE, TYPES, ZEROS, Template, constant, select
 
 ENTRY = "proofmass_program"
 STORED = {FLOAT: "double", INTEGER: "i64", TRUTH: "i8"}  # in arrays
 BYTES = {FLOAT: 8, INTEGER: 8, TRUTH: 1}
 _SELECTS = {kind: select(kind) for kind in (FLOAT, INTEGER, TRUTH)}
+_LONGEST = 1000  # statements of a region in one block of instructions
 ATTRIBUTES = (
     "attributes #0 = { nounwind }",
     "attributes #1 = { alwaysinline nounwind }",
     "attributes #2 = { nounwind willreturn memory(none) }",
     "attributes #3 = { nounwind }",
+    "attributes #4 = { nounwind willreturn memory(inaccessiblemem: readwrite) }",
 )
 
 
@@ -57,19 +60,8 @@ def symbol_of(external: External) -> str:
 
 def externals(program: Program) -> dict[str, External]:
     """Functions of other libraries by the name that LLVM calls them by."""
-    found: dict[str, External] = {}
-    stack = [function.body for function in program.functions.values()]
-    while stack:
-        for statement in stack.pop():
-            if isinstance(statement, Call) and isinstance(statement.function, External):
-                found[symbol_of(statement.function)] = statement.function
-            elif isinstance(statement, If):
-                stack += (statement.then, statement.otherwise)
-            elif isinstance(statement, For):
-                stack.append(statement.body)
-            elif isinstance(statement, While):
-                stack += (statement.test, statement.body)
-    return found
+    calls = (s.function for f in program.functions.values() for s in statements(f.body) if isinstance(s, Call))
+    return {symbol_of(function): function for function in calls if isinstance(function, External)}
 
 
 def llvm_text(program: Program, triple: str = "", layout: str = "", operations: Mapping[str, Template] = NATIVE) -> str:
@@ -111,7 +103,11 @@ class FunctionText:
             place, kind = self._named(variable), variable.kind
             self.lines.append(f"{place} = alloca {TYPES[kind]}")
             self.lines.append(f"store {TYPES[kind]} {ZEROS[kind]}, ptr {place}")
-        self.region(self.function.body)
+        integer = next((p for p in self.function.parameters if isinstance(p, Value) and p.kind is INTEGER), None)
+        if integer is None:
+            self.region(self.function.body)
+        else:
+            self._long_region(self.function.body, self.names[integer])
         if self.block:
             self.lines.append("unreachable" if self.function.results else "ret void")
         return "\n".join([f"{head} {attributes} {{", "entry:", *self.lines, "}"])
@@ -279,7 +275,7 @@ class FunctionText:
         counter = self._named(s.counter)
         self.lines.append(f"{counter} = phi i64 [ {first}, %{begun} ], [ {next_counter}, %{turn} ]")
         self.loops.append((turn, end))
-        self.region(s.body)
+        self._long_region(s.body, counter)
         self.loops.pop()
         self._jump(turn)
         self._begin(turn)
@@ -293,6 +289,25 @@ class FunctionText:
             self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
         self._branch(more, body, end)
         self._begin(end)
+
+    def _long_region(self, region: Region, integer: str) -> None:
+        """A region in blocks of instructions that LLVM cannot join: it is slow on very long ones.
+
+        From one to the next there are two ways, and on that for one value of an integer an empty instruction.
+        """
+        for place in range(0, len(region), _LONGEST):
+            self.region(region[place : place + _LONGEST])
+            if place + _LONGEST < len(region) and self.block:
+                self._part(integer, place)
+
+    def _part(self, counter: str, place: int) -> None:
+        rare, following, is_rare = self._label(), self._label(), self._fresh()
+        self.lines.append(f"{is_rare} = icmp eq i64 {counter}, {-1 - place}")
+        self._branch(is_rare, rare, following)
+        self._begin(rare)
+        self.lines.append('call void asm sideeffect "", ""() #4')
+        self._jump(following)
+        self._begin(following)
 
     def while_(self, s: While) -> None:
         """While."""

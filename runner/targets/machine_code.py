@@ -23,6 +23,7 @@ from proofmass.runner.targets.lane_text import LanesOf, lane_text
 from proofmass.runner.targets.llvm_text import ENTRY, externals, llvm_text
 
 _C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
+_LARGE = 40_000  # lines of a module, from which on some passes of the highest level take too long
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 _loading = threading.Lock()
 
@@ -95,6 +96,8 @@ def key_of(text: str, settings: Settings = ALONE) -> str:
 
 def object_code(text: str, settings: Settings = ALONE) -> bytes:
     """Object file of a module, for the processor at hand."""
+    if text.count("\n") > _LARGE:
+        settings = settings._replace(level=1)
     machine = machine_of(settings)
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)

@@ -6,9 +6,14 @@ from proofmass.graphs.model.build import Graph as Graph
 from proofmass.graphs.model.graph import Probe as Probe, Wire as Wire
 from proofmass.graphs.studies.build import Study as Study
 from proofmass.graphs.studies.study_reader import read_study as read_study
+from proofmass.runner.analysis.allan.deviations import Allan as Allan, allan as allan
 from proofmass.runner.analysis.linearisation.linearise import linearise as linearise
 from proofmass.runner.analysis.margins.margins import Margins as Margins
 from proofmass.runner.analysis.margins.stability import margins as margins
+from proofmass.runner.analysis.noise.budget import NoiseBudget as NoiseBudget, noise as noise
+from proofmass.runner.analysis.spectrum.series import Series as Series, read_series as read_series
+from proofmass.runner.analysis.spectrum.tones import Tones as Tones, tones as tones
+from proofmass.runner.analysis.spectrum.welch import Spectrum as Spectrum, spectrum as spectrum
 from proofmass.runner.run.faults import RunError as RunError
 from proofmass.runner.run.result import Result as Result, Trace as Trace
 from proofmass.runner.run.simulate import simulate as simulate

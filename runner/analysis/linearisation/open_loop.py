@@ -114,14 +114,14 @@ class OpenLoop:
         return s if self.continuous else np.asarray(np.exp(s * self.map.period), dtype=complex)
 
     @cached_property
-    def _open_transfer(self) -> "_Transfer":
-        return _Transfer(*self.matrices)
+    def _open_transfer(self) -> "Transfer":
+        return Transfer(*self.matrices)
 
     @cached_property
-    def _closed_transfer(self) -> "_Transfer":
+    def _closed_transfer(self) -> "Transfer":
         _, b, c, d = self.matrices
         inverse = np.linalg.inv(np.eye(len(d)) + d)
-        return _Transfer(self.closed(), b @ inverse, inverse @ c, d @ inverse)
+        return Transfer(self.closed(), b @ inverse, inverse @ c, d @ inverse)
 
 
 def _factored(matrix: Array) -> tuple[Array, Array] | None:
@@ -136,7 +136,7 @@ def _factored(matrix: Array) -> tuple[Array, Array] | None:
     return (column, row) if np.all(np.abs(matrix - product) <= 4.0 * np.finfo(float).eps * np.abs(product)) else None
 
 
-class _Transfer:
+class Transfer:
     """c (z - a)^-1 b + d for many z, by the Schur form of a: only triangular systems are left to solve.
 
     States are scaled by powers of two first (`balanced`), since the Schur form is exact to the norm of a only.

@@ -12,7 +12,7 @@ from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,7 +21,7 @@ import scipy.linalg
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node
-from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.forward import Forward, Quiet, memory_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
     Array,
@@ -30,12 +30,13 @@ from proofmass.runner.analysis.linearisation.period_map import (
     common_period,
     period_map,
 )
-from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 SAME = 1e-9  # relative change of a map that is rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
+_QUIET = 20_000  # base ticks, up to which a run to the operating point is made without noise
 _LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
 _BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
 _TRIES = 6  # of numbers of periods
@@ -62,12 +63,13 @@ def map_at(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
+    noise: Collection[str] = (),
     tick: int = 0,
 ) -> PeriodMap:
     """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
-    wanted = (tuple(inputs), tuple(outputs), cut, everything, tick)
+    wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
     if _Latest.plan is not plan or _Latest.wanted != wanted:
-        point = _Search(plan, inputs, outputs, cut, everything, tick).point()
+        point = _Search(plan, inputs, outputs, cut, everything, noise, tick).point()
         _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, point
     point = _Latest.point
     exact = point.map
@@ -79,6 +81,7 @@ def map_at(
             cut=cut,
             everything=everything,
             by_parameters=True,
+            noise=noise,
             tick=tick,
             periods=point.periods,
         )
@@ -97,17 +100,28 @@ class _Search:
     """Looks for the periods over which a map can be taken."""
 
     def __init__(
-        self, plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], cut: bool, everything: bool, tick: int
+        self,
+        plan: Plan,
+        inputs: Sequence[Node],
+        outputs: Sequence[Node],
+        cut: bool,
+        everything: bool,
+        noise: Collection[str],
+        tick: int,
     ) -> None:
         self._plan, self._inputs, self._outputs = plan, inputs, outputs
-        self._cut, self._everything = cut, everything
-        self._ticks = common_period(plan, inputs, outputs, everything)
+        self._cut, self._everything, self._noise = cut, everything, noise
+        self._ticks = common_period(plan, inputs, outputs, everything, noise)
         self._period = self._ticks * plan.period
         self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
         self._first = tick - tick % self._ticks
-        self._names = sorted(blocks_of_map(plan, inputs, outputs, everything)[0])
-        self._memories = [memory_at(plan, self._first)]
-        self._run = Forward(plan, self._memories[0])
+        self._names = sorted(blocks_of_map(plan, inputs, outputs, everything, noise)[0])
+        self._run: Forward | Quiet
+        if noise and self._first <= _QUIET:
+            self._memories = [Quiet(plan, start(plan)).to(self._first)]
+        else:
+            self._memories = [memory_at(plan, self._first)]
+        self._run = (Quiet if noise else Forward)(plan, self._memories[0].copy())
 
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
@@ -132,19 +146,19 @@ class _Search:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
 
-    def _drift(self, found: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
+    def _drift(self, of_period: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
         """Return the change between the maps `first` and `later` of a period, in the time of the lowest crossover.
 
         Between wires it is the time of the slowest pole.
         """
-        crossovers = self._crossovers(found)
+        crossovers = self._crossovers(of_period)
         last = 1.0 / (2.0 * self._period * periods)
         f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
         z = np.asarray(np.exp(2j * math.pi * f * self._period))
         speed = max(_effect(first, after, z) / number for number, after in later.items())  # a period
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
-        rates = np.abs(np.log(np.linalg.eigvals(found.between().parts()[0]).astype(complex) + 1e-300)) / periods
+        rates = np.abs(np.log(np.linalg.eigvals(of_period.between().parts()[0]).astype(complex) + 1e-300)) / periods
         return speed / float(np.min(rates, where=rates > SAME, initial=1.0))
 
     def _after(self, periods: int) -> Memory:
@@ -160,6 +174,7 @@ class _Search:
             self._outputs,
             cut=self._cut,
             everything=self._everything,
+            noise=self._noise,
             memory=memory.copy(),
             periods=periods,
         )

@@ -8,7 +8,7 @@ and y hold an entry for each tick of their wires in it (lifting: Meyer and Burru
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -22,6 +22,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.analysis.linearisation.forward import memory_at
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, slopes_of, value_of
+from proofmass.runner.derivatives.dual_noise import NoisyTicks
 from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import Memory, start
@@ -113,6 +114,7 @@ def period_map(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
+    noise: Collection[str] = (),
     tick: int = 0,
     periods: int = 1,
     memory: Memory | None = None,
@@ -122,11 +124,13 @@ def period_map(
     The map covers this many common `periods`. With a `memory` it starts at its tick.
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
-    inputs to outputs, or of `everything` that the outputs depend on.
+    inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
+    deviates and the errors of quantisers are further inputs, what these quantisers are given is a further output
+    (`NoisyTicks`), and the states are those of blocks on paths from there too.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """
-    upstream, moving = blocks_of_map(plan, inputs, outputs, everything)
+    upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
     memory = memory or memory_at(plan, tick - tick % ticks)
     ticks *= periods
@@ -137,7 +141,8 @@ def period_map(
         begin = _with_start_slopes(memory, plan) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted)
         values = [_held(begin, entry) for entry in seeded]
-        engine = DualTicks(plan, begin, upstream, inputs, outputs, cut, by_parameters)
+        given = plan, begin, upstream, inputs, outputs, cut, by_parameters
+        engine = NoisyTicks(*given, noise=noise) if noise else DualTicks(*given)
         try:
             engine.advance(begin.tick + ticks, ())
         except TickError as error:
@@ -153,17 +158,26 @@ def period_map(
         )
 
 
-def common_period(plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool = False) -> int:
+def common_period(
+    plan: Plan,
+    inputs: Sequence[Node],
+    outputs: Sequence[Node],
+    everything: bool = False,
+    noise: Collection[str] = (),
+) -> int:
     """Base ticks of the period of a map."""
-    return _common_period(plan, blocks_of_map(plan, inputs, outputs, everything)[1], [*inputs, *outputs])
+    return _common_period(plan, blocks_of_map(plan, inputs, outputs, everything, noise)[1], [*inputs, *outputs])
 
 
 def blocks_of_map(
-    plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool
+    plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool, noise: Collection[str] = ()
 ) -> tuple[set[str], set[str]]:
     """Blocks that the outputs depend on, and those of them that the map has the states of."""
     upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
-    return upstream, upstream if everything else upstream & _downstream(plan, inputs)
+    if everything:
+        return upstream, upstream
+    noisy = set(noise).union(*(networkx.descendants(plan_graph(plan), name) for name in noise))
+    return upstream, upstream & (_downstream(plan, inputs) | noisy)
 
 
 def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
@@ -242,8 +256,9 @@ def _read(
     memory = engine.memory()
     rows = [_held(memory, entry) for entry in seeded]
     rows += [value for node in outputs for value in engine.recorded[node]]
+    rows += engine.quantised.values()
     order = {node: number for number, node in enumerate(inputs)}
-    injected = sorted(engine.injected, key=lambda key: (order[key[:2]], key[2]))
+    injected = sorted(engine.injected, key=lambda key: (order[key[:2]], key[2])) + sorted(engine.sources)
     columns = {key: number for number, key in enumerate([*seeded, *injected])}
     matrix = np.zeros((len(rows), len(columns) + 1))
     slopes: dict[str, Array] = {}
@@ -262,6 +277,7 @@ def _read(
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
         raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
     ends = tuple((*node, number) for node in outputs for number in range(len(engine.recorded[node])))
+    ends += tuple(engine.quantised)
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
     slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
     return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined)

@@ -102,11 +102,12 @@ def test_own_blocks_only_where_the_caller_allows_them(tmp_path: Path, capsys: Ca
         assert json.loads(capsys.readouterr().out)["signals"][0]["last"] == 3.0
 
 
-def test_show_source_is_python(capsys: Captured) -> None:
+def test_show_source_is_the_program_with_its_lines_of_python(capsys: Captured) -> None:
     assert main(["run", SELF_TEST, "--show-source"]) == 0
     source = capsys.readouterr().out
-    compile(source, "loop", "exec")
-    assert "Correlator__update(" in source
+    assert "\ndef loop(" in source
+    assert "# proofmass.blocks.calibration.correlator.update" in source
+    assert "mass_spring_damper.py:37  return State(x.velocity, " in source
 
 
 def test_draw_in_three_forms(graph: str, tmp_path: Path, capsys: Captured) -> None:

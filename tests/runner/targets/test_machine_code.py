@@ -96,6 +96,32 @@ def test_a_function_that_has_an_address_is_called_there() -> None:
     assert seen == [1, 21]
 
 
+def test_long_regions_are_compiled_in_parts() -> None:
+    """Behind so many statements a block of instructions ends, in a loop and outside of one."""
+    n, x = Value(INTEGER, "n"), Value(FLOAT, "x")
+    w = Writer("entry", n, x, results=(FLOAT,))
+    v = w.variable(FLOAT, "v")
+    value, expected = x, 0.5
+
+    def long(value: Value, number: float) -> tuple[Value, float]:
+        for step in range(1100):
+            value, number = w.do("add", w.do("multiply", value, 0.999), 0.1 * step), number * 0.999 + 0.1 * step
+        return value, number
+
+    value, expected = long(value, expected)
+    w.set(v, value)
+    with w.count(0, n):
+        value, _ = long(w.get(v), 0.0)
+        w.set(v, value)
+    w.leave(w.get(v))
+    for _ in range(3):
+        for step in range(1100):
+            expected = expected * 0.999 + 0.1 * step
+    text = llvm_text(program(w.function))
+    assert text.count("asm sideeffect") == 4
+    assert machine_code.load(program(w.function))(3, 0.5) == expected
+
+
 # -- the cache ---------------------------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,1 @@
+"""Allan deviations, and the coefficients of noise that they show."""

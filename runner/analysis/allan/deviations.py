@@ -1,0 +1,149 @@
+"""Overlapping Allan, overlapping Hadamard and modified Allan deviations (Riley, NIST SP 1065, 2008, section 5).
+
+With x the running integral of the signal and tau = m T:
+
+    Allan     s^2 = mean (x[i+2m] - 2 x[i+m] + x[i])^2 / (2 tau^2)
+    Hadamard  s^2 = mean (x[i+3m] - 3 x[i+2m] + 3 x[i+m] - x[i])^2 / (6 tau^2)
+    modified  s^2 = mean (mean over m neighbours of the second differences)^2 / (2 tau^2)
+
+A constant part of the signal, and of Hadamard's a linear one, drops out.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
+from proofmass.runner.analysis.allan.freedom import Statistic, freedom
+from proofmass.runner.analysis.allan.levels import CONFIDENCE, NAMES, Levels, allan_terms, fitted
+from proofmass.runner.analysis.spectrum.series import Array, Series, as_series
+
+PER_DECADE = 20
+FEWEST = 64  # values
+_ALPHA = {"N": 0, "B": -1, "K": -2, "Q": 2}  # exponent of frequency in the density of each kind of noise
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One deviation over averaging time, with the interval of 95 % by its degrees of freedom."""
+
+    statistic: Statistic
+    taus: Array  # seconds
+    deviation: Array
+    low: Array
+    high: Array
+    freedom: Array
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        columns = {"tau_s": self.taus, "deviation": self.deviation, "low": self.low, "high": self.high}
+        return {name: values.tolist() for name, values in columns.items()} | {
+            "degrees_of_freedom": self.freedom.tolist()
+        }
+
+
+@dataclass(frozen=True)
+class Allan:
+    """The deviations of a signal and the coefficients of its noise."""
+
+    name: str
+    unit: str
+    period: float
+    values: int
+    curves: dict[Statistic, Curve]
+    levels: Levels
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`; coefficients in units of the signal and in those of data sheets."""
+        return {
+            "signal": self.name,
+            "unit": self.unit,
+            "rate_hz": 1.0 / self.period,
+            "values": self.values,
+            "confidence": CONFIDENCE,
+            "deviations": {name: curve.as_data() for name, curve in self.curves.items()},
+            "coefficients": {level.name: level_data(level, self.unit) for level in self.levels.levels},
+        }
+
+
+def level_data(level: Any, unit: str) -> dict[str, Any]:
+    """A coefficient as plain data."""
+    numbers = {"value": level.value if level.seen else None, "low": level.low, "high": level.high}
+    in_field = {name: None if v is None else in_field_unit(level.name, v, unit) for name, v in numbers.items()}
+    words = {"is": word_of(level.name, unit), "field_unit": field_unit(level.name, unit)}
+    return words | numbers | {f"field_{name}": v for name, v in in_field.items()}
+
+
+def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
+    """Allan, Hadamard and modified Allan deviations of a trace, a series or, with their `rate` in Hz, plain values.
+
+    The degrees of freedom of each point are those of the kind of noise that dominates there by the fit of N, B, K and
+    Q. Raises `ModelError` for a signal of under 64 values.
+    """
+    series = as_series(signal, rate, unit)
+    count = len(series.values)
+    if count < FEWEST:
+        problem = Problem(
+            message="the signal is too short for an Allan deviation",
+            key=series.name or "signal",
+            got=f"{count} values",
+            expected=f"at least {FEWEST}",
+            hint="run longer, or skip less",
+        )
+        raise ModelError([problem])
+    if not np.ptp(series.values) > 0.0:
+        raise ModelError([Problem(message="the signal does not move", key=series.name or "signal")])
+    levels = fitted(series)
+    x = _integral(series)
+    curves = {statistic: _curve(statistic, x, series.period, levels) for statistic in Statistic}
+    return Allan(series.name, series.unit, series.period, count, curves, levels)
+
+
+def deviation_at(statistic: Statistic, values: Array, factor: int) -> float:
+    """One deviation of a signal at an averaging time of so many values."""
+    return float(np.sqrt(_variance(statistic, _integral(Series(np.asarray(values, dtype=float), 1.0)), factor)))
+
+
+def _integral(series: Series) -> Array:
+    """The running integral, in units of the signal times its period, one value more than the signal."""
+    values = series.values - np.mean(series.values)
+    return np.concatenate([[0.0], np.cumsum(values)])
+
+
+def _curve(statistic: Statistic, x: Array, period: float, levels: Levels) -> Curve:
+    factors = _factors(statistic, len(x) - 1)
+    taus = factors * period
+    variance = np.array([_variance(statistic, x, int(m)) for m in factors])
+    kinds = _dominating(levels, taus)
+    degrees = np.array([freedom(statistic, len(x), int(m), a) for m, a in zip(factors, kinds, strict=True)])
+    side = CONFIDENCE / 2.0
+    low, high = (np.sqrt(variance * degrees / chi2.ppf(0.5 + s, degrees)) for s in (side, -side))
+    return Curve(statistic, taus, np.sqrt(variance), low, high, degrees)
+
+
+def _variance(statistic: Statistic, x: Array, m: int) -> float:
+    """The variance at an averaging time of m values, in units of the signal."""
+    if statistic is Statistic.HADAMARD:
+        third = x[3 * m :] - 3.0 * x[2 * m : -m] + 3.0 * x[m : -2 * m] - x[: -3 * m]
+        return float(np.mean(third**2)) / (6.0 * m * m)
+    second = x[2 * m :] - 2.0 * x[m:-m] + x[: -2 * m]
+    if statistic is Statistic.MODIFIED:
+        total = np.concatenate([[0.0], np.cumsum(second)])
+        second = (total[m:] - total[:-m]) / m
+    return float(np.mean(second**2)) / (2.0 * m * m)
+
+
+def _factors(statistic: Statistic, count: int) -> Any:
+    """Numbers of values that are averaged, evenly on a logarithmic axis, as long as there are three places at least."""
+    reach = {Statistic.ALLAN: 2, Statistic.HADAMARD: 3, Statistic.MODIFIED: 3}[statistic]
+    most = max(1, (count - 2) // reach)
+    return np.unique(np.round(np.geomspace(1, most, 1 + int(PER_DECADE * np.log10(max(most, 2))))).astype(int))
+
+
+def _dominating(levels: Levels, taus: Array) -> list[int]:
+    """Exponent of frequency of the noise that has most of the Allan variance at each averaging time."""
+    parts = allan_terms(taus) * np.array([level.value**2 for level in levels.levels])
+    return [_ALPHA[NAMES[int(i)]] for i in np.argmax(parts, axis=1)]

@@ -1,0 +1,50 @@
+"""Picture of an Allan deviation: the curve with its interval, and the slopes of the coefficients."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from proofmass.runner.analysis.allan.deviations import Allan
+from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
+from proofmass.runner.analysis.allan.freedom import Statistic
+from proofmass.runner.analysis.allan.levels import allan_terms
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def plot_allan(found: Allan) -> "Figure":
+    """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient that is seen."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    curve = found.curves[Statistic.ALLAN]
+    factor = in_field_unit("B", 1.0, found.unit)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 5.2), facecolor=PAPER, layout="constrained")
+        panel = figure.subplots()
+        figure.suptitle(f"Allan deviation of {found.name or 'the signal'}".replace("$", r"\$"), size=12, weight="bold")
+        panel.fill_between(curve.taus, factor * curve.low, factor * curve.high, color=BLUE, alpha=0.2, linewidth=0)
+        panel.loglog(curve.taus, factor * curve.deviation, color=BLUE, label="measured, 95 %")
+        model = np.sqrt(found.levels.variance(curve.taus))
+        panel.loglog(curve.taus, factor * model, color=ORANGE, linewidth=1.0, label="N, B, K, Q fitted")
+        bottom = 0.5 * factor * float(np.min(curve.low))
+        terms = np.sqrt(allan_terms(curve.taus))
+        for column, level in enumerate(found.levels.levels):
+            line = factor * level.value * terms[:, column]
+            shown = line > bottom
+            if level.seen and shown.any():
+                panel.loglog(curve.taus[shown], line[shown], color=INK, linewidth=0.8, linestyle=":")
+                place = int(np.flatnonzero(shown)[0 if level.name in "NQ" else -1])
+                side = ("left", 6) if level.name in "NQ" else ("right", -6)
+                panel.annotate(
+                    level.name, (curve.taus[place], line[place]), (side[1], 3), ha=side[0], textcoords="offset points",
+                    fontsize=9,
+                )  # fmt: skip
+        panel.set_ylim(bottom=bottom)
+        panel.set_xlabel("averaging time [s]")
+        panel.set_ylabel(f"[{field_unit('B', found.unit)}]")
+        panel.margins(x=0.01)
+        panel.legend(loc="best")
+    return figure

@@ -1,0 +1,1 @@
+"""Noise budgets: what each source does to an output, from the linear map of a period."""

@@ -1,0 +1,270 @@
+"""The noise budget of an output: what each source contributes, and what it amounts to at an input."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
+from proofmass.runner.analysis.allan.levels import Levels, matched
+from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.open_loop import Complex
+from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
+from proofmass.runner.analysis.noise.band import grid, mean_squares
+from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
+from proofmass.runner.analysis.noise.prediction import allan_deviation
+from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
+from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+_DECADES = 5.0  # below half the rate that are shown
+_TAUS = 8  # a decade
+_LOW = 0.1  # of the rate, up to which coefficients are those of a slow signal
+_NEUTRAL = 1e-9  # by which a pole beyond the unit circle may be rounding
+QUANTISATION = "quantisation"
+
+
+@dataclass(frozen=True)
+class Source:
+    """One source of noise: the part of the output that it makes."""
+
+    block: str
+    kind: str  # of the block, or quantisation
+    rms: float  # in the band
+    share: float  # of the mean square
+    density: Array  # one-sided at the output, at the frequencies of the budget, in unit^2/Hz
+    dither: Dither | None = None  # of a quantiser
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether a quantiser is moved too little for its error to be noise."""
+        return self.dither is not None and not self.dither.enough
+
+
+@dataclass(frozen=True)
+class NoiseBudget:
+    """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz."""
+
+    output: str
+    unit: str
+    rate: float  # values of the output a second
+    band: tuple[float, float]  # Hz
+    sources: tuple[Source, ...]
+    rms: float  # in the band
+    frequencies: Array
+    density: Array
+    input: str
+    input_unit: str
+    gain: Complex  # from the input; empty without one
+    period: float  # of the schedule, in seconds
+    notes: tuple[str, ...]
+
+    @property
+    def referred_unit(self) -> str:
+        """Unit of what is referred to the input, or that of the output without one."""
+        return self.input_unit if self.input else self.unit
+
+    @property
+    def referred_density(self) -> Array:
+        """Density at the input that would make the same; that of the output without an input."""
+        return self.density / np.abs(self.gain) ** 2 if self.input else self.density
+
+    @property
+    def levels(self) -> Levels:
+        """N, B, K and Q that come closest to the density that is referred to the input, up to a tenth of the rate."""
+        lines = (self.density > 0.0) & (self.frequencies <= max(_LOW * self.rate, 4.0 * self.frequencies[0]))
+        return matched(self.frequencies[lines], self.referred_density[lines], 1.0 / self.rate)
+
+    def allan(self) -> tuple[Array, Array]:
+        """Averaging times, and the Allan deviation that the density referred to the input makes."""
+        most = max(2.0, 0.1 / self.frequencies[0] * self.rate)
+        factors = np.unique(np.round(np.geomspace(1, most, int(_TAUS * math.log10(most)) + 2)))
+        taus = np.asarray(factors / self.rate, dtype=np.float64)
+        positive = self.density > 0.0
+        known = self.frequencies[positive], self.referred_density[positive]
+        return taus, allan_deviation(*known, 1.0 / self.rate, taus)
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        taus, deviations = self.allan()
+        levels, unit = self.levels, self.referred_unit
+        return {
+            "output": self.output,
+            "unit": self.unit,
+            "rate_hz": self.rate,
+            "band_hz": list(self.band),
+            "rms": self.rms,
+            "sources": [
+                {
+                    "block": source.block,
+                    "kind": source.kind,
+                    "rms": source.rms,
+                    "share": source.share,
+                    "density": source.density.tolist(),
+                    **(
+                        {"moved_steps": _finite(source.dither.change), "doubtful": source.doubtful}
+                        if source.dither
+                        else {}
+                    ),
+                }
+                for source in self.sources
+            ],
+            "frequencies_hz": self.frequencies.tolist(),
+            "density": self.density.tolist(),
+            "input": self.input or None,
+            "referred_unit": unit,
+            "referred_density": self.referred_density.tolist(),
+            "coefficients": {
+                level.name: {
+                    "value": level.value,
+                    "field_value": in_field_unit(level.name, level.value, unit),
+                    "field_unit": field_unit(level.name, unit),
+                }
+                for level in levels.levels
+            },
+            "misfit_db": levels.misfit,
+            "allan": {"tau_s": taus.tolist(), "deviation": deviations.tolist()},
+            "notes": list(self.notes),
+        }
+
+
+def noise(
+    graph: Graph,
+    output: str,
+    *,
+    input: str = "",
+    band: tuple[float, float] | None = None,
+    at: str | float | Fraction | None = None,
+    frequencies: Sequence[float] = (),
+) -> NoiseBudget:
+    """The noise budget of an output: density and rms of what each source makes there, exactly for small signals.
+
+    Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error counts as white and
+    uniform over one step. What sampling, holding and decimation fold into the band is in it. `band` is in Hz, up to
+    half the rate of the output unless said; `at` is the operating point, as in `linearise`, the second common period
+    unless said: in tick 0 processes start. With an `input` the density is referred to it as well. Densities are
+    those at some `frequencies` in Hz, ascending, or else on a logarithmic grid.
+
+    Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
+    """
+    planned = plan(graph)
+    target = node_of(planned, output)
+    sources = [node_of(planned, input)] if input else []
+    noisy = noise_blocks(planned)
+    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
+    whole = map_at(planned, sources, [target], noise=noisy, tick=tick)
+    found = noise_map(whole, target)
+    _refuse_growth(planned, output, found)
+    _refuse_silence(planned, output, found)
+    limits = _band(found, band)
+    squares = mean_squares(found, limits) if band is not None or not found.settles else found.mean_squares()
+    low = limits[0] if limits[0] > 0.0 else 0.5 * found.rate * 10.0**-_DECADES
+    shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(found, low, limits[1])
+    densities = found.densities(shown)
+    moved = {dither.block: dither for dither in dithers(whole)}
+    total = float(np.sum(squares))
+    made = [
+        Source(
+            block=name,
+            kind=QUANTISATION if part == ROUNDING else type(planned.blocks[name]).__name__,
+            rms=math.sqrt(square),
+            share=square / total if total else 0.0,
+            density=densities[:, column],
+            dither=moved.get(name) if part == ROUNDING else None,
+        )
+        for column, ((name, part), square) in enumerate(zip(found.sources, squares, strict=True))
+    ]
+    return NoiseBudget(
+        output=output,
+        unit=_unit(planned, target),
+        rate=found.rate,
+        band=limits,
+        sources=tuple(sorted(made, key=lambda source: (-source.rms, source.block, source.kind))),
+        rms=math.sqrt(total),
+        frequencies=shown,
+        density=np.sum(densities, axis=1),
+        input=input,
+        input_unit=_unit(planned, sources[0]) if sources else "",
+        gain=found.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
+        period=found.period,
+        notes=(*whole.notes, *_notes(planned, whole, made, found, band)),
+    )
+
+
+def _unit(planned: Plan, node: Node) -> str:
+    block = planned.blocks[node[0]]
+    return short_unit(unit_of(block, type(block).outputs[node[1]]))
+
+
+def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]:
+    top = 0.5 * of.rate
+    if band is None:
+        return (0.0, top) if of.settles else (top * 10.0**-_DECADES, top)
+    if not 0.0 <= band[0] < min(band[1], top):
+        got = f"{band[0]:g} Hz to {band[1]:g} Hz"
+        expected = f"within 0 Hz to {top:g} Hz, half the rate of the output"
+        raise ModelError([Problem(message="the band is empty", key="band", got=got, expected=expected)])
+    return band[0], min(band[1], top)
+
+
+def _notes(
+    planned: Plan, whole: PeriodMap, sources: list[Source], found: NoiseMap, band: tuple[float, float] | None
+) -> list[str]:
+    """What must be known to judge the numbers."""
+    notes = [
+        f"{source.block}: noise moves its input by {source.dither.change:.2g} steps from value to value, and"
+        f" {source.dither.rms:.2g} in all: below {ENOUGH:g} its error is noise only if signals move it"
+        " more, and else anything up to half a step"
+        for source in sources
+        if source.doubtful and source.dither is not None
+    ]
+    reached = {name for name, *_ in whole.states} | {entry[0] for entry in whole.inputs}
+    digital = sorted(set(planned.digital) & reached)
+    if digital:
+        notes.append(f"rounding within fixed-point blocks is not counted: {', '.join(digital)}")
+    if not found.settles and band is None:
+        notes.append("the output wanders without bound: its rms is that of the band named above")
+    return notes
+
+
+def _refuse_growth(planned: Plan, output: str, found: NoiseMap) -> None:
+    largest = float(np.max(np.abs(found.poles), initial=0.0))
+    if largest <= 1.0 + _NEUTRAL:
+        return
+    problem = Problem(
+        message=f"the noise of {output} grows without end: a loop is unstable",
+        key=output,
+        got=f"a mode that grows by {largest:.6g} in {found.period:.3g} s",
+        hint="proofmass margins says how stable the loops are; another operating point may do: --at",
+        path=("blocks", output.rpartition(".")[0]),
+    )
+    raise ModelError([planned.graph.placed(problem)])
+
+
+def _refuse_silence(planned: Plan, output: str, found: NoiseMap) -> None:
+    heard = [i for i, variance in enumerate(found.variances) if variance]
+    _, b, _, d = found.matrices
+    if found.sources and (np.any(b[:, heard]) or np.any(d[:, heard])):
+        return
+    problem = Problem(
+        message=f"no noise reaches {output}",
+        key=output,
+        got=f"{len(found.sources)} sources upstream of it",
+        hint="a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at",
+        path=("blocks", output.rpartition(".")[0]),
+    )
+    raise ModelError([planned.graph.placed(problem)])
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,148 @@
+"""From the random numbers and the errors of quantisers of a period to the values of an output in it.
+
+    x[n+1] = A x[n] + B w[n],   y[n] = C x[n] + D w[n],   H(z) = C (z - A)^-1 B + D
+
+w holds independent numbers of known variance v, y the r values of the output in a period T. The mean one-sided density
+of what repeats its statistics every period is, with z = exp(2 pi j f T) and up to half the rate of the output,
+
+    S(f) = 2 T / r^2 sum over k of v[k] |sum over i of exp(-2 pi j f i T / r) H[i, k](z)|^2
+
+(Gardner, Cyclostationary Random Processes, 1985, section 12.4). All that sampling, holding and decimation fold back is
+in it. Its integral is the mean square of the output, which needs no integral:
+
+    sum over k of v[k] (B' Q B + D' D / r)[k, k],   Q = A' Q A + C' C / r
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.open_loop import Complex, Transfer
+from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
+from proofmass.runner.derivatives.dual_noise import DEVIATE, ROUNDING
+
+VARIANCES = {DEVIATE: 1.0, ROUNDING: 1.0 / 12.0}  # of a rounded value: uniform over one step
+_LARGEST = 1 << 21  # complex numbers that are computed at a time
+_DOUBLINGS = 64
+_MARGIN = 1e-12  # of the spectral radius below one
+
+
+@dataclass(frozen=True)
+class NoiseMap:
+    """The map from sources to one output, and from an input where there is one."""
+
+    matrices: tuple[Array, Array, Array, Array]
+    inputs: tuple[Entry, ...]  # a column each
+    values: int  # of the output in a period
+    period: float  # seconds
+
+    @property
+    def rate(self) -> float:
+        """Values of the output a second."""
+        return self.values / self.period
+
+    @property
+    def sources(self) -> list[Node]:
+        """Block and kind of each source."""
+        return list(dict.fromkeys(entry[:2] for entry in self.inputs if entry[1] in VARIANCES))
+
+    def columns(self, source: Node) -> list[int]:
+        """The columns of a source, or of an input."""
+        return [i for i, entry in enumerate(self.inputs) if entry[:2] == source]
+
+    @property
+    def variances(self) -> Array:
+        """Of each column, zero of an input."""
+        return np.array([VARIANCES.get(part, 0.0) for _, part, _ in self.inputs])
+
+    @cached_property
+    def poles(self) -> Complex:
+        """Of a period."""
+        return np.linalg.eigvals(self.matrices[0]).astype(complex)
+
+    @property
+    def settles(self) -> bool:
+        """Whether the mean square of the output has a bound."""
+        return bool(np.max(np.abs(self.poles), initial=0.0) < 1.0 - _MARGIN)
+
+    def mean_squares(self) -> Array:
+        """Mean square of the output by each source, over all frequencies."""
+        _, b, _, d = self.matrices
+        q = self.observed
+        weight = self.variances * (np.einsum("ik,ij,jk->k", b, q, b) + np.sum(d**2, axis=0) / self.values)
+        return np.asarray(self._by_source(weight[None])[0])
+
+    @cached_property
+    def observed(self) -> Array:
+        """Q in Q = A' Q A + C' C / r."""
+        a, _, c, _ = self.matrices
+        return summed(a.T, c.T @ c / self.values)
+
+    def densities(self, frequencies: Array) -> Array:
+        """One-sided density at the output by each source: a row for each frequency, in unit^2/Hz."""
+        width = max(1, _LARGEST // max(1, len(self.matrices[0]) * len(self.inputs)))
+        rows = [self._densities(frequencies[i : i + width]) for i in range(0, len(frequencies), width)]
+        return np.vstack(rows) if rows else np.zeros((0, len(self.sources)))
+
+    def gain(self, frequencies: Array, source: Node) -> Complex:
+        """What comes out at the frequency that goes in at an input."""
+        columns = self.columns(source)
+        times = np.arange(len(columns)) * (self.period / max(1, len(columns)))
+        turn = np.exp(2j * np.pi * np.outer(frequencies, times))
+        gain: Complex = np.sum(self._heard(frequencies)[:, columns] * turn, axis=1) / self.values
+        return gain
+
+    def _densities(self, frequencies: Array) -> Array:
+        power = np.abs(self._heard(frequencies)) ** 2 * self.variances
+        return self._by_source(power) * (2.0 * self.period / self.values**2)
+
+    def _heard(self, frequencies: Array) -> Complex:
+        """What the output has of each column at a frequency."""
+        turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
+        z = np.asarray(np.exp(2j * np.pi * frequencies * self.period), dtype=complex)
+        heard: Complex = np.einsum("fi,fik->fk", turn, self._transfer(z))
+        return heard
+
+    @cached_property
+    def _transfer(self) -> Transfer:
+        return Transfer(*self.matrices)
+
+    def _by_source(self, columns: Array) -> Array:
+        """Sums over the columns of each source."""
+        sums = [columns[:, self.columns(source)].sum(axis=1) for source in self.sources]
+        return np.array(sums).T if sums else np.zeros((len(columns), 0))
+
+
+def noise_map(whole: PeriodMap, output: Node) -> NoiseMap:
+    """The map to one output, without what does not reach it and without modes that do not show."""
+    found = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
+    a, b, c, d = found.parts()
+    lasting = Lasting(a)
+    if not lasting.passes(b, c):
+        a, b, c = lasting.without(a, b, c)
+    return NoiseMap((a, b, c, d), found.inputs, len(found.outputs), found.period)
+
+
+def rows_of(whole: PeriodMap, rows: Sequence[int]) -> PeriodMap:
+    """The map to some of its outputs."""
+    n = whole.order
+    kept = [*range(n), *(n + i for i in rows)]
+    slopes = {name: slope[kept] for name, slope in whole.slopes.items()}
+    return replace(whole, outputs=tuple(whole.outputs[i] for i in rows), matrix=whole.matrix[kept], slopes=slopes)
+
+
+def summed(a: Array, first: Any) -> Array:
+    """X in X = A X A' + first, by doubling: exact to rounding whatever the units of the states are."""
+    total, power = np.array(first, dtype=float), np.array(a, dtype=float)
+    for _ in range(_DOUBLINGS):
+        more = power @ total @ power.T
+        total = total + more
+        if np.all(np.abs(more) <= 1e-18 * np.abs(total)):
+            break
+        power = power @ power
+    return np.asarray(total)

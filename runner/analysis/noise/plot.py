@@ -1,0 +1,57 @@
+"""Picture of a noise budget: the density of each source and of all, and the Allan deviation that it makes."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
+from proofmass.runner.analysis.noise.budget import NoiseBudget, Source
+from proofmass.runner.output.plot import BLUE, INK, PAPER, STYLE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MOST = 6  # sources with a line of their own
+_COLOURS = (BLUE, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
+_LEAST = 1e-8  # of the total density, below which nothing is drawn
+
+
+def plot_noise(budget: NoiseBudget) -> "Figure":
+    """Amplitude densities, at the input where there is one, and beside them the Allan deviation."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    unit = budget.referred_unit
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(11.0, 4.8), facecolor=PAPER, layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+        place = f"{budget.output}, referred to {budget.input}" if budget.input else budget.output
+        figure.suptitle(f"Noise of {place}".replace("$", r"\$"), size=12, weight="bold")
+        drawn = [source for source in budget.sources if source.rms > 0.0][:_MOST]
+        for colour, source in zip(_COLOURS, drawn, strict=False):
+            _draw(left, budget, source.density, color=colour, label=_label(source))
+        _draw(left, budget, budget.density, color=INK, linewidth=1.6, label="all")
+        top = in_field_unit("density", 1.0, unit) * float(np.sqrt(np.max(budget.referred_density)))
+        left.set_ylim(bottom=max(left.get_ylim()[0], top * _LEAST**0.5), top=2.0 * top)
+        left.set_xlabel("frequency [Hz]")
+        left.set_ylabel(f"[{field_unit('density', unit)}]")
+        left.legend(loc="best")
+        taus, deviation = budget.allan()
+        right.loglog(taus, in_field_unit("B", 1.0, unit) * deviation, color=INK)
+        right.set_title("Allan deviation", fontsize=9, pad=3)
+        right.set_xlabel("averaging time [s]")
+        right.set_ylabel(f"[{field_unit('B', unit)}]")
+        for panel in (left, right):
+            panel.margins(x=0.01)
+    return figure
+
+
+def _draw(panel: Any, budget: NoiseBudget, density: Any, **style: Any) -> None:
+    referred = density / np.abs(budget.gain) ** 2 if budget.input else density
+    factor = in_field_unit("density", 1.0, budget.referred_unit)
+    shown = referred > _LEAST**2 * np.max(referred, initial=0.0)
+    panel.loglog(budget.frequencies[shown], factor * np.sqrt(referred[shown]), **style)
+
+
+def _label(source: Source) -> str:
+    return f"{source.block} ({source.kind})".replace("$", r"\$")

@@ -1,0 +1,59 @@
+"""Whether the error of a quantiser is noise: white, and uniform over one step.
+
+It is where what the quantiser is given moves by enough of a step from value to value (Widrow and Kollar, Quantization
+Noise, 2008, chapter 7): Gaussian motion of half a step leaves a correlation of exp(-2 pi^2 / 4), which is 0.7 %.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.noise.noise_map import VARIANCES, rows_of, summed
+from proofmass.runner.derivatives.dual_noise import ROUNDING
+
+ENOUGH = 0.5  # steps rms
+
+
+@dataclass(frozen=True)
+class Dither:
+    """By how much noise moves the input of a quantiser: rms, and from value to value, in steps."""
+
+    block: str
+    rms: float
+    change: float
+
+    @property
+    def enough(self) -> bool:
+        """Whether the error of the quantiser is noise."""
+        return min(self.rms, self.change) >= ENOUGH
+
+
+def dithers(whole: PeriodMap) -> Iterator[Dither]:
+    """The motion of each quantiser's input, at its least over the period; infinite where it has no bound."""
+    for block in dict.fromkeys(name for name, part, _ in whole.outputs if part == ROUNDING):
+        rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, ROUNDING)]
+        yield _dither(block, rows_of(whole, rows).between())
+
+
+def _dither(block: str, found: PeriodMap) -> Dither:
+    a, b, c, d = found.parts()
+    lasting = Lasting(a)
+    if lasting.passes(b, c):  # a random walk
+        return Dither(block, math.inf, math.inf)
+    a, b, c = lasting.without(a, b, c)
+    variances = np.array([VARIANCES.get(part, 0.0) for _, part, _ in found.inputs])
+    p = summed(a, b * variances @ b.T)
+    following = np.vstack([c[1:], c[:1] @ a]), np.vstack([d[1:], c[:1] @ b])
+    squares = _squares(c, d, p, variances)
+    changes = _squares(following[0] - c, following[1] - d, p, variances)
+    if len(c) == 1 or len(d):  # the last change has errors of the next period too
+        changes[-1] += float(np.sum(d[0] ** 2 * variances))
+    return Dither(block, math.sqrt(float(np.min(squares))), math.sqrt(float(np.min(changes))))
+
+
+def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:
+    return np.asarray(np.einsum("ij,jk,ik->i", c, p, c) + d**2 @ variances)

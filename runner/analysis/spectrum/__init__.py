@@ -1,0 +1,1 @@
+"""Spectra of signals: densities, tones, and how good a converter they show."""

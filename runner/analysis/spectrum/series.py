@@ -1,0 +1,107 @@
+"""A signal sampled at equal steps: a column of a recording, or the trace of a probe."""
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.runner.plan.recording import Column, RecordingError, numbers, read_columns
+from proofmass.runner.run.result import Trace
+
+Array = npt.NDArray[np.float64]
+JITTER = 0.05  # of a step, by which the times of a recording may be off equal steps
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values at equal steps of time, in a unit."""
+
+    values: Array
+    period: float  # seconds from value to value
+    name: str = ""
+    unit: str = "1"
+
+    @property
+    def rate(self) -> float:
+        """Values a second."""
+        return 1.0 / self.period
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return len(self.values) * self.period
+
+    def behind(self, seconds: float) -> "Series":
+        """The series without what lies before a time; raises `ModelError` where nothing is left."""
+        first = max(0, math.ceil(seconds / self.period - 1e-9))
+        if first >= len(self.values):
+            message, length = "nothing is left of the signal", f"{self.duration:.6g} s of signal"
+            raise ModelError(
+                [Problem(message=message, key="skip", got=f"{seconds:.6g} s", expected=f"less than {length}")]
+            )
+        return replace(self, values=self.values[first:])
+
+
+def as_series(source: Any, rate: float = 0.0, unit: str = "1") -> Series:
+    """A series as it is, of a trace, or of plain values at a rate."""
+    if isinstance(source, Series):
+        return source
+    if isinstance(source, Trace):
+        return of_trace(source)
+    if not rate > 0.0:
+        raise ValueError("plain values need a rate, in Hz")
+    return Series(np.asarray(source, dtype=float).ravel(), 1.0 / rate, unit=unit)
+
+
+def of_trace(trace: Trace) -> Series:
+    """The series of a probe; raises `ModelError` for a vector."""
+    if trace.values.ndim > 1:
+        message, hint = "is a vector, not one number", "probe an output of type float or int"
+        raise ModelError([Problem(message=message, key=trace.signal, hint=hint)])
+    return Series(np.asarray(trace.values, dtype=float), float(trace.period), trace.signal, trace.unit)
+
+
+def read_series(file: str | Path, column: str = "") -> Series:
+    """A column of a CSV, Parquet or netCDF file, the first behind time where none is named; raises `ModelError`."""
+    path = Path(file)
+    try:
+        time, value = read_columns(path, lambda names: (0, _index(names, column)))
+        return Series(np.array(numbers(value)), _step(time), value.name, value.unit or "1")
+    except RecordingError as error:
+        problem = Problem(
+            message=str(error), file=str(path), line=error.line, key="column" if column else "", hint=error.hint
+        )
+        raise ModelError([problem]) from None
+
+
+def _index(names: Any, column: str) -> int:
+    if len(names) < 2:
+        raise RecordingError("needs a column of time and one of values")
+    if column and column not in names[1:]:
+        raise RecordingError(f"there is no column {column!r}", hint=did_you_mean(column, names[1:], "column"))
+    return int(names.index(column, 1)) if column else 1
+
+
+def _step(time: Column) -> float:
+    """Seconds from row to row; raises `RecordingError` where rows are missing or uneven."""
+    try:
+        times = np.array(numbers(time)) * convert(f"1 {time.unit or 's'}", "s")
+    except UnitError as error:
+        raise RecordingError(f"column {time.name}: {error}", hint="its unit must be one of time") from None
+    if len(times) < 2:
+        raise RecordingError("holds one row")
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    off = np.abs(times - (times[0] + step * np.arange(len(times))))
+    worst = int(np.argmax(off))
+    if not step > 0.0 or off[worst] > JITTER * step:
+        raise RecordingError(
+            f"its times are not equally spaced: row {worst + 1} is at {times[worst]:.9g} s, {off[worst]:.3g} s off a"
+            f" step of {step:.6g} s",
+            hint="a row may be missing; cut the recording there, or play it by a RecordedSignal at a rate of your own",
+        )
+    return float(step)

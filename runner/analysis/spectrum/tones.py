@@ -1,0 +1,165 @@
+"""A tone and what lies beside it: SNR, SNDR, THD, SFDR, ENOB, as IEEE Std 1241 has them, from a spectrum.
+
+The lines about zero, the tone and its harmonics within the main lobe of the window are theirs; the rest is noise, and
+goes on beneath them at its mean density. Harmonics above half the rate fold back. All ratios are of mean squares;
+ENOB = (SNDR - 10 log10(3/2)) / (20 log10(2)) is that of a converter which the tone fills.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.analysis.spectrum.series import Array
+from proofmass.runner.analysis.spectrum.welch import Spectrum
+from proofmass.runner.analysis.spectrum.windows import half_lobe
+
+HARMONICS = 9  # above the tone
+_NEIGHBOURS = 8  # lobes, on each side of a tone
+_OUTSTANDING = 30.0  # a line of white noise is as high above its median once in 1e9
+_ROOM = 3  # lobes, in which a tone, zero and noise find place
+COHERENT = 1e-2  # of a cycle, by which a tone in a whole number of cycles may be off
+
+
+@dataclass(frozen=True)
+class Tones:
+    """Figures of the largest tone in a band; ratios in dB, `rms` and `noise` in the unit of the signal."""
+
+    frequency: float  # Hz
+    rms: float
+    noise: float  # rms without harmonics
+    snr: float
+    sndr: float
+    thd: float
+    sfdr: float
+    spur: float  # Hz, of the largest line beside the tone
+    enob: float
+    cycles: float  # of the tone in a segment
+
+    @property
+    def coherent(self) -> bool:
+        """Whether a segment holds a whole number of cycles."""
+        return abs(self.cycles - round(self.cycles)) <= COHERENT
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return asdict(self) | {"coherent": self.coherent}
+
+
+def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None = None) -> Tones:
+    """The figures of the tone near a frequency, or of the largest; what counts as noise lies in the band.
+
+    Raises `ModelError` where a segment is too short to tell a tone from zero, and where there is none.
+    """
+    lobe, power = half_lobe(of.window), of.power
+    middle = _middle(of, power, lobe, tone, band)
+    frequency = _frequency(of, power, middle)
+    inside = of.within(band) & ~_near(of, [0.0], lobe)
+    own = _near(of, [frequency], lobe)
+    multiples = [frequency * order for order in range(2, HARMONICS + 2)]
+    harmonic = _near(of, [_folded(f, of.rate) for f in multiples], lobe) & ~own & inside
+    rest = inside & ~own & ~harmonic
+    if not rest.any():
+        raise ModelError([_no_room(of)])
+    step = of.step
+    floor = float(np.mean(of.density[rest]))
+    in_band = float(np.sum(of.within(band))) * step
+    noise = floor * in_band
+    beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # of noise; another tone lifts the mean
+    signal = _above(of, own, beneath)
+    distortion = _above(of, harmonic, beneath)
+    beside = np.where(inside & ~own, power, -1.0)
+    spur = int(np.argmax(beside))
+    if not signal > 0.0:
+        raise ModelError([_no_tone(of)])
+    sndr = _decibels(signal, noise + distortion)
+    return Tones(
+        frequency=frequency,
+        rms=math.sqrt(signal),
+        noise=math.sqrt(noise),
+        snr=_decibels(signal, noise),
+        sndr=sndr,
+        thd=_decibels(distortion, signal),
+        sfdr=_decibels(signal, float(beside[spur])),
+        spur=float(of.frequencies[spur]),
+        enob=(sndr - 10.0 * math.log10(1.5)) / (20.0 * math.log10(2.0)),
+        cycles=frequency / step,
+    )
+
+
+def _above(of: Spectrum, lines: Any, floor: float) -> float:
+    """Mean square of some lines without the noise in them."""
+    return max(float(np.sum(of.density[lines] - floor)) * of.step, 0.0)
+
+
+def _middle(of: Spectrum, power: Array, lobe: int, tone: float, band: tuple[float, float] | None) -> int:
+    """Index of the highest line: near the tone that is named, or in the band."""
+    lines = of.within(band) & ~_near(of, [0.0], lobe)
+    if tone:
+        lines = np.abs(of.frequencies - tone) <= (lobe + 1) * of.step
+    if not lines.any() or len(of.frequencies) < _ROOM * (lobe + 1):
+        raise ModelError([_no_room(of)])
+    middle = int(np.argmax(np.where(lines, power, -1.0)))
+    if not power[middle] > 0.0 or not (tone or _stands_out(power, middle, lobe)):
+        raise ModelError([_no_tone(of)])
+    return middle
+
+
+def _stands_out(power: Array, middle: int, lobe: int) -> bool:
+    """Whether a line is far above the median of its neighbours, beyond its own lobe: noise peaks lower."""
+    reach = _NEIGHBOURS * (lobe + 1)
+    below = power[max(0, middle - reach) : max(0, middle - lobe)]
+    beside = np.concatenate([below, power[middle + lobe + 1 : middle + reach + 1]])
+    return not len(beside) or bool(power[middle] > _OUTSTANDING * np.median(beside))
+
+
+def _frequency(of: Spectrum, power: Array, middle: int) -> float:
+    """Frequency of a tone between lines, from the line and its two neighbours."""
+    if not 0 < middle < len(power) - 1:
+        return float(of.frequencies[middle])
+    left, top, right = (float(power[middle + i]) for i in (-1, 0, 1))
+    if of.window == "rectangular":  # amplitudes of the two lines about a tone are as its distances from them
+        beside = math.sqrt(max(left, right))
+        apart = math.copysign(beside / (beside + math.sqrt(top)), right - left)
+    else:  # a parabola through the logarithms
+        left, top, right = (math.log(max(value, 1e-300)) for value in (left, top, right))
+        bend = left - 2.0 * top + right
+        apart = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    return float(of.frequencies[middle]) + apart * of.step
+
+
+def _near(of: Spectrum, frequencies: Iterable[float], lobe: int) -> Any:
+    """Lines within the main lobe of the window about some frequencies."""
+    near = np.zeros(len(of.frequencies), dtype=bool)
+    for frequency in frequencies:
+        line = round(frequency / of.step)
+        near[max(0, line - lobe) : line + lobe + 1] = True
+    return near
+
+
+def _folded(frequency: float, rate: float) -> float:
+    """Where a frequency appears once it is sampled."""
+    rest = frequency % rate
+    return min(rest, rate - rest)
+
+
+def _decibels(above: float, below: float) -> float:
+    if not below > 0.0:
+        return math.inf
+    return 10.0 * math.log10(above / below) if above > 0.0 else -math.inf
+
+
+def _no_room(of: Spectrum) -> Problem:
+    return Problem(
+        message="too few lines to tell a tone from its surroundings",
+        key="segment",
+        got=f"{of.segment} values: lines {of.step:.4g} Hz apart, {2 * half_lobe(of.window) + 1} of which a tone takes",
+        hint="run longer, widen the band, or take a window of fewer terms",
+    )
+
+
+def _no_tone(of: Spectrum) -> Problem:
+    return Problem(message="no tone stands out of the noise", key=of.name or "signal", hint="name its frequency")

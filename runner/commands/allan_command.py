@@ -1,0 +1,80 @@
+"""The command `allan`: deviations over averaging time, and the coefficients of noise."""
+
+from pathlib import Path
+
+import numpy as np
+
+from proofmass.runner.analysis.allan.deviations import Allan, Curve, allan
+from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
+from proofmass.runner.analysis.allan.freedom import Statistic
+from proofmass.runner.analysis.allan.levels import Level
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.series_source import SignalRequest, signal_of
+
+_MISFIT = 6.0  # dB, by which the density of a few lines may be off
+
+
+def show_allan(request: SignalRequest, picture: Path | None) -> int:
+    """Show the Allan deviation of a signal and return the exit code."""
+    found = allan(signal_of(request))
+    if request.as_json:
+        print_json(found.as_data())
+    else:
+        print_text([allan_text(found)])
+    if picture is not None:
+        from proofmass.runner.analysis.allan.plot import plot_allan
+        from proofmass.runner.output.plot import save_figure
+
+        print_file(save_figure(plot_allan(found), picture), request.as_json)
+    return DONE
+
+
+def allan_text(found: Allan) -> str:
+    """Coefficients and a row of the curve for each octave of averaging time, for people."""
+    lines = [
+        f"{found.name or 'signal'}: {found.values:,} values at {1.0 / found.period:.9g} Hz,"
+        f" {found.values * found.period:.6g} s",
+        *(coefficient_text(level, found.unit) for level in found.levels.levels),
+        *_misfit(found),
+        f"  {'tau [s]':>12} {'Allan':>12}  {'95 %':^27} {'freedom':>8} {'Hadamard':>12} {'modified':>12}"
+        f"  [{field_unit('B', found.unit)}]",
+    ]
+    curve = found.curves[Statistic.ALLAN]
+    for i in _octaves(curve):
+        cells = [in_field_unit("B", float(v[i]), found.unit) for v in (curve.deviation, curve.low, curve.high)]
+        others = [
+            _at(found.curves[s], float(curve.taus[i]), found.unit) for s in (Statistic.HADAMARD, Statistic.MODIFIED)
+        ]
+        lines.append(
+            f"  {curve.taus[i]:12.6g} {cells[0]:12.6g}  {cells[1]:12.6g} to {cells[2]:<11.6g} {curve.freedom[i]:8.1f}"
+            + "".join(f" {other:>12}" for other in others)
+        )
+    return "\n".join(lines)
+
+
+def coefficient_text(level: Level, unit: str) -> str:
+    """A coefficient with its interval in the units of data sheets."""
+    value, low, high = (in_field_unit(level.name, v, unit) for v in (level.value, level.low, level.high))
+    text = f"{value:.4g}, {low:.4g} to {high:.4g}" if level.seen else f"not seen: below {high:.4g}"
+    return f"  {level.name}  {word_of(level.name, unit):<26} {text} {field_unit(level.name, unit)}"
+
+
+def _misfit(found: Allan) -> list[str]:
+    off = found.levels.misfit
+    return (
+        [f"  note: N, B, K and Q do not describe it: {off:.1f} dB off; it holds more than noise"]
+        if off > _MISFIT
+        else []
+    )
+
+
+def _octaves(curve: Curve) -> list[int]:
+    wanted = curve.taus[0] * 2.0 ** np.arange(0, np.log2(curve.taus[-1] / curve.taus[0]) + 1e-9)
+    return sorted({int(np.argmin(np.abs(np.log(curve.taus / tau)))) for tau in wanted})
+
+
+def _at(curve: Curve, tau: float, unit: str) -> str:
+    near = int(np.argmin(np.abs(curve.taus - tau)))
+    same = abs(curve.taus[near] - tau) <= 1e-9 * tau
+    return f"{in_field_unit('B', float(curve.deviation[near]), unit):.6g}" if same else ""

@@ -1,0 +1,139 @@
+"""The commands that say what a signal is made of; what they do is imported when they are called."""
+
+from typing import Any
+
+import click
+
+from proofmass.runner.commands.options import (
+    blocks_option,
+    duration_option,
+    engine_option,
+    file_argument,
+    graph_argument,
+    json_option,
+    plot_option,
+    seed_option,
+    set_option,
+)
+
+_SIGNAL_FIELDS = ("source", "probe", "skip", "duration", "samples", "seed", "engine", "changes", "own", "as_json")
+_SIGNAL = (
+    click.option("--probe", default="", metavar="BLOCK.PORT", help="Take this signal of a graph, or column of a file."),
+    click.option(
+        "--skip", default="0 s", show_default=True, metavar="TIME", help="Leave out the start, while it settles."
+    ),
+    duration_option,
+    click.option("--samples", type=click.IntRange(1), help="Run so many base ticks, instead of a duration."),
+    seed_option("the graph"),
+    engine_option(),
+    set_option,
+    blocks_option,
+    json_option,
+)
+
+
+def _signal_options(command: Any) -> Any:
+    for option in reversed(_SIGNAL):
+        command = option(command)
+    return command
+
+
+def _signal(options: dict[str, Any]) -> Any:
+    """Take what says which signal is meant out of the options of a command."""
+    from proofmass.runner.commands.series_source import SignalRequest
+
+    return SignalRequest(**{field: options.pop(field) for field in _SIGNAL_FIELDS})
+
+
+@click.command()
+@file_argument("source")
+@click.option("--window", default="", help="Window (default: hann of the density, blackman-harris-7 of the tone).")
+@click.option(
+    "--segment",
+    type=click.IntRange(0),
+    help="Values of a segment of the density, 0 for all (default: about an eighth).",
+)
+@click.option("--band", nargs=2, metavar="FROM TO", help='Count rms, noise and slope from "1 Hz" to "100 Hz".')
+@click.option(
+    "--tone", default="", metavar="FREQUENCY", help="Look for the tone here (default: the largest in the band)."
+)
+@plot_option("picture", "Draw the density")
+@_signal_options
+def spectrum(**options: Any) -> int:
+    """Show the spectrum of a signal: noise density, rms in a band, tone, SNR, SNDR, THD, SFDR, ENOB.
+
+    SOURCE is a graph, which is run, or a recording: CSV, Parquet or netCDF.
+
+    \b
+    proofmass spectrum sensor.toml --probe adc.number --band "1 Hz" "100 Hz"
+    proofmass spectrum recording.csv --probe acceleration --plot density.png
+    """
+    from proofmass.runner.commands.spectrum_command import SpectrumRequest, show_spectrum
+
+    return show_spectrum(SpectrumRequest(_signal(options), **options))
+
+
+@click.command()
+@file_argument("source")
+@plot_option("picture", "Draw the deviation")
+@_signal_options
+def allan(**options: Any) -> int:
+    """Show the Allan deviation of a signal, and the coefficients of its noise: N, B, K and Q with intervals of 95 %.
+
+    SOURCE is a graph, which is run, or a recording: CSV, Parquet or netCDF.
+
+    \b
+    proofmass allan recording.csv --probe rate --plot allan.png
+    proofmass allan sensor.toml --probe readout.rate --duration "600 s"
+    """
+    from proofmass.runner.commands.allan_command import show_allan
+
+    return show_allan(_signal(options), **options)
+
+
+@click.command()
+@graph_argument
+@click.option("--output", required=True, metavar="BLOCK.PORT", help="Say what the noise of this output is made of.")
+@click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer it to this output of a source.")
+@click.option("--band", nargs=2, metavar="FROM TO", help='Count from "0.1 Hz" to "100 Hz" (default: all).')
+@click.option("--at", help='Linearise at this time, or "settled" (default: after one common period).')
+@plot_option("picture", "Draw the budget")
+@set_option
+@blocks_option
+@json_option
+def noise(**options: Any) -> int:
+    """Show the noise budget of an output: what each source contributes, and what it amounts to at an input.
+
+    \b
+    proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
+    proofmass noise graphs/library/recorded_motion.toml --output mean.mean --input motion.output --plot noise.png
+    """
+    from proofmass.runner.commands.noise_command import NoiseRequest, show_noise
+
+    return show_noise(NoiseRequest(**options))
+
+
+@click.command("noise-model")
+@click.option("--density", metavar="QUANTITY", help='One-sided white density, as "100 ug0/sqrt(Hz)".')
+@click.option("--random-walk", "--arw", "--vrw", "white", metavar="QUANTITY", help='N, as "0.1 deg/sqrt(h)".')
+@click.option("--bias-instability", metavar="QUANTITY", help='B, as "1 deg/h".')
+@click.option("--flat", is_flag=True, help="The bias instability is the flat part of an Allan curve, 0.664 B.")
+@click.option("--rate-random-walk", "--rrw", "wander", metavar="QUANTITY", help='K, as "1 deg/(h*sqrt(h))".')
+@click.option(
+    "--longest", default="10000 s", show_default=True, help="Longest averaging time that flicker must hold for."
+)
+@click.option("--rate", default="1 kHz", show_default=True, help="Rate of the blocks.")
+@click.option("--unit", default="", help="Unit of the signal (default: rad/s or m/s^2, as the quantities say).")
+def noise_model(**options: Any) -> int:
+    """Write the blocks that make the noise of a data sheet, as TOML to put into a graph.
+
+    \b
+    proofmass noise-model --arw "0.1 deg/sqrt(h)" --bias-instability "1 deg/h"
+    proofmass noise-model --density "80 ug0/sqrt(Hz)" --bias-instability "5 ug0" --flat
+    """
+    from proofmass.runner.commands.noise_model_command import NoiseModelRequest, write_noise_model
+
+    return write_noise_model(NoiseModelRequest(**options))
+
+
+ANALYSES = (spectrum, allan, noise, noise_model)

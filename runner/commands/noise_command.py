@@ -1,0 +1,103 @@
+"""The command `noise`: what the noise of an output is made of."""
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import SETTLED
+from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
+from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.series_source import band_of
+
+_SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
+_ROWS = 20
+
+
+@dataclass(frozen=True)
+class NoiseRequest:
+    """What `proofmass noise` was asked to do."""
+
+    graph: Path
+    output: str
+    source: str
+    band: tuple[str, str] | None
+    at: str | None
+    picture: Path | None
+    changes: tuple[str, ...]
+    own: Path | None
+    as_json: bool
+
+
+def show_noise(request: NoiseRequest) -> int:
+    """Show a noise budget and return the exit code."""
+    graph = graph_of(request.graph, request.own, request.changes)
+    point = _settled(graph, request.as_json) if request.at == SETTLED else request.at
+    budget = noise(graph, request.output, input=request.source, band=band_of(request.band), at=point)
+    if request.as_json:
+        print_json(budget.as_data())
+    else:
+        print_text([noise_text(budget)])
+    if request.picture is not None:
+        from proofmass.runner.analysis.noise.plot import plot_noise
+        from proofmass.runner.output.plot import save_figure
+
+        print_file(save_figure(plot_noise(budget), request.picture), request.as_json)
+    return DONE
+
+
+def _settled(graph: Graph, as_json: bool) -> Fraction:
+    from proofmass.runner.analysis.linearisation.settle import settled_tick
+    from proofmass.runner.planning.plan import plan
+
+    planned = plan(graph)
+    with progress(as_json) as bar:
+        return settled_tick(planned, bar) / planned.schedule.base_rate
+
+
+def noise_text(budget: NoiseBudget) -> str:
+    """A budget for people: a row for each source, and what it amounts to."""
+    unit = f" {budget.unit}" if budget.unit != "1" else ""
+    low, high = budget.band
+    lines = [
+        f"noise of {budget.output}, {low:g} Hz to {high:g} Hz: {budget.rms:.6g}{unit} rms",
+        f"  {'source':<28} {'kind':<20} {'rms' + unit.join(('', '')):>12} {'share':>8}",
+    ]
+    for source in budget.sources[:_ROWS]:
+        doubtful = "  ?" if source.doubtful else ""
+        lines.append(
+            f"  {source.block:<28} {source.kind:<20} {source.rms:12.5g} {100.0 * source.share:7.2f} %{doubtful}"
+        )
+    more = len(budget.sources) - _ROWS
+    lines += [f"  and {more} more"] if more > 0 else []
+    lines += _coefficients(budget)
+    return "\n".join([*lines, *(f"  note: {note}" for note in budget.notes)])
+
+
+def _coefficients(budget: NoiseBudget) -> list[str]:
+    """White level, bias instability and random walk, at the input where there is one."""
+    unit = budget.referred_unit
+    lines = [f"referred to {budget.input}" if budget.input else f"density of {budget.output}"]
+    lines += [_density(budget, share) for share in (0.0, 0.5, 1.0)]
+    levels = budget.levels
+    if levels.misfit > _SMALL_MISFIT:
+        lines.append(f"  N, B, K and Q do not describe it: {levels.misfit:.1f} dB off; name a narrower --band")
+        return lines
+    for level in levels.levels:
+        value = in_field_unit(level.name, level.value, unit)
+        if level.value:
+            lines.append(f"  {level.name}  {word_of(level.name, unit):<26} {value:.5g} {field_unit(level.name, unit)}")
+    return lines
+
+
+def _density(budget: NoiseBudget, share: float) -> str:
+    """Amplitude density at a place on the logarithmic axis of frequency."""
+    place = round(share * (len(budget.frequencies) - 1))
+    value = in_field_unit("density", math.sqrt(float(budget.referred_density[place])), budget.referred_unit)
+    unit = field_unit("density", budget.referred_unit)
+    return f"  at {budget.frequencies[place]:<12.5g} Hz {'':<11} {value:.5g} {unit}"

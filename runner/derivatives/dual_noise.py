@@ -1,0 +1,102 @@
+"""Ticks in dual numbers with a direction for each random number, and for each error of a quantiser.
+
+Standard normal deviates are zero with the slope one. A quantiser passes on its input and adds an error, zero with the
+slope one, counted in steps of the rounding.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from typing import Any
+
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.declare import Block
+from proofmass.runner.derivatives.dual import dual, slopes_of
+from proofmass.runner.derivatives.dual_functions import quantises, with_quantisers
+from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.plan.bindings import Binding, Buffer, Deviate, State, Tick, Time
+from proofmass.runner.plan.planned import Plan
+
+DEVIATE, ROUNDING = "normal", "rounding error"  # in the place of a port, as none may be called
+_ROLES = ("update", "derivative")
+_MOVING = (Deviate, State, Buffer, Time, Tick)
+
+
+def noise_blocks(plan: Plan) -> list[str]:
+    """The blocks that draw random numbers, or round what is not always the same."""
+    drawing = {name for name in plan.blocks if any(isinstance(b, Deviate) for b in _given(plan, name))}
+    steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
+    rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}
+    return sorted((drawing | (rounding & _moving(plan))) - plan.digital.keys())
+
+
+def _moving(plan: Plan) -> set[str]:
+    """Blocks that do not always do the same: they, or what they depend on, have a state or follow the time."""
+    own = {name for name in plan.blocks if any(isinstance(b, _MOVING) for b in _given(plan, name))}
+    own |= {name for name, block in plan.blocks.items() if type(block).continuous()}
+    readers: dict[str, set[str]] = {}
+    for (name, _), (source, _) in plan.schedule.drivers.items():
+        readers.setdefault(source, set()).add(name)
+    found, new = set[str](), own
+    while new:
+        found |= new
+        new = {reader for name in new for reader in readers.get(name, ())} - found
+    return found
+
+
+def _given(plan: Plan, name: str) -> Iterator[Binding]:
+    """What the functions of a block that run in the loop are given."""
+    for function in _steps(plan.blocks[name]):
+        yield from plan.bindings(name, function)
+
+
+def _steps(block: Block) -> dict[str, Behaviour]:
+    """The functions of a block that run in the loop, by output or role."""
+    kind = type(block)
+    return dict(kind.output_functions) | {role: kind.functions[role] for role in _ROLES if role in kind.functions}
+
+
+class NoisyTicks(DualTicks):
+    """Of the blocks with `noise` adds to `sources` a key (block, `DEVIATE` or `ROUNDING`, number) for each, and notes
+    what was rounded."""
+
+    def __init__(self, *arguments: Any, noise: Collection[str]) -> None:
+        self._owner, self._noise = "", noise
+        self._known: set[tuple[str, str, int]] = set()
+        self._last: dict[str, tuple[int, Any, tuple[str, str, int]]] = {}
+        super().__init__(*arguments)
+
+    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
+        self._owner = name
+        return super()._bound(name, function)
+
+    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
+        owner = self._owner
+        if owner not in self._noise:
+            return super()._callable(block, behaviour)
+        return with_quantisers(behaviour.function, lambda rule, value: self._rounded(owner, value, rule))  # type: ignore[no-any-return]
+
+    def _getter(self, binding: Binding) -> Callable[[int], Any]:
+        if not isinstance(binding, Deviate) or binding.block not in self._noise:
+            return super()._getter(binding)
+        first = self._memory.tick // binding.divisor
+
+        def deviate(tick: int) -> Any:
+            return self._direction((binding.block, DEVIATE, tick // binding.divisor - first))
+
+        return deviate
+
+    def _direction(self, key: tuple[str, str, int]) -> Any:
+        if key not in self._known:
+            self._known.add(key)
+            self.sources.append(key)
+        return dual(0.0, {key: 1.0}, SIGNALS)
+
+    def _rounded(self, owner: str, value: Any, rule: Callable[[Any], Any]) -> Any:
+        """The value with an error of its own; outputs that round the same value in a tick err alike."""
+        tick, given, key = self._last.get(owner, (-1, None, ("", "", 0)))
+        same = tick == self._memory.tick and given == value and slopes_of(given, SIGNALS) == slopes_of(value, SIGNALS)
+        if not same:
+            key = (owner, ROUNDING, sum(name == owner for name, _, _ in self.quantised))
+            self._last[owner] = self._memory.tick, value, key
+            self.quantised[key] = value
+        return rule(value) + self._direction(key)

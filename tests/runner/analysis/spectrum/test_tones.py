@@ -1,0 +1,90 @@
+"""Figures of tones: ideal converters, known distortion, a sigma-delta modulator written out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from proofmass import spectrum, tones
+from proofmass.blocks.declaration.problem import ModelError
+
+VALUES, RATE = 1 << 16, 1000.0
+
+
+def sine(cycles: float, size: float = 1.0) -> np.ndarray:  # type: ignore[type-arg]
+    return size * np.sin(2.0 * np.pi * cycles * np.arange(VALUES) / VALUES + 0.1)
+
+
+@pytest.mark.parametrize("bits", [4, 8, 12, 16, 20])
+@pytest.mark.parametrize("cycles", [12345, 12345.3, 4567.9])
+def test_an_ideal_converter_has_its_bits(bits: int, cycles: float) -> None:
+    codes = np.round(sine(cycles) * (2.0 ** (bits - 1) - 0.5) - 0.5)
+    found = tones(spectrum(codes, rate=RATE, window="blackman-harris-7", segment=0))
+    assert found.enob == pytest.approx(bits, abs=0.02)
+    assert found.coherent == (cycles == 12345)
+    assert found.cycles == pytest.approx(cycles, abs=2e-3)
+
+
+def test_a_coherent_tone_needs_no_window() -> None:
+    codes = np.round(sine(12345) * (2.0**11 - 0.5) - 0.5)
+    found = tones(spectrum(codes, rate=RATE, window="rectangular", segment=0))
+    assert found.enob == pytest.approx(12.0, abs=0.02)
+    assert found.coherent
+
+
+def test_a_tone_between_lines_is_told_without_a_window() -> None:
+    found = tones(spectrum(sine(12345.3), rate=RATE, window="rectangular", segment=0))
+    assert not found.coherent
+    assert found.cycles == pytest.approx(12345.3, abs=0.01)
+
+
+def test_distortion_and_spurs() -> None:
+    """A tone of 1, its second harmonic of 1e-3, its third of 2e-3, folded, and a spur of 5e-4."""
+    values = sine(20001) + sine(40002, 1e-3) + sine(60003, 2e-3) + sine(777, 5e-4)
+    noise = 1e-5 * np.random.default_rng(1).normal(size=VALUES)
+    found = tones(spectrum(values + noise, rate=RATE, window="blackman-harris-7", segment=0))
+    assert found.frequency == pytest.approx(20001 * RATE / VALUES, rel=1e-9)
+    assert found.rms == pytest.approx(math.sqrt(0.5), rel=1e-6)
+    assert found.thd == pytest.approx(10.0 * math.log10(5e-6), abs=1e-3)
+    assert found.sfdr == pytest.approx(20.0 * math.log10(1.0 / 2e-3), abs=1e-3)
+    assert found.spur == pytest.approx((VALUES - 60003) * RATE / VALUES)
+    assert found.snr == pytest.approx(10.0 * math.log10(0.5 / (0.5 * 25e-8 + 1e-10)), abs=0.05)
+    assert found.sndr == pytest.approx(10.0 * math.log10(0.5 / (0.5 * (25e-8 + 5e-6) + 1e-10)), abs=0.01)
+    beside = tones(spectrum(values, rate=RATE, window="blackman-harris-7", segment=0), tone=777 * RATE / VALUES)
+    assert beside.rms == pytest.approx(5e-4 * math.sqrt(0.5), rel=1e-3)
+
+
+def modulated(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    """Bits of a second-order sigma-delta modulator (Candy 1985)."""
+    first = second = 0.0
+    bits = np.empty(len(values))
+    for i, value in enumerate(values):
+        bit = 1.0 if second >= 0.0 else -1.0
+        first += 0.5 * (value - bit)
+        second += 0.5 * (first - bit)
+        bits[i] = bit
+    return bits
+
+
+def test_noise_shaping_of_the_second_order_rises_by_40_db_a_decade() -> None:
+    bits = modulated(sine(31, 0.5) + 1e-4 * np.random.default_rng(2).normal(size=VALUES))
+    found = spectrum(bits, rate=RATE, segment=8192, window="blackman-harris")
+    assert found.slope((5.0, 50.0)) == pytest.approx(40.0, abs=2.0)
+    whole = spectrum(bits, rate=RATE, window="blackman-harris-7", segment=0)
+    in_band = tones(whole, band=(0.0, RATE / 2.0 / 64.0))
+    ideal = 10.0 * math.log10(15.0 / 2.0 * 64.0**5 / math.pi**4 * 0.25)  # of a quantiser with gain one, at half size
+    assert in_band.sndr == pytest.approx(ideal, abs=8.0)
+    assert tones(whole).sndr < 10.0
+
+
+def test_noise_has_no_tone() -> None:
+    noise = np.random.default_rng(5).normal(size=VALUES)
+    with pytest.raises(ModelError, match="no tone stands out"):
+        tones(spectrum(noise, rate=RATE, window="blackman-harris-7", segment=0))
+    with pytest.raises(ModelError, match="no tone stands out"):
+        tones(spectrum(np.ones(VALUES), rate=RATE, segment=0))
+
+
+def test_too_few_lines_are_refused() -> None:
+    with pytest.raises(ModelError, match="too few lines"):
+        tones(spectrum(sine(100)[:16], rate=RATE, window="blackman-harris-7", segment=0))

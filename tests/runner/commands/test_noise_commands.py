@@ -1,0 +1,122 @@
+"""The commands spectrum, allan, noise and noise-model: what they say, draw and refuse."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass import noise, read_graph
+from proofmass.runner.command_line import main
+
+LIBRARY = Path(__file__).parents[3] / "graphs" / "library"
+GRAPH = str(next(LIBRARY.rglob("recorded_motion.toml")))
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
+    assert main(list(words)) == code
+    captured = capsys.readouterr()
+    return captured.out + captured.err
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> str:
+    """A rate of 0.05 deg/sqrt(h) at 50 Hz, and a tone."""
+    count = 20_000
+    white = np.random.default_rng(3).normal(size=count) * 0.05 / 60.0 * np.sqrt(50.0)
+    tone = 0.3 * np.sin(2.0 * np.pi * 2.5 * np.arange(count) / 50.0)
+    rows = [f"{i / 50.0!r},{w!r},{w + t!r}" for i, (w, t) in enumerate(zip(white.tolist(), tone.tolist(), strict=True))]
+    path = tmp_path / "gyroscope.csv"
+    path.write_text("\n".join(["time [s],rate [deg/s],turning [deg/s]", *rows]), encoding="utf-8")
+    return str(path)
+
+
+def test_allan_of_a_recording(capsys: pytest.CaptureFixture[str], recording: str, tmp_path: Path) -> None:
+    picture = tmp_path / "allan.svg"
+    text = said(capsys, "allan", recording, "--probe", "rate", "--plot", str(picture))
+    assert "rate: 20,000 values at 50 Hz, 400 s" in text
+    assert "angle random walk          0.0" in text
+    assert "not seen: below" in text
+    assert picture.stat().st_size > 10_000
+    data = json.loads(said(capsys, "allan", recording, "--json"))
+    found = data["coefficients"]["N"]
+    assert found["field_low"] <= 0.05 <= found["field_high"]
+    assert found["field_unit"] == "deg/sqrt(h)"
+    assert data["deviations"]["allan"]["deviation"][0] * np.sqrt(0.02) * 60.0 == pytest.approx(0.05, rel=0.02)
+
+
+def test_spectrum_of_a_recording(capsys: pytest.CaptureFixture[str], recording: str, tmp_path: Path) -> None:
+    picture = tmp_path / "spectrum.svg"
+    words = ("spectrum", recording, "--probe", "turning", "--band", "0.1 Hz", "20 Hz", "--plot", str(picture))
+    text = said(capsys, *words)
+    assert "tone at 2.5" in text
+    assert "slope" in text
+    assert picture.stat().st_size > 10_000
+    data = json.loads(said(capsys, *words[:4], "--json"))
+    assert data["tone"]["coherent"]
+    assert data["tone"]["rms"] == pytest.approx(0.3 / np.sqrt(2.0), rel=1e-3)
+    assert "no tone stands out" in said(capsys, "spectrum", recording, "--probe", "rate")
+
+
+def test_spectrum_and_allan_of_a_graph(capsys: pytest.CaptureFixture[str]) -> None:
+    words = (GRAPH, "--probe", "adc.number", "--duration", "1 s", "--skip", "0.5 s", "--seed", "4")
+    assert "adc.number: 2,501 values at 5000 Hz" in said(capsys, "spectrum", *words)
+    assert "adc.number: 2,501 values at 5000 Hz" in said(capsys, "allan", *words)
+
+
+def test_noise_of_a_graph(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    picture = tmp_path / "noise.svg"
+    words = ("noise", GRAPH, "--output", "mean.mean", "--input", "motion.output")
+    text = said(capsys, *words, "--plot", str(picture))
+    assert "noise of mean.mean, 0 Hz to 50 Hz: 0.00204775 m/s^2 rms" in text
+    assert "amplifier                    WhiteNoise" in text
+    assert "velocity random walk" in text
+    assert picture.stat().st_size > 10_000
+    data = json.loads(said(capsys, *words, "--json"))
+    assert sum(source["share"] for source in data["sources"]) == pytest.approx(1.0, rel=1e-12)
+    assert data["referred_unit"] == "m/s^2"
+    louder = json.loads(said(capsys, *words, "--json", "--set", "amplifier.density=0 V/sqrt(Hz)"))
+    assert louder["rms"] < data["rms"]
+    narrow = json.loads(said(capsys, *words, "--json", "--band", "1 Hz", "2 Hz"))
+    assert narrow["rms"] == pytest.approx(data["density"][0] ** 0.5, rel=1e-3)  # white there, 1 Hz wide
+
+
+def test_a_data_sheet_comes_back_from_its_blocks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    figures = ("--arw", "0.1 deg/sqrt(h)", "--bias-instability", "1 deg/h", "--rrw", "2 deg/(h*sqrt(h))")
+    path = tmp_path / "noise.toml"
+    path.write_text(said(capsys, "noise-model", *figures, "--rate", "10 Hz"), encoding="utf-8")
+    data = noise(read_graph(path), "noise.output", band=(1e-4, 5.0)).as_data()["coefficients"]
+    assert data["N"]["field_value"] == pytest.approx(0.1, rel=0.01)
+    assert data["B"]["field_value"] == pytest.approx(1.0, rel=0.03)  # of a ladder of filters
+    assert data["K"]["field_value"] == pytest.approx(2.0, rel=0.03)
+
+
+def test_the_flat_part_of_an_allan_curve_is_less_than_b(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("noise-model", "--density", "1 V/sqrt(Hz)", "--unit", "V", "--bias-instability", "1 V")
+    levels = [
+        float(line.split()[-1])
+        for w in (words, (*words, "--flat"))
+        for line in said(capsys, *w).splitlines()
+        if "level" in line
+    ]
+    assert levels[1] / levels[0] == pytest.approx(1.0 / 0.664281, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (("spectrum", "missing.csv"), 1, "there is no such file"),
+        (("spectrum", GRAPH, "--duration", "1 s"), 1, "which signal is meant must be said"),
+        (("spectrum", GRAPH, "--probe", "adc.number", "--band", "2 Hz", "1 Hz"), 2, "must be above the first"),
+        (("spectrum", GRAPH, "--probe", "adc.number", "--skip", "1 V"), 2, "--skip 1 V"),
+        (("allan", "recording.csv", "--seed", "3"), 2, "--seed is for a graph"),
+        (("noise", GRAPH, "--output", "adc.nothing"), 1, "adc.nothing"),
+        (("noise-model",), 2, "say what the data sheet says"),
+        (("noise-model", "--arw", "1 deg"), 1, "not all of an angular rate"),
+        (("noise-model", "--arw", "1 deg/sqrt(h)", "--density", "1 deg/s/sqrt(Hz)"), 1, "not both"),
+    ],
+)
+def test_what_is_wrong_is_told(
+    capsys: pytest.CaptureFixture[str], words: tuple[str, ...], code: int, text: str
+) -> None:
+    assert text in said(capsys, *words, code=code)

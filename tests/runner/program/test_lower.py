@@ -1,0 +1,556 @@
+"""Functions of Python as functions of a program: every block's, every construct, to the last bit; what is refused."""
+
+import ast
+import inspect
+import itertools
+import math
+import random
+import struct
+import types
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import pytest
+
+from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import shape_of
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.source import define
+from proofmass.blocks.language import arithmetic
+from proofmass.runner.fixed.digital import digital_block
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.constants import constants_of, typed
+from proofmass.runner.program import lower as lowering
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Program, Value
+from proofmass.runner.program.lower import lower, program
+from proofmass.runner.program.verify import verify
+from tests.by_hand.evaluate_program import evaluate
+
+KINDS = {float: FLOAT, int: INTEGER, bool: TRUTH}
+HOSTILE_NUMBERS = [
+    *(0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 2.5, -2.5, 3.0, 1e308, -1e308, 5e-324, -5e-324, 1e-300, math.inf, -math.inf),
+    *(math.nan, 2.0**63, -(2.0**63), 2.0**52 + 0.5, 2.0**53),
+]
+HOSTILE_INTEGERS = [
+    *(0, 1, -1, 2, -2, 3, 7, 63, 64, -63, 2**31, 2**53, 2**53 + 1, -(2**53) - 1, 2**62),
+    *(2**63 - 1, -(2**63), -(2**63) + 1),
+]
+
+
+_verified = set[Function]()
+
+
+def example(value: Any) -> Any:
+    """What stands in a program for a value of Python."""
+    if isinstance(value, list):
+        return Array(FLOAT if not value or isinstance(value[0], float) else INTEGER, len(value), True)
+    if isinstance(value, tuple):
+        parts = map(example, value)
+        return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
+    return Value(KINDS[type(value)]) if type(value) in KINDS else value
+
+
+def flat(value: Any) -> Any:
+    """Numbers and lists of a value, one after the other."""
+    if isinstance(value, tuple):
+        return [part for entry in value for part in flat(entry)]
+    return [value] if isinstance(value, float | int | list) else []
+
+
+def run(function: Any, *arguments: Any) -> Any:
+    """What the lowered function gives."""
+    made = lower(function, [example(argument) for argument in arguments])
+    if made.function not in _verified:
+        verify(Program({**program(made.function).functions, "entry": Function("entry", (), ())}))
+        _verified.add(made.function)
+    return _filled(made.result, iter(evaluate(made.function, *flat(tuple(arguments)))))
+
+
+def _filled(result: Any, values: Any) -> Any:
+    if isinstance(result, tuple):
+        parts = [_filled(part, values) for part in result]
+        return type(result)._make(parts) if hasattr(result, "_make") else tuple(parts)  # type: ignore[attr-defined]
+    return next(values) if result in (FLOAT, INTEGER, TRUTH) else result
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether values are of one type and one pattern of bits; one NaN is as another."""
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, float):
+        nan = math.isnan(one) and math.isnan(other)
+        return isinstance(other, float) and (nan or struct.pack("d", one) == struct.pack("d", other))
+    return type(one) is type(other) and bool(one == other)
+
+
+# -- every function of every block ------------------------------------------------------------------------------------
+
+
+def number(kind: Any, dice: random.Random) -> Any:
+    """A number, one in four of them hostile."""
+    if kind is float:
+        return dice.choice(HOSTILE_NUMBERS) if dice.random() < 0.25 else dice.uniform(-3.0, 3.0)
+    return dice.random() < 0.5 if kind is bool else dice.randrange(0, 9)
+
+
+def drawn(block: Block, behaviour: Behaviour, name: str, port: Any, dice: random.Random) -> Any:
+    """A value for an argument of a block's function."""
+    kind = type(block)
+    if name in ("time", "normal", "tick"):
+        return number(int if name == "tick" else float, dice)
+    if name == "x":
+        state: Any = kind.state_class()
+        return state(*(number(held_as(of), dice) for of in state.__annotations__.values()))
+    declared = port if name == "out" else kind.buffers.get(name) or kind.inputs[name]
+    shape = shape_of(block, declared)
+    of = held_as(declared.dtype)
+    entry = int if of is bool and shape else of
+    return [number(entry, dice) for _ in range(shape[0])] if shape else number(entry, dice)
+
+
+def behaviours(kind: type[Block]) -> Any:
+    """The functions that a loop calls, each with the port that it computes."""
+    for name, behaviour in kind.output_functions.items():
+        yield behaviour, kind.outputs[name]
+    for name in ("update", "derivative"):
+        if name in kind.functions:
+            yield kind.functions[name], None
+    for behaviour in (*kind.corners.values(), *(each for pair in kind.events.values() for each in pair)):
+        yield behaviour, None
+
+
+@pytest.mark.parametrize("kind", [k for k in all_blocks().values() if not k.digital()], ids=lambda k: k.__name__)
+def test_every_function_of_every_block(kind: Any) -> None:
+    block = kind()
+    if any(buffer.recorded for buffer in kind.buffers.values()):
+        pytest.skip("has no recording by default")
+    dice = random.Random(kind.__name__)
+    constants = constants_of(block, block, 1e-3)
+    for behaviour, port in behaviours(kind):
+        compared = 0
+        for _ in range(25):
+            given = [drawn(block, behaviour, name, port, dice) for name in behaviour.arguments]
+            mine = [list(value) if isinstance(value, list) else value for value in given]
+            try:
+                expected = behaviour.function(constants, *given)
+            except (ArithmeticError, ValueError, IndexError):
+                continue
+            expected = declared(expected, behaviour, port)
+            assert same(run(behaviour.function, constants, *mine), expected), (behaviour.function, given, constants)
+            assert all(same(a, b) for a, b in zip(given, mine, strict=True)), (behaviour.function, given, mine)
+            compared += 1
+        assert compared
+
+
+def declared(value: Any, behaviour: Behaviour, port: Any) -> Any:
+    """What Python gives, each number of the type that the block declares."""
+    if isinstance(value, tuple):
+        return typed(value)
+    wanted = held_as(behaviour.returns)
+    return wanted(value) if value is not None and wanted in KINDS and type(value) is not wanted else value
+
+
+@pytest.mark.parametrize("kind", [k for k in all_blocks().values() if k.digital()], ids=lambda k: k.__name__)
+def test_integer_code_of_every_digital_block(kind: Any) -> None:
+    try:
+        made = digital_block("block", kind(), 1.0)
+    except ModelError:
+        pytest.skip("is wider than 64 bits by default")
+    dice = random.Random(kind.__name__)
+    for step in made.steps.values():
+        behaviour = kind.output_functions.get(step.name) or kind.functions[step.name]
+        port = kind.outputs.get(step.name)
+        for _ in range(8):
+            given = [None if n == "p" else drawn(kind(), behaviour, n, port, dice) for n in behaviour.arguments]
+            mine = [list(value) if isinstance(value, list) else value for value in given]
+            expected = step.code.function(made.constants, *given)
+            assert same(run(step.code.function, made.constants, *mine), expected), (step.name, given)
+            assert given == mine
+
+
+@pytest.mark.parametrize(
+    "function",
+    [f for n, f in inspect.getmembers(arithmetic, inspect.isfunction) if n not in arithmetic.OF_C and n != "place"],
+    ids=lambda function: function.__name__,
+)
+def test_operations_on_hostile_values(function: Any) -> None:
+    of = {float: HOSTILE_NUMBERS, int: HOSTILE_INTEGERS}
+    kinds = [kind for name, kind in function.__annotations__.items() if name != "return"]
+    for given in itertools.product(*(of[kind] for kind in kinds)):
+        if function is arithmetic.power and abs(given[1]) > 64:
+            continue
+        try:
+            expected = function(*given)
+        except (ArithmeticError, ValueError):
+            continue
+        if not isinstance(expected, int) or -(2**63) <= expected < 2**63:
+            assert same(run(function, *given), expected), given
+
+
+# -- every construct ---------------------------------------------------------------------------------------------------
+
+
+class Pair(NamedTuple):
+    first: float
+    second: int = 7
+
+
+TABLE = (1.5, -2.0, 0.25)
+FACTOR = 3.0
+
+
+def helper(a: float, b: float = 2.0) -> float:
+    return a * b + FACTOR
+
+
+def chained(a: float, b: float, c: float) -> int:
+    return (1 if a < b < c else 0) + (2 if a == b != c else 0) + (4 if not a >= b else 0)
+
+
+def branches(a: float, b: float, c: float) -> float:
+    if a > b:
+        x = a
+    elif b > c:
+        x = -b
+    else:
+        return c
+    y = x if x < 1.0 else b / c if c != 0.0 else 7.0
+    return x + y
+
+
+def shorts(a: float, b: float, c: float) -> bool:
+    return (a > 0.0 and 1.0 / a > b) or (c != 0.0 and not b < c) or a == b
+
+
+def values_of_shorts(a: int, b: int) -> int:
+    return (a and b) + (a or 5)
+
+
+def nested_loops(n: int, a: float) -> float:
+    total = 0
+    for i in range(n):
+        if i == 5:
+            continue
+        for j in range(i, 0, -2):
+            if j > 7:
+                break
+            total += a * j - i
+    else_ = 0.5
+    while n > 0:
+        n -= 3
+        if n == 2:
+            break
+        else_ = -else_
+    return total + else_
+
+
+def unpacked(a: float, n: int) -> tuple[float, int, float]:
+    pair = Pair(a, n)
+    (x, y), z = pair, Pair(second=n + 1, first=1.0)
+    x, y = x + z.first, y - z.second
+    changed = pair._replace(first=2.0)
+    return x + changed.first, y, TABLE[n % 3]
+
+
+def over_tables(a: float, n: int) -> float:
+    total = 0.0
+    for place, value in enumerate(TABLE):
+        total += place * value
+    for x, y in zip(TABLE, (a, 1.0, 2.0), strict=False):
+        if x == 0.25:
+            continue
+        total -= x * y
+    for value in (*TABLE, a)[1:]:
+        total += value
+    return total + len(TABLE) + TABLE[-1] + min(a, 0.0, -a) + max(n, 2)
+
+
+def lists(cells: list[float], codes: list[int], n: int) -> float:
+    cells[n % 3] += 2.0
+    cells[-1] = float(codes[0])
+    codes[1] = codes[-1] - n
+    total = 0.0
+    for x in cells:
+        total += x
+    for i, code in enumerate(codes):
+        total -= i * code
+    cells[0], cells[1] = cells[1], cells[0]
+    return total + cells[n - 2] + len(cells)
+
+
+def early(a: float, n: int) -> float:
+    for i in range(n):
+        if i * a > 4.0:
+            return i + 0.5
+    while True:
+        a = a * 2.0 + 2.0
+        if not abs(a) < 100.0:
+            return a
+
+
+def numbers(a: float, n: int) -> float:
+    b = abs(a) if a < 1e9 else 2.0
+    whole = int(b) + round(b) + math.floor(-b) + math.ceil(b) + int(n > 2) + bool(n)
+    return whole + math.sqrt(b) + math.copysign(3.0, a) + float(n) + helper(b) + helper(a, b=1.0) + (n / 7) + n**2
+
+
+def integers(n: int, m: int) -> int:
+    return (n // 3) + (n % 5) + (-n // 4) + (n & m | 3 ^ m) + (n >> 2) + (m << 1) + ~n + (n % -7)
+
+
+def membership(n: int) -> int:
+    return 1 if n in (1, 5, 9) else 2 if n not in (0, 2) else 3
+
+
+def counted_by(n: int, step: int) -> int:
+    total = 0
+    for i in range(n, n + 20, step):
+        total = 2 * total + i
+    return total
+
+
+def infinite(a: float) -> tuple[bool, bool, bool]:
+    return math.isnan(a), math.isinf(a), math.isfinite(a)
+
+
+def exactly(n: int, a: float) -> tuple[bool, bool, bool]:
+    return n < a, n == a, a <= n
+
+
+def promoted(n: int) -> float:
+    x = 1
+    if n > 2:
+        x = 0.5
+    return x * n
+
+
+CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
+    *((f, (float, float, float)) for f in (chained, branches, shorts)),
+    (values_of_shorts, (int, int)),
+    *((f, (float, int)) for f in (unpacked, over_tables, early, numbers)),
+    (nested_loops, (int, float)),
+    (integers, (int, int)),
+    (membership, (int,)),
+    (counted_by, (int, int)),
+    (infinite, (float,)),
+    (exactly, (int, float)),
+    (promoted, (int,)),
+]
+SOME_NUMBERS = [0.0, -0.0, 1.0, -1.0, 0.25, 2.5, -3.5, 1e300, math.inf, -math.inf, math.nan]
+SOME_INTEGERS = [0, 1, 2, 3, 5, 8, 11, -1, -4, -9]
+
+
+@pytest.mark.parametrize(("function", "kinds"), CASES, ids=lambda case: getattr(case, "__name__", ""))
+def test_constructs(function: Any, kinds: tuple[Any, ...]) -> None:
+    compared = 0
+    for given in itertools.product(*(SOME_NUMBERS if kind is float else SOME_INTEGERS for kind in kinds)):
+        try:
+            expected = function(*given)
+        except (ArithmeticError, ValueError):
+            continue
+        wanted = function.__annotations__["return"]
+        expected = wanted(expected) if wanted in KINDS else expected
+        assert same(run(function, *given), expected), given
+        compared += 1
+    assert compared > 5
+
+
+@pytest.mark.parametrize("n", [0, 1, 4])
+def test_lists_are_changed_in_place(n: int) -> None:
+    cells, codes = [1.0, -2.0, 0.5], [5, 6, 7, 8]
+    mine = list(cells), list(codes)
+    assert same(run(lists, *mine, n), lists(cells, codes, n))
+    assert same((cells, codes), mine)
+
+
+def test_large_integers_and_numbers_are_compared_exactly() -> None:
+    for n, a in itertools.product(HOSTILE_INTEGERS, HOSTILE_NUMBERS):
+        assert run(exactly, n, a) == exactly(n, a), (n, a)
+
+
+# -- what a name and a cache depend on ---------------------------------------------------------------------------------
+
+
+def test_a_function_is_lowered_once_for_each_kind_of_arguments() -> None:
+    number, whole = Value(FLOAT), Value(INTEGER)
+    first = lower(helper, [number])
+    assert lower(helper, [Value(FLOAT)]) is first
+    assert lower(helper, [whole]).function.name != first.function.name
+    assert first.function.name.startswith("helper_")
+
+
+def test_a_number_from_outside_that_changes_makes_another_function(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = lower(helper, [Value(FLOAT)])
+    monkeypatch.setitem(helper.__globals__, "FACTOR", 5.0)
+    after = lower(helper, [Value(FLOAT)])
+    assert after.function.name != before.function.name
+    assert run(helper, 1.0) == 7.0
+
+
+def test_each_statement_knows_its_line() -> None:
+    made = lower(helper, [Value(FLOAT)]).function
+    lines = {statement.line for statement in made.body}
+    assert {(line.file, line.number) for line in lines if line} == {(__file__, helper.__code__.co_firstlineno + 1)}
+
+
+# -- what is refused ---------------------------------------------------------------------------------------------------
+
+
+def unknown(a: float) -> float:
+    return a + missing  # type: ignore[name-defined]  # noqa: F821
+
+
+def listed(a: float) -> float:
+    return [a][0]
+
+
+def texts(a: float) -> float:
+    return a + "1"  # type: ignore[operator]
+
+
+def wrong_field(a: float) -> float:
+    return Pair(a).third  # type: ignore[attr-defined,no-any-return]
+
+
+def wrong_fields(a: float) -> float:
+    return Pair(a, 1, 2).first  # type: ignore[call-arg]
+
+
+def wrong_entry(a: float) -> float:
+    return TABLE[3]
+
+
+def mixed_entries(n: int) -> Any:
+    return (Pair(1.0), 2.0)[n]
+
+
+def unassigned(a: float) -> float:
+    if a > 0.0:
+        b = 1.0
+    while a < 0.0:
+        a += c  # type: ignore[used-before-def]  # noqa: F821
+        c = b  # noqa: F841
+    return a
+
+
+def not_ours(a: float) -> float:
+    return math.gamma(a)
+
+
+def bits_of_numbers(a: float) -> Any:
+    return a & 1.0  # type: ignore[operator]
+
+
+def itself(a: float) -> float:
+    return itself(a - 1.0) if a > 0.0 else a
+
+
+def raising(a: float) -> float:
+    raise ValueError(a)
+
+
+def with_else(n: int) -> int:
+    for i in range(n):
+        n += i
+    else:
+        n = 1
+    return n
+
+
+def other_type(a: float) -> Any:
+    b: Any = a
+    if a > 0.0:
+        b = (1.0, 2.0)
+    return b
+
+
+def returns_others(a: float) -> Any:
+    if a > 0.0:
+        return 1.0, 2.0
+    return a
+
+
+def given_back(cells: list[float]) -> Any:
+    return cells
+
+
+def too_many(a: float) -> float:
+    b, c, d = a, a  # type: ignore[misc]  # noqa: F841
+    return b
+
+
+def over_a_number(a: float) -> float:
+    for b in a:  # type: ignore[attr-defined]
+        a = b
+    return a
+
+
+def field_set(x: Any) -> float:
+    x.first = 1.0
+    return 1.0
+
+
+def no_step(n: int) -> int:
+    for i in range(0, n, 0):
+        n += i
+    return n
+
+
+def starred(*values: float) -> float:
+    return values[0]
+
+
+REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
+    (unknown, (1.0,), "there is no missing"),
+    (listed, (1.0,), "a list"),
+    (texts, (1.0,), "the str, where a number is needed"),
+    (wrong_field, (1.0,), "a Pair has no third"),
+    (wrong_fields, (1.0,), "Pair is given other fields than it has"),
+    (wrong_entry, (1.0,), "there is no entry 3 among 3"),
+    (mixed_entries, (1,), "a tuple of 2 has no entries that an index may choose"),
+    (unassigned, (1.0,), "c may have no value here"),
+    (not_ours, (1.0,), "gamma() is not compiled"),
+    (bits_of_numbers, (1.0,), "bits of a number"),
+    (itself, (1.0,), "itself calls itself"),
+    (raising, (1.0,), "raise is not compiled"),
+    (with_else, (1,), "else of a loop"),
+    (other_type, (1.0,), "b is of another type elsewhere"),
+    (returns_others, (1.0,), "it returns something else elsewhere"),
+    (given_back, ([1.0],), "a list is returned"),
+    (too_many, (1.0,), "3 variables of something else"),
+    (over_a_number, (1.0,), "a loop over what is no list"),
+    (field_set, (Pair(1.0),), "a field cannot be changed"),
+    (no_step, (3,), "a range of step 0"),
+    (starred, (1.0,), "* among the arguments"),
+    (helper, (1.0, 2.0, 3.0), "helper has 2 arguments, not 3"),
+]
+
+
+@pytest.mark.parametrize(("function", "given", "message"), REFUSED, ids=lambda case: getattr(case, "__name__", ""))
+def test_what_is_refused_says_where_and_why(function: Any, given: Any, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        run(function, *given)
+    [problem] = caught.value.problems
+    assert message in problem.message
+    assert problem.file == __file__
+    first = function.__code__.co_firstlineno
+    assert first <= problem.line <= first + 8
+    assert problem.hint
+
+
+def test_assertions_are_refused() -> None:
+    """Of a function that was made here: tools that test rewrite those of files."""
+    tree = ast.parse("def asserting(a):\n    assert a").body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    with pytest.raises(ModelError, match="assert is not compiled"):
+        lower(define(tree, __file__, {"__name__": __name__}), [Value(FLOAT)])
+
+
+def test_what_has_no_source_is_refused() -> None:
+    made = types.FunctionType(compile("lambda a: a", "<nowhere>", "eval").co_consts[0], {})
+    with pytest.raises(ModelError, match="its source cannot be read"):
+        lowering.lower(made, [Value(FLOAT)])
+    with pytest.raises(ModelError, match="is no function"):
+        lowering.lower(print, [Value(FLOAT)])
