@@ -60,8 +60,9 @@ def _signal(options: dict[str, Any]) -> Any:
 @plot_option("picture", "Draw the density")
 @_signal_options
 def spectrum(**options: Any) -> int:
-    """Show the spectrum of a signal: noise density, rms in a band, tone, SNR, SNDR, THD, SFDR, ENOB.
+    """Show the spectrum of a signal.
 
+    Noise density, rms in a band, and of a tone SNR, SNDR, THD, SFDR and ENOB.
     SOURCE is a graph, which is run, or a recording: CSV, Parquet or netCDF.
 
     \b
@@ -78,8 +79,9 @@ def spectrum(**options: Any) -> int:
 @plot_option("picture", "Draw the deviation")
 @_signal_options
 def allan(**options: Any) -> int:
-    """Show the Allan deviation of a signal, and the coefficients of its noise: N, B, K and Q with intervals of 95 %.
+    """Show the Allan deviation of a signal.
 
+    The coefficients N, B, K and Q of its noise are fitted, with intervals of 95 %.
     SOURCE is a graph, which is run, or a recording: CSV, Parquet or netCDF.
 
     \b
@@ -102,7 +104,9 @@ def allan(**options: Any) -> int:
 @blocks_option
 @json_option
 def noise(**options: Any) -> int:
-    """Show the noise budget of an output: what each source contributes, and what it amounts to at an input.
+    """Show the noise budget of an output.
+
+    It says what each source contributes, and what that amounts to at an input.
 
     \b
     proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
@@ -125,7 +129,9 @@ def noise(**options: Any) -> int:
 @click.option("--rate", default="1 kHz", show_default=True, help="Rate of the blocks.")
 @click.option("--unit", default="", help="Unit of the signal (default: rad/s or m/s^2, as the quantities say).")
 def noise_model(**options: Any) -> int:
-    """Write the blocks that make the noise of a data sheet, as TOML to put into a graph.
+    """Write noise blocks from a data sheet.
+
+    The answer is TOML to put into a graph.
 
     \b
     proofmass noise-model --arw "0.1 deg/sqrt(h)" --bias-instability "1 deg/h"

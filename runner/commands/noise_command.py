@@ -21,7 +21,7 @@ _ROWS = 20
 
 @dataclass(frozen=True)
 class NoiseRequest:
-    """What `proofmass noise` was asked to do."""
+    """Request of `proofmass noise`."""
 
     graph: Path
     output: str

@@ -13,7 +13,7 @@ from proofmass.runner.commands.series_source import quantity
 
 @dataclass(frozen=True)
 class NoiseModelRequest:
-    """What `proofmass noise-model` was asked to do: figures of a data sheet, as they are written there."""
+    """Request of `proofmass noise-model`: figures of a data sheet, as they are written there."""
 
     density: str | None
     white: str | None

@@ -1,4 +1,4 @@
-"""Where the signal of an analysis comes from: a run of a graph, or a recording."""
+"""Source of the signal of an analysis: a run of a graph, or a recording."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _OF_GRAPHS = {"duration": "duration", "samples": "samples", "seed": "seed", "cha
 
 @dataclass(frozen=True)
 class SignalRequest:
-    """Which signal a command was asked to look at."""
+    """Signal that a command is to look at."""
 
     source: Path
     probe: str

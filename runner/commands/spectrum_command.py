@@ -19,7 +19,7 @@ TONE_WINDOW = "blackman-harris-7"  # no tone of 24 bits leaks out of it
 
 @dataclass(frozen=True)
 class SpectrumRequest:
-    """What `proofmass spectrum` was asked to do."""
+    """Request of `proofmass spectrum`."""
 
     signal: SignalRequest
     window: str

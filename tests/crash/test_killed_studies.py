@@ -81,7 +81,7 @@ def test_a_full_disk_is_said_and_the_study_goes_on_when_there_is_room(tmp_path: 
     full = subprocess.run(arguments, preexec_fn=little_room, capture_output=True, text=True, check=False)
     assert full.returncode == 3, full.stderr
     assert f"cannot write or read {folder / FILE}: " in full.stderr
-    assert "the same command goes on" in full.stderr
+    assert "its runs are safe: repeat the command once this is cured" in full.stderr
     assert "Traceback" not in full.stderr
     done = kept(folder / FILE)
     whole = run_study(read_study(path), runs=100, engine="python", folder=folder)

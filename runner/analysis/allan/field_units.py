@@ -38,11 +38,11 @@ def in_field_unit(quantity: str, value: float, unit: str) -> float:
 
 
 def word_of(quantity: str, unit: str) -> str:
-    """What data sheets call a coefficient."""
+    """The name that data sheets give a coefficient."""
     own = _GYROSCOPE_WORDS if is_rate(unit) else _ACCELEROMETER_WORDS if same_dimension(unit, "m/s^2") else {}
     return own.get(quantity, WORDS[quantity])
 
 
 def is_rate(unit: str) -> bool:
-    """Whether a unit is one of angular rate."""
+    """Return whether a unit is one of angular rate."""
     return same_dimension(unit, "rad/s") and ("rad" in unit or "deg" in unit)

@@ -43,7 +43,7 @@ class Level:
 
     @property
     def seen(self) -> bool:
-        """Whether the coefficient is told from zero."""
+        """Return whether the coefficient differs from zero."""
         return self.low > 0.0
 
 
@@ -164,7 +164,7 @@ class _Fit:
 
 
 def _edge(within: Callable[[float], bool], inside: float, factor: float) -> float:
-    """Where a condition ends that holds at a number, by growing steps and then by halving them."""
+    """Return where a condition stops holding: growing steps find the end, halved steps its place."""
     outside = inside * factor
     while within(outside):
         inside, outside = outside, outside * factor

@@ -84,7 +84,7 @@ class Quiet:
         self._engine = _WithoutNoise(replace(plan, probes=()), seed=0, memory=memory)
 
     def to(self, last: int) -> Memory:
-        """What moves at the start of the tick `last`; raises `TickError` in a tick before it that fails."""
+        """Return what moves at the start of the tick `last`; raises `TickError` in a tick before it that fails."""
         self._engine.advance(last, ())
         return self._engine.memory().copy()
 

@@ -47,7 +47,7 @@ class Source:
 
     @property
     def doubtful(self) -> bool:
-        """Whether a quantiser is moved too little for its error to be noise."""
+        """Return whether a quantiser is moved too little for its error to be noise."""
         return self.dither is not None and not self.dither.enough
 
 
@@ -220,7 +220,7 @@ def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]
 def _notes(
     planned: Plan, whole: PeriodMap, sources: list[Source], found: NoiseMap, band: tuple[float, float] | None
 ) -> list[str]:
-    """What must be known to judge the numbers."""
+    """Notes that a reader needs to judge the numbers."""
     notes = [
         f"{source.block}: noise moves its input by {source.dither.change:.2g} steps from value to value, and"
         f" {source.dither.rms:.2g} in all: below {ENOUGH:g} its error is noise only if signals move it"

@@ -57,17 +57,17 @@ class NoiseMap:
 
     @property
     def variances(self) -> Array:
-        """Of each column, zero of an input."""
+        """Variance of each column, zero for an input."""
         return np.array([VARIANCES.get(part, 0.0) for _, part, _ in self.inputs])
 
     @cached_property
     def poles(self) -> Complex:
-        """Of a period."""
+        """Length of a period."""
         return np.linalg.eigvals(self.matrices[0]).astype(complex)
 
     @property
     def settles(self) -> bool:
-        """Whether the mean square of the output has a bound."""
+        """Return whether the mean square of the output has a bound."""
         return bool(np.max(np.abs(self.poles), initial=0.0) < 1.0 - _MARGIN)
 
     def mean_squares(self) -> Array:
@@ -90,7 +90,7 @@ class NoiseMap:
         return np.vstack(rows) if rows else np.zeros((0, len(self.sources)))
 
     def gain(self, frequencies: Array, source: Node) -> Complex:
-        """What comes out at the frequency that goes in at an input."""
+        """Return what comes out at the frequency that goes in at an input."""
         columns = self.columns(source)
         times = np.arange(len(columns)) * (self.period / max(1, len(columns)))
         turn = np.exp(2j * np.pi * np.outer(frequencies, times))
@@ -102,7 +102,7 @@ class NoiseMap:
         return self._by_source(power) * (2.0 * self.period / self.values**2)
 
     def _heard(self, frequencies: Array) -> Complex:
-        """What the output has of each column at a frequency."""
+        """Return the share of each column in the output at a frequency."""
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
         z = np.asarray(np.exp(2j * np.pi * frequencies * self.period), dtype=complex)
         heard: Complex = np.einsum("fi,fik->fk", turn, self._transfer(z))

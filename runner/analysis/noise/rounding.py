@@ -1,4 +1,4 @@
-"""Whether the error of a quantiser is noise: white, and uniform over one step.
+"""Validity of the noise model of a quantiser: its error is white, and uniform over one step.
 
 It is where what the quantiser is given moves by enough of a step from value to value (Widrow and Kollar, Quantization
 Noise, 2008, chapter 7): Gaussian motion of half a step leaves a correlation of exp(-2 pi^2 / 4), which is 0.7 %.
@@ -20,7 +20,7 @@ ENOUGH = 0.5  # steps rms
 
 @dataclass(frozen=True)
 class Dither:
-    """By how much noise moves the input of a quantiser: rms, and from value to value, in steps."""
+    """Movement of the input of a quantiser by noise, in steps: rms, and from value to value."""
 
     block: str
     rms: float
@@ -28,7 +28,7 @@ class Dither:
 
     @property
     def enough(self) -> bool:
-        """Whether the error of the quantiser is noise."""
+        """Return whether the error of the quantiser is noise."""
         return min(self.rms, self.change) >= ENOUGH
 
 

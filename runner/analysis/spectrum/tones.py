@@ -41,7 +41,7 @@ class Tones:
 
     @property
     def coherent(self) -> bool:
-        """Whether a segment holds a whole number of cycles."""
+        """Return whether a segment holds a whole number of cycles."""
         return abs(self.cycles - round(self.cycles)) <= COHERENT
 
     def as_data(self) -> dict[str, Any]:
@@ -109,7 +109,7 @@ def _middle(of: Spectrum, power: Array, lobe: int, tone: float, band: tuple[floa
 
 
 def _stands_out(power: Array, middle: int, lobe: int) -> bool:
-    """Whether a line is far above the median of its neighbours, beyond its own lobe: noise peaks lower."""
+    """Return whether a line is far above the median of its neighbours, beyond its own lobe: noise peaks lower."""
     reach = _NEIGHBOURS * (lobe + 1)
     below = power[max(0, middle - reach) : max(0, middle - lobe)]
     beside = np.concatenate([below, power[middle + lobe + 1 : middle + reach + 1]])
@@ -141,7 +141,7 @@ def _near(of: Spectrum, frequencies: Iterable[float], lobe: int) -> Any:
 
 
 def _folded(frequency: float, rate: float) -> float:
-    """Where a frequency appears once it is sampled."""
+    """Return where a frequency appears once it is sampled."""
     rest = frequency % rate
     return min(rest, rate - rest)
 

@@ -78,7 +78,7 @@ class Spectrum:
         return 2.0 * self.segments / (1.0 + 2.0 * common)
 
     def within(self, band: tuple[float, float] | None) -> "np.ndarray[Any, np.dtype[np.bool_]]":
-        """Which lines lie in a band, both ends included; all but zero without one."""
+        """Return which lines lie in a band, both ends included; all but zero without one."""
         low, high = band or (0.0, math.inf)
         return (self.frequencies >= low) & (self.frequencies <= high) & (self.frequencies > 0.0)
 
@@ -87,7 +87,7 @@ class Spectrum:
         return math.sqrt(float(np.sum(self.density[self.within(band)])) * self.step)
 
     def slope(self, band: tuple[float, float]) -> float:
-        """By how many dB the density rises a decade within a band, by least squares over the logarithm of frequency."""
+        """Return by how many dB the density rises a decade in a band, by least squares over logarithmic frequency."""
         lines = self.within(band) & (self.density > 0.0)
         if np.sum(lines) < 2:
             raise ModelError([_empty_band(band, self.step)])
@@ -99,7 +99,7 @@ class Spectrum:
 
     @property
     def density_unit(self) -> str:
-        """Of the amplitude density."""
+        """Unit of the amplitude density."""
         return short_unit(f"({self.unit})/sqrt(Hz)")
 
     def as_data(self) -> dict[str, Any]:

@@ -30,10 +30,8 @@ from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.elementwise import Elementwise
 from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.elementary import CASES, LONG_IS_LONGER, Case, error, measured
+from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
 from tests.by_hand.node import needs_node, run_in_node
-from tests.runner.targets.test_c99 import compiled as compiled_c
-from tests.runner.targets.test_c99 import needs_gcc
-from tests.runner.targets.test_c99 import run as run_c
 
 FUNCTIONS = {name: getattr(elementary, name) for name in elementary.__all__}
 OF_MATH: dict[str, Callable[..., float]] = {
@@ -324,7 +322,7 @@ def test_vectors_have_the_same_bits(name: str) -> None:
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_c_has_the_same_bits(level: str, tmp_path: Path) -> None:
     arrays = given_arrays()
-    run_c(compiled_c(everything(), tmp_path, level), arrays, len(arrays[0]))
+    run_in_c(compiled_by_gcc(everything(), tmp_path, level), arrays, len(arrays[0]))
     assert dict(zip(FUNCTIONS, map(_bits, arrays[2:]), strict=True)) == expected_bits()
 
 

@@ -31,10 +31,10 @@ def outcome(engine: type[Interpreter] | type[CompiledLoop], planned: Plan) -> tu
     return [array.tobytes() for array in rows], ticks, runs.memory()
 
 
-def test_two_hundred_random_graphs_in_other_orders(tmp_path: Path) -> None:
+def test_hundreds_of_random_graphs_in_other_orders(tmp_path: Path) -> None:
     kinds: Counter[type] = Counter()
     orders = ran = parts = several_rates = driven = 0
-    for graph in random_graphs(range(240), tmp_path):
+    for graph in random_graphs(range(360), tmp_path):
         dice = random.Random(graph.name)
         planned = plan(graph)
         rows, ticks, memory = outcome(Interpreter, planned)

@@ -126,7 +126,6 @@ FAULTS = {
         "own.py:9: ",
         "Mine.c: the name is taken; c is the constants, the first argument of functions",
     ),
-    "    gain: float|    size: float": ("own.py:9: ", "Mine.size: the name is taken; every block has a method size"),
     "    input = Input|    taps = Input": ("own.py:", "taps"),
     "def level(p|def input(p": (
         "own.py:17: ",

@@ -329,7 +329,7 @@ def test_the_command_proves_a_pipeline_and_ends_with_1_where_it_is_out_of_step(
     def early(*given: Any, **options: Any) -> str:
         return changed(machine_text(*given, **options), "input__late_1 * cut_2", "input_ * cut_2")
 
-    monkeypatch.setattr("proofmass.runner.rtl.text.machine_verilog.machine_text", early)
+    monkeypatch.setattr("proofmass.runner.commands.rtl_command.machine_text", early)
     assert main([*words, "--ticks", "3", "--prove"]) == 1
     assert "\ncube.cut_4 is made of input_, 0 ticks late, and cut_2, 1 tick late\n" in capsys.readouterr().out
     assert '"faults": [\n        "cut_4 is made of' in (tmp_path / "out" / "report.json").read_text(encoding="utf-8")
