@@ -308,21 +308,23 @@ def test_a_simulated_loop_decays_a_thousandth_below_its_gain_margin_and_grows_ab
 def test_fifty_simulated_loops_decay_inside_their_gain_margin_and_grow_outside() -> None:
     """A thousandth of the factor on either side; each runs for half a time constant of the growth that is expected."""
     tried = 0
-    for case in map(random_case, range(1000)):
-        limit = margins(graph_of(case)).gain_margin if case.fast_delays else None
-        if limit is None or tried == 50:
+    for case in (case for case in map(random_case, range(1000)) if case.fast_delays):
+        limit = margins(graph_of(case)).gain_margin
+        if limit is None:
             continue
         slowest = min(abs(margins(_pushed(case, part * limit)).slowest[0].distance) for part in (0.999, 1.001))
         periods = 300 * math.ceil(0.6 / slowest / 300)
         if periods * case.ratio <= 10_000:
             tried += 1
             assert _growth(case, 0.999 * limit, periods) < 1.0 < _growth(case, 1.001 * limit, periods), case
-    assert tried == 50
+        if tried == 50:
+            return
+    pytest.fail(f"only {tried} loops have a margin")
 
 
 def _growth(case: Case, factor: float, periods: int = 3_000) -> float:
     """How much larger the swings are in the last third of a run than in the one before."""
-    run = simulate(_pushed(case, factor), samples=periods * case.ratio, engine="python")
+    run = simulate(_pushed(case, factor), samples=periods * case.ratio, engine="compiled")
     third = periods // 3
     before, last = np.abs(run["out.output"].values[-2 * third :]).reshape(2, third).max(axis=1)
     return float(last / before)
