@@ -4,19 +4,14 @@ Numbers that a run may change (parameters, seed, state) are read from arrays, ne
 fixed by the graph (wiring, rate ratios, sizes) is.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
 from functools import partial
-from itertools import groupby
-from operator import itemgetter
 from typing import Any
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
-from proofmass.blocks.declaration.instance import shape_of
-from proofmass.blocks.language.forms import constants_form
 from proofmass.graphs.checks.schedule import ConstantsOf, Node, outputs_of
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
@@ -30,7 +25,6 @@ from proofmass.runner.plan.keys import (
     PeriodOf,
     StateField,
     StreamOf,
-    VectorOf,
     WireOf,
     variable,
     word,
@@ -38,32 +32,21 @@ from proofmass.runner.plan.keys import (
 from proofmass.runner.plan.planned import Driven, Plan
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.digital import DigitalWriter
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Kind, Operand, Program, Variable
+from proofmass.runner.program.due import Step, when_due
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Kind, Operand, Variable
 from proofmass.runner.program.frame import KINDS, Called, Frame, entries
 from proofmass.runner.program.groups import GroupWriter
 from proofmass.runner.program.loops import LoopWriter
 from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_numbers import nan
+from proofmass.runner.program.probes import ProbeWriter
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, fields, parts
 from proofmass.runner.program.stepped import group_writer
 from proofmass.runner.program.structure import Lowered, mapped
+from proofmass.runner.program.tick_loop import TickLoop, settled_before, vectors_of
 from proofmass.runner.program.watched import watched
 
 _LONG = 8  # entries of a tuple among constants, from which on they stay in memory
-Step = Callable[[], object]
-
-
-@dataclass(frozen=True)
-class TickLoop:
-    """The program, and where its numbers stand."""
-
-    program: Program
-    constants: Slots[Given]
-    constant_values: Mapping[Given, Any]
-    memory: Slots[Moving]
-    vectors: tuple[VectorOf, ...]  # buffers and wires with a shape, in the order of the arguments
-    vector_kinds: tuple[type, ...]
-    scratch: int  # floats that the loop works on, not kept from call to call
 
 
 def write_tick(plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> TickLoop:
@@ -84,7 +67,7 @@ class TickWriter:
         self.frame = Frame(plan, self.builder)
         self.constants, self.memory = Slots[Given](), Slots[Moving]()
         self.values: dict[Given, Any] = {}
-        self.vectors = dict(_vectors(plan))
+        self.vectors = dict(vectors_of(plan))
         self.scratch_used = 0
         self._back: list[tuple[tuple[str, int], Variable]] = []  # places that variables are written back to
         self.first, self.last, self.seed, self.run = (
@@ -126,7 +109,7 @@ class TickWriter:
         self.refused = builder.variable(INTEGER, "refused")
         self.digital = DigitalWriter(self.frame, self.refused)
         self.begin()
-        self.rows = {i: builder.variable(INTEGER, f"row_{i}") for i, p in enumerate(self.plan.probes) if p.stride > 1}
+        probes = ProbeWriter(self.plan, self.frame, self.probes, self.first)
         flags = [(FLOATS, self.not_finite), (INTEGERS, self.refused)]
         for name, flag in flags:
             builder.set(flag, builder.load(self.moving[name], self.memory.counts[name]))
@@ -136,7 +119,7 @@ class TickWriter:
             number = builder.compute("float_of_integer", tick)
             self.frame.time = builder.compute("multiply", number, self.period, name="time")
             self.outputs()
-            self.record()
+            probes.record()
             self.updates()
             self.move()
         self.finish()
@@ -353,31 +336,6 @@ class TickWriter:
         made = call(self.builder, normal_deviate, (self.seed, self.run, stream, sample))
         self.builder.set(self.frame.deviates[name], made)
 
-    def record(self) -> None:
-        """Rows of the probes."""
-        for number, probe in enumerate(self.plan.probes):
-            if probe.stride == 1:
-                self._row(number, self.builder.compute("subtract_integers", self.frame.tick, self.first))
-                continue
-            row = self.rows[number]
-            with self.builder.when(due(self.frame, probe.stride)):
-                self._row(number, self.builder.get(row))
-                self.builder.set(row, self.builder.compute("add_integers", self.builder.get(row), 1))
-
-    def _row(self, number: int, row: Operand) -> None:
-        probe, builder, array = self.plan.probes[number], self.builder, self.probes[number]
-        wire = self.frame.wire(probe.node)
-        if not probe.shape:
-            builder.store(array, row, wire)
-            return
-        width = probe.shape[0]
-        begin = builder.compute("multiply_integers", row, width)
-        with builder.counted(0, width, 1, "entry") as entry:
-            value: Operand = builder.load(wire, entry)
-            if array.entry is TRUTH:
-                value = builder.compute("not_equal_integers", value, 0)
-            builder.store(array, builder.compute("add_integers", begin, entry), value)
-
     def updates(self) -> None:
         """States of discrete blocks in the next tick."""
         divisors = self.plan.schedule.divisors
@@ -437,50 +395,6 @@ class TickWriter:
 def draws(behaviour: Behaviour) -> bool:
     """Whether a function is given a normal deviate."""
     return Meaning.DEVIATE in behaviour.meanings
-
-
-def due(frame: Frame, stride: int) -> Operand:
-    """Whether a tick is one of every so many."""
-    left = frame.builder.compute("modulo", frame.tick, stride)
-    return frame.builder.compute("equal_integers", left, 0)
-
-
-def when_due(frame: Frame, steps: Iterable[tuple[int, Step]]) -> None:
-    """What stands with the ticks from one time to the next, under the conditions that it is due."""
-    for stride, together in groupby(steps, key=itemgetter(0)):
-        if stride == 1:
-            for _, step in together:
-                step()
-            continue
-        with frame.builder.when(due(frame, stride)):
-            for _, step in together:
-                step()
-
-
-def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
-    """Blocks whose varied parameters are settled before a run starts: their start or their checks use them too."""
-
-    def settled(name: str, parameter: str) -> bool:
-        block = plan.blocks[name]
-        kinds = [kind for _, kind in fields(type(block).constants_class())]
-        form = constants_form(type(block), compiled=True)
-        once = not type(block).taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
-        return once or any(kind not in (float, int, bool) for kind in kinds)
-
-    return frozenset(name for name, parameter in varied if settled(name, parameter))
-
-
-def _vectors(plan: Plan) -> Iterator[tuple[VectorOf, tuple[type, int]]]:
-    """Buffers and wires with a shape: the type and number of their entries."""
-    for solver in plan.solvers:
-        if solver.largest in plan.buffers:
-            yield solver.largest, (float, len(solver.group.states))
-    for name, block in plan.blocks.items():
-        for buffer, declared in type(block).buffers.items():
-            yield (name, buffer), (held_as(declared.dtype), len(plan.buffers[name, buffer]))
-        for port, output in type(block).outputs.items():
-            if output.shape:
-                yield (name, port), (held_as(output.dtype), shape_of(block, output)[0])
 
 
 _KINDS = {FLOATS: FLOAT, INTEGERS: INTEGER}

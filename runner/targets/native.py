@@ -20,7 +20,8 @@ from proofmass.runner.plan.keys import (
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, fields, numbers_of
-from proofmass.runner.program.tick import TickLoop, write_tick
+from proofmass.runner.program.tick import write_tick
+from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.llvm_text import llvm_text
 from proofmass.runner.targets.machine_code import Settings, is_cached, key_of, load
 

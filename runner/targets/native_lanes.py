@@ -15,7 +15,8 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.form import Array as ProgramArray
 from proofmass.runner.program.form import Value
 from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, array_of
-from proofmass.runner.program.tick import TickLoop, settled_before, write_tick
+from proofmass.runner.program.tick import write_tick
+from proofmass.runner.program.tick_loop import TickLoop, settled_before
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import load_lanes

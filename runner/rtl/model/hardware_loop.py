@@ -13,10 +13,11 @@ from proofmass.graphs.model.graph import split
 from proofmass.runner.plan.keys import HardwareModel
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import operand
+from proofmass.runner.program.due import when_due
 from proofmass.runner.program.form import INTEGER, Array, Operand, Variable
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered
-from proofmass.runner.program.tick import TickWriter, when_due
+from proofmass.runner.program.tick import TickWriter
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.model.cxxrtl import Model
 

@@ -1,0 +1,53 @@
+"""A tick loop: its program, and where the numbers stand that a run gives it."""
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.blocks.declaration.instance import shape_of
+from proofmass.blocks.language.forms import constants_form
+from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.plan.keys import Given, Moving, VectorOf
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.form import Program
+from proofmass.runner.program.slots import Slots, fields
+
+
+@dataclass(frozen=True)
+class TickLoop:
+    """The program, and where its numbers stand."""
+
+    program: Program
+    constants: Slots[Given]
+    constant_values: Mapping[Given, Any]
+    memory: Slots[Moving]
+    vectors: tuple[VectorOf, ...]  # buffers and wires with a shape, in the order of the arguments
+    vector_kinds: tuple[type, ...]
+    scratch: int  # floats that the loop works on, not kept from call to call
+
+
+def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
+    """Blocks whose varied parameters are settled before a run starts: their start or their checks use them too."""
+
+    def settled(name: str, parameter: str) -> bool:
+        block = plan.blocks[name]
+        kinds = [kind for _, kind in fields(type(block).constants_class())]
+        form = constants_form(type(block), compiled=True)
+        once = not type(block).taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
+        return once or any(kind not in (float, int, bool) for kind in kinds)
+
+    return frozenset(name for name, parameter in varied if settled(name, parameter))
+
+
+def vectors_of(plan: Plan) -> Iterator[tuple[VectorOf, tuple[type, int]]]:
+    """Buffers and wires with a shape: the type and number of their entries."""
+    for solver in plan.solvers:
+        if solver.largest in plan.buffers:
+            yield solver.largest, (float, len(solver.group.states))
+    for name, block in plan.blocks.items():
+        for buffer, declared in type(block).buffers.items():
+            yield (name, buffer), (held_as(declared.dtype), len(plan.buffers[name, buffer]))
+        for port, output in type(block).outputs.items():
+            if output.shape:
+                yield (name, port), (held_as(output.dtype), shape_of(block, output)[0])
