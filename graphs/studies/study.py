@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 from proofmass.blocks.arithmetic.counter_random import normal_quantile
 from proofmass.blocks.declaration.declare import Block
@@ -51,8 +51,9 @@ class Study:
     def changed(self, *, runs: int, seed: int) -> Self:
         """Return the study with other numbers; raises `ModelError`."""
         study = type(self).__new__(type(self))
-        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        Study.__init__(study, **fields | {"runs": runs, "seed": seed})
+        fields: dict[str, Any] = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        fields |= {"runs": runs, "seed": seed}
+        Study.__init__(study, **fields)
         problems = list(bad_numbers(study))
         if problems:
             raise ModelError(problems)

@@ -142,8 +142,10 @@ class Expressions:
         a, b = self.expression(node.left), self.expression(node.right)
         if isinstance(a, tuple) and isinstance(b, tuple) and isinstance(node.op, ast.Add):
             return (*a, *b)
-        if isinstance(a, tuple) and isinstance(node.op, ast.Mult) and numbers.as_index(b) is not None:
-            return tuple(a) * (numbers.as_index(b) or 0)
+        if isinstance(a, tuple) and isinstance(node.op, ast.Mult) and not isinstance(b, tuple):
+            times = numbers.as_index(b)
+            if times is not None:
+                return a * times
         return self.operated(node, type(node.op), self._scalar(node, a), self._scalar(node, b))
 
     def operated(self, node: ast.AST, operator: type[ast.operator], a: Operand, b: Operand) -> Operand:

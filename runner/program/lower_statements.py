@@ -113,7 +113,7 @@ class Statements(Calls):
     def _first(self, name: str, number: int, leaf: Any) -> Any:
         if isinstance(leaf, Array):
             return leaf
-        kind = self.wider.get(f"{name} {number}", leaf.kind)
+        kind: Kind = self.wider.get(f"{name} {number}") or leaf.kind
         return self.builder.variable(kind, name, numbers.as_kind(self.builder, leaf, kind))
 
     def _fitting(self, name: str, number: int, kind: Kind, value: Any) -> Operand:
