@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
-from compare_with_c import LIBRARY
 
 from proofmass import Graph, read_graph
-from proofmass.blocks import Constant, Gain, LowPass
+from proofmass.blocks import Constant, Gain, Saturation, UnitDelay
+from proofmass.graphs.files.library import library_file, library_files
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.tick import write_tick
@@ -55,20 +55,21 @@ def main() -> None:
 
 def library() -> list[str]:
     """Names of the graphs that run alone."""
-    paths = (path for path in sorted(LIBRARY.rglob("*.toml")) if "[blocks" in path.read_text(encoding="utf-8"))
-    return [path.stem for path in paths if runs_alone(read_graph(path))]
+    paths = (path for path in library_files().values() if path.suffix == ".toml")
+    graphs = [path for path in paths if "[blocks" in path.read_text(encoding="utf-8")]
+    return [path.stem for path in graphs if runs_alone(read_graph(path))]
 
 
 def graph_of(name: str) -> Graph:
-    """A graph of the library, or a chain of blocks with one loop round it."""
+    """A graph of the library, or a chain of blocks one behind the other."""
     if not name.startswith("chain_"):
-        return read_graph(next(LIBRARY.rglob(f"{name}.toml")))
+        return read_graph(library_file(f"{name}.toml"))
     count = int(name.removeprefix("chain_"))
     blocks: dict[str, Any] = {"source": Constant(value=1.0)}
     wires, before = [], "source.output"
     for number in range(count - 1):
-        low = LowPass(corner_frequency=1000.0 + number) if number % 2 else Gain(gain=1.0 - 1e-6 * number)
-        blocks[f"block_{number}"] = low
+        kinds = Gain(gain=1.0 - 1e-6 * number), UnitDelay(), Saturation(lowest=-1e3, highest=1e3)
+        blocks[f"block_{number}"] = kinds[number % len(kinds)]
         wires.append(f"{before} -> block_{number}.input")
         before = f"block_{number}.output"
     return Graph(name=name, rate="10 kHz", samples=10, blocks=blocks, wires=wires, probes=[before])

@@ -23,8 +23,14 @@ from proofmass.blocks.calibration.verdict_outcome import VerdictOutcome as Verdi
 from proofmass.blocks.control.discrete_integrator import DiscreteIntegrator as DiscreteIntegrator
 from proofmass.blocks.control.pid import PID as PID
 from proofmass.blocks.converters.analog_to_digital import AnalogToDigital as AnalogToDigital
+from proofmass.blocks.converters.chopper_modulator import ChopperModulator as ChopperModulator
 from proofmass.blocks.converters.code_to_number import CodeToNumber as CodeToNumber
+from proofmass.blocks.converters.correlated_double_sampling import CorrelatedDoubleSampling as CorrelatedDoubleSampling
 from proofmass.blocks.converters.digital_to_analog import DigitalToAnalog as DigitalToAnalog
+from proofmass.blocks.converters.integral_nonlinearity import IntegralNonlinearity as IntegralNonlinearity
+from proofmass.blocks.converters.pulse_width_modulator import PulseWidthModulator as PulseWidthModulator
+from proofmass.blocks.converters.sampling_noise import SamplingNoise as SamplingNoise
+from proofmass.blocks.converters.sigma_delta_modulator import SigmaDeltaModulator as SigmaDeltaModulator
 from proofmass.blocks.converters.unipolar_digital_to_analog import UnipolarDigitalToAnalog as UnipolarDigitalToAnalog
 from proofmass.blocks.electronics.analog_switch import AnalogSwitch as AnalogSwitch
 from proofmass.blocks.electronics.capacitance_bridge import CapacitanceBridge as CapacitanceBridge
@@ -79,7 +85,16 @@ from proofmass.blocks.noise_and_drift.logarithmic_ageing import LogarithmicAgein
 from proofmass.blocks.noise_and_drift.periodic_drift import PeriodicDrift as PeriodicDrift
 from proofmass.blocks.noise_and_drift.random_walk import RandomWalk as RandomWalk
 from proofmass.blocks.noise_and_drift.white_noise import WhiteNoise as WhiteNoise
+from proofmass.blocks.oscillators.amplitude_detector import AmplitudeDetector as AmplitudeDetector
+from proofmass.blocks.oscillators.automatic_gain_control import AutomaticGainControl as AutomaticGainControl
+from proofmass.blocks.oscillators.frequency_counter import FrequencyCounter as FrequencyCounter
+from proofmass.blocks.oscillators.in_phase_quadrature_demodulator import InPhaseQuadratureDemodulator as InPhaseQuadratureDemodulator
+from proofmass.blocks.oscillators.loop_filter import LoopFilter as LoopFilter
 from proofmass.blocks.oscillators.numerically_controlled_oscillator import NumericallyControlledOscillator as NumericallyControlledOscillator
+from proofmass.blocks.oscillators.phase_frequency_detector import PhaseFrequencyDetector as PhaseFrequencyDetector
+from proofmass.blocks.oscillators.phase_mixer import PhaseMixer as PhaseMixer
+from proofmass.blocks.oscillators.voltage_controlled_oscillator import VoltageControlledOscillator as VoltageControlledOscillator
+from proofmass.blocks.oscillators.xor_phase_detector import XorPhaseDetector as XorPhaseDetector
 from proofmass.blocks.registers.fixed_cast import FixedCast as FixedCast
 from proofmass.blocks.registers.fixed_coefficient_memory import FixedCoefficientMemory as FixedCoefficientMemory
 from proofmass.blocks.registers.fixed_compensation_register import FixedCompensationRegister as FixedCompensationRegister
@@ -122,6 +137,7 @@ from proofmass.blocks.signals.first_order_hold import FirstOrderHold as FirstOrd
 from proofmass.blocks.signals.fractional_delay import FractionalDelay as FractionalDelay
 from proofmass.blocks.signals.gain import Gain as Gain
 from proofmass.blocks.signals.look_up_table import LookUpTable as LookUpTable
+from proofmass.blocks.signals.magnitude import Magnitude as Magnitude
 from proofmass.blocks.signals.maximum import Maximum as Maximum
 from proofmass.blocks.signals.minimum import Minimum as Minimum
 from proofmass.blocks.signals.negation import Negation as Negation
@@ -156,6 +172,7 @@ from proofmass.blocks.sources.temperature_cycle import TemperatureCycle as Tempe
 from proofmass.blocks.sources.temperature_profile import TemperatureProfile as TemperatureProfile
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation as AllanDeviation
 from proofmass.blocks.statistics.linear_trend import LinearTrend as LinearTrend
+from proofmass.blocks.statistics.mean_absolute import MeanAbsolute as MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile as RunningPercentile
 from proofmass.blocks.statistics.running_range import RunningRange as RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics as RunningStatistics

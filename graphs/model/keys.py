@@ -22,7 +22,7 @@ BLOCK_KEYS = {  # of every block, beside its parameters
 }
 MEASURE_KEYS = {
     "signal": 'Output that is reduced to one number, "block.output".',
-    "statistic": "mean, std, rms, min, max, peak_to_peak, last, slope, percentile, allan_deviation or settling_time.",
+    "statistic": "How the signal is reduced to one number.",
     "from": "From which time on; from the start when nothing is said.",
     "percent": "Of a percentile: the part of the values that lies below it, in per cent.",
     "tau": 'Of an Allan deviation: the averaging time, "1 s".',

@@ -10,6 +10,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation
 from proofmass.blocks.statistics.linear_trend import LinearTrend
+from proofmass.blocks.statistics.mean_absolute import MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile
 from proofmass.blocks.statistics.running_range import RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics
@@ -25,6 +26,7 @@ STATISTICS: dict[str, tuple[type[Block], str] | None] = {
     "mean": (RunningStatistics, "mean"),
     "std": (RunningStatistics, "standard_deviation"),
     "rms": (RunningStatistics, "root_mean_square"),
+    "mean_absolute": (MeanAbsolute, "mean_absolute"),
     "min": (RunningRange, "minimum"),
     "max": (RunningRange, "maximum"),
     "peak_to_peak": (RunningRange, "peak_to_peak"),
@@ -111,7 +113,8 @@ def _problems(name: object, given: Any) -> Iterator[Problem]:
             yield _problem("unknown key", name, str(key), got=shown(key), hint=near)
     for key in ("signal", "statistic"):
         if key not in given:
-            yield _problem(f"has no {key}", name, expected=MEASURE_KEYS[key], hint=hint)
+            expected = f"one of {', '.join(STATISTICS)}" if key == "statistic" else MEASURE_KEYS[key]
+            yield _problem(f"has no {key}", name, expected=expected, hint=hint)
     signal, statistic = given.get("signal", "a.b"), given.get("statistic", LAST)
     if not isinstance(signal, str) or not all(NAME.fullmatch(part) for part in signal.split(".")) or "." not in signal:
         yield _problem("not an output", name, "signal", got=shown(signal), hint='write signal = "block.output"')

@@ -9,10 +9,11 @@ from proofmass.runner.reference.interpret import Interpreter
 
 EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
 
-LANES = (64, 32, 16)  # to choose from; loops over 8 are taken apart by the compiler and get no vectors
-INTERPRETED_PART = 0.2  # of what compiling takes: what plain Python may take for a run before compiling is worth it
-COMPILING_SECONDS = 5.0  # about what compiling takes, and so what plain Python may take for like runs together
-_COMPILING_SQUARE = 2.7e-4  # seconds more, times the square of the number of functions: 19 s for 200 blocks in a row
+LANES = (32, 16, 8)  # to choose from; more than vectors of the processor hold in its registers are slower
+INTERPRETED_PART = 0.5  # of what compiling takes: what plain Python may take for a run before compiling is worth it
+COMPILING_SECONDS = 0.1  # about what compiling takes, and so what plain Python may take for like runs together
+_KNOWING_SECONDS = 0.03  # about what it takes to know whether a plan has been compiled before
+_COMPILING_FUNCTION = 2.5e-3  # seconds more for each function of a block: 7 s for the 31 graphs of the library
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
 _INTERPRETED_PRODUCT = 0.1e-6  # and a product of a matrix
@@ -36,10 +37,10 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
     seconds = ticks * (tick + sum(map(_interpreted, planned.solvers)))
     key = _likeness(planned)
     spent = _spent.get(key, 0.0) + seconds
-    compiling = COMPILING_SECONDS + _COMPILING_SQUARE * len(planned.schedule.order) ** 2
+    compiling = COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
     if seconds > INTERPRETED_PART * compiling or spent > compiling:
         return "compiled"
-    if spent > 0.1:
+    if spent > _KNOWING_SECONDS:
         from proofmass.runner.targets.native import already_compiled
 
         if already_compiled(planned):

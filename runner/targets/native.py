@@ -78,11 +78,14 @@ class CompiledLoop:
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
         self._scratch.fill(np.nan)  # what nothing has been computed from yet
-        arrays = [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
-        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in arrays))
+        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in self.arrays(rows)))
         self.tick = last
         finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())
         return finite and not self._state[INTEGERS][self._refused]
+
+    def arrays(self, rows: Rows) -> list[Array]:
+        """Everything that the program reads and writes, in the order of its parameters."""
+        return [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
 
     def memory(self) -> Memory:
         """What moves, as it stands."""

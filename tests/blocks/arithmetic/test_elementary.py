@@ -1,9 +1,11 @@
 """Elementary functions: their largest errors, exact points, special values, symmetry, order, and bits when compiled."""
 
+import functools
 import itertools
 import math
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -12,19 +14,26 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from proofmass.blocks.arithmetic import elementary
+from proofmass.blocks.arithmetic import elementary, scaling
 from proofmass.blocks.arithmetic.elementary import (
     binary_logarithm,
     cosine_of_turns,
     decimal_logarithm,
     exponential,
     power,
-    scaling,
     sine_of_turns,
 )
+from proofmass.runner.program.build import Builder
+from proofmass.runner.program.form import FLOAT, INTEGER, Program
+from proofmass.runner.program.lower import call, program
+from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.elementwise import Elementwise
-from tests.by_hand.compiled import compiled
+from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.elementary import CASES, LONG_IS_LONGER, Case, error, measured
+from tests.by_hand.node import needs_node, run_in_node
+from tests.runner.targets.test_c99 import compiled as compiled_c
+from tests.runner.targets.test_c99 import needs_gcc
+from tests.runner.targets.test_c99 import run as run_c
 
 FUNCTIONS = {name: getattr(elementary, name) for name in elementary.__all__}
 OF_MATH: dict[str, Callable[..., float]] = {
@@ -257,20 +266,74 @@ def test_bounded_exponential_is_held_at_both_ends_and_hides_no_nan() -> None:
     assert math.isnan(bounded(math.nan))
 
 
+def hostile_arguments() -> tuple[Any, Any]:
+    """Pairs of numbers of all kinds: of every function's own arguments, and special ones."""
+    dice = np.random.default_rng(1)
+    samples = [sampler(dice, 40) for case in CASES.values() for sampler in case.samplers]
+    special = np.array(list(itertools.product(SPECIAL, repeat=2)))
+    first = np.concatenate([special[:, 0], *(sample[0] for sample in samples)])
+    second = np.concatenate([special[:, 1], *(sample[-1] for sample in samples)])
+    return first, second
+
+
+def everything() -> Program:
+    """A program that writes what every function gives for every pair of numbers."""
+    builder = Builder("everything", "")
+    count = builder.parameter(INTEGER, "count")
+    first, second = builder.array(FLOAT, None, "first"), builder.array(FLOAT, None, "second")
+    results = [builder.array(FLOAT, None, name, writable=True) for name in FUNCTIONS]
+    with builder.counted(0, count, 1, "entry") as entry:
+        given = [builder.load(first, entry), builder.load(second, entry)]
+        for function, result in zip(FUNCTIONS.values(), results, strict=True):
+            value: Any = call(builder, function, given[: len(argument_names(function))])
+            builder.store(result, entry, value)
+    return program(builder.function())
+
+
+@functools.cache
+def expected_bits() -> dict[str, Any]:
+    """What plain Python gives."""
+    pairs = list(zip(*(column.tolist() for column in hostile_arguments()), strict=True))
+    return {
+        name: _bits(np.array([function(*pair[: len(argument_names(function))]) for pair in pairs]))
+        for name, function in FUNCTIONS.items()
+    }
+
+
+def given_arrays() -> list[Any]:
+    first, second = hostile_arguments()
+    return [first, second, *(np.zeros_like(first) for _ in FUNCTIONS)]
+
+
+@pytest.mark.parametrize("settings", [machine_code.Settings(), machine_code.Settings(wide=True)], ids=["one", "wide"])
+def test_machine_code_has_the_same_bits(settings: machine_code.Settings) -> None:
+    arrays = given_arrays()
+    machine_code.load(everything(), settings)(len(arrays[0]), *(array.ctypes.data for array in arrays))
+    assert dict(zip(FUNCTIONS, map(_bits, arrays[2:]), strict=True)) == expected_bits()
+
+
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_compiled_to_the_same_bits(name: str) -> None:
-    function = FUNCTIONS[name]
-    names, dice = argument_names(function), np.random.default_rng(1)
-    columns = [np.concatenate([SPECIAL, sampler(dice, 1000)[i]]) for sampler in CASES[name].samplers for i in range(1)]
-    first = np.concatenate(columns)
-    arguments = [first, *(dice.permutation(first) for _ in names[1:])]
-    if name.endswith("of_turns") or name == "logarithm_of_fraction":
-        arguments = [np.where(np.isfinite(first) & (abs(first) < 2.0**50), first, 0.5)]
-    with np.errstate(all="ignore"):
-        expected = [function(*each) for each in zip(*(column.tolist() for column in arguments), strict=True)]
-        for made in (Elementwise(function, dict.fromkeys(names, float), float)(*arguments),
-                     np.array([compiled(function)(*each) for each in zip(*arguments, strict=True)])):  # fmt: skip
-            assert _bits(made) == _bits(np.array(expected))
+def test_vectors_have_the_same_bits(name: str) -> None:
+    function, arguments = FUNCTIONS[name], hostile_arguments()
+    names = argument_names(function)
+    results = Elementwise(function, dict.fromkeys(names, float), float)(*arguments[: len(names)])
+    assert _bits(results) == expected_bits()[name]
+
+
+@needs_gcc
+@pytest.mark.parametrize("level", ["-O0", "-O3"])
+def test_c_has_the_same_bits(level: str, tmp_path: Path) -> None:
+    arrays = given_arrays()
+    run_c(compiled_c(everything(), tmp_path, level), arrays, len(arrays[0]))
+    assert dict(zip(FUNCTIONS, map(_bits, arrays[2:]), strict=True)) == expected_bits()
+
+
+@needs_node
+def test_webassembly_has_the_same_bits(tmp_path: Path) -> None:
+    arrays, module = given_arrays(), wasm_module(everything())
+    assert not module.libm
+    run_in_node(module, [len(arrays[0])], arrays, tmp_path)
+    assert dict(zip(FUNCTIONS, map(_bits, arrays[2:]), strict=True)) == expected_bits()
 
 
 def _bits(values: Any) -> list[int]:

@@ -58,6 +58,7 @@ def test_against_numpy(engine: EngineName) -> None:
             "mean": y.mean(),
             "std": y.std(ddof=1),
             "rms": math.sqrt((y**2).mean()),
+            "mean_absolute": np.abs(y).mean(),
             "min": y.min(),
             "max": y.max(),
             "peak_to_peak": np.ptp(y),

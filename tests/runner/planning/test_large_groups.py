@@ -52,7 +52,7 @@ def test_the_group_is_the_matrix_exponential(chain: Graph) -> None:
 
 @pytest.mark.defect("H4", before="auto compiled 1,000 blocks in a row for minutes", after="plain Python unless it pays")
 def test_the_choice_of_an_engine_counts_what_large_graphs_take_to_compile() -> None:
-    """Compiling takes the square of the number of blocks: minutes for a thousand of them."""
+    """Compiling takes seconds for a thousand of them, more than plain Python for a few hundred ticks."""
     blocks: dict[str, Block] = {"source": Sine(frequency=37.0)}
     wires, last = [], "source.output"
     for number in range(1000):
@@ -60,5 +60,5 @@ def test_the_choice_of_an_engine_counts_what_large_graphs_take_to_compile() -> N
         wires.append(f"{last} -> delay_{number}.input")
         last = f"delay_{number}.output"
     planned = plan(Graph(name="row", rate=RATE, blocks=blocks, wires=wires, probes=[last]))
-    assert choose(planned, 10_000, "auto") == "python"
-    assert choose(planned, 1_000_000, "auto") == "compiled"
+    assert choose(planned, 300, "auto") == "python"
+    assert choose(planned, 10_000, "auto") == "compiled"

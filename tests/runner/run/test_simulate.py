@@ -188,7 +188,7 @@ class TestEngines:
         assert choose(planned, 100, "auto") == "python"
         assert choose(planned, 10**6, "auto") == "compiled"
         assert choose(planned, 10**6, "python") == "python"
-        between = 40_000
+        between = 4_000
         monkeypatch.setenv("PROOFMASS_CACHE", str(tmp_path / "cache"))
         monkeypatch.setattr("proofmass.runner.targets.machine_code._loaded", {})
         assert choose(planned, between, "auto") == "python"
@@ -279,7 +279,7 @@ def test_like_runs_add_up_until_compiling_is_worth_it(monkeypatch: pytest.Monkey
         blocks = {"ramp": Ramp(), "gain": Gain(gain=gain)}
         return plan(Graph(name="variant", rate=1000, blocks=blocks, wires=["ramp.output -> gain.input"]))
 
-    chosen = [choose(variant(1.0 + number), 200_000, "auto") for number in range(12)]
+    chosen = [choose(variant(1.0 + number), 10_000, "auto") for number in range(12)]
     assert chosen == ["python"] * chosen.count("python") + ["compiled"] * chosen.count("compiled")
     assert chosen[0] == "python"
     assert chosen[-1] == "compiled"

@@ -1,11 +1,7 @@
 """Programs as C99: compiled by gcc they compute the bits of the reference, and they can be read."""
 
-import ctypes
-import shutil
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,48 +14,23 @@ from proofmass.runner.program.form import (
     Constant,
     Function,
     Line,
-    Program,
     Return,
     Value,
 )
 from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.c99 import c99_text
+from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
 from tests.by_hand.hostile_operations import operations_arrays, operations_program, operations_wrong, select_program
 from tests.by_hand.programs import Writer, program
 from tests.by_hand.random_programs import RandomProgram, random_arrays
 from tests.by_hand.small_programs import SMALL, Case, of_libm
-
-GCC = shutil.which("gcc")
-STRICT = ("-std=c99", "-ffp-contract=off", "-pedantic-errors", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared")
-UNUSED = (
-    "-Wno-unused-variable",
-    "-Wno-unused-parameter",
-    "-Wno-unused-but-set-variable",
-    "-Wno-unused-function",
-    "-Wno-tautological-compare",
-)
-needs_gcc = pytest.mark.skipif(GCC is None, reason="needs gcc")
-
-
-def compiled(made: Program, folder: Path, level: str = "-O1") -> Any:
-    """The entry of a program, compiled by gcc."""
-    (folder / "program.c").write_text(c99_text(made, "entry"))
-    command = [GCC or "", *STRICT, *UNUSED, level, "-o", str(folder / "program.so"), str(folder / "program.c"), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return ctypes.CDLL(str(folder / "program.so")).entry
-
-
-def run(function: Any, arrays: list[Any], *numbers: int) -> None:
-    """Call an entry of integers and arrays."""
-    function(*map(ctypes.c_int64, numbers), *(ctypes.c_void_p(array.ctypes.data) for array in arrays))
 
 
 @needs_gcc
 @pytest.mark.parametrize(("constant", "level"), [(None, "-O0"), (None, "-O3"), (0, "-O1"), (1, "-O1")])
 def test_operations_on_hostile_values(constant: int | None, level: str, tmp_path: Path) -> None:
     arrays = operations_arrays()
-    run(compiled(operations_program(constant), tmp_path, level), arrays)
+    run_in_c(compiled_by_gcc(operations_program(constant), tmp_path, level), arrays)
     assert not operations_wrong(arrays, constant)
 
 
@@ -67,7 +38,7 @@ def test_operations_on_hostile_values(constant: int | None, level: str, tmp_path
 @pytest.mark.parametrize("condition", [False, True])
 def test_selections(condition: bool, tmp_path: Path) -> None:
     arrays = [np.array([1.5, -0.0, 9.0]), np.array([7, -8, 9]), np.array([True, False, True])]
-    run(compiled(select_program(), tmp_path), arrays, condition)
+    run_in_c(compiled_by_gcc(select_program(), tmp_path), arrays, condition)
     assert [array[2] for array in arrays] == [array[1 - condition] for array in arrays]
 
 
@@ -76,7 +47,7 @@ def test_selections(condition: bool, tmp_path: Path) -> None:
 @pytest.mark.parametrize("case", [*SMALL.values(), of_libm])
 def test_statements(case: Callable[[], Case], level: str, tmp_path: Path) -> None:
     made, before, behind = case()
-    run(compiled(made, tmp_path, level), before)
+    run_in_c(compiled_by_gcc(made, tmp_path, level), before)
     for array, expected in zip(before, behind, strict=True):
         assert array.tobytes() == expected.tobytes(), (array, expected)
 
@@ -88,7 +59,7 @@ def test_random_programs_have_the_bits_of_machine_code(
 ) -> None:
     monkeypatch.setenv("PROOFMASS_CACHE", str(tmp_path))
     made, arrays, others = RandomProgram(seed).program, random_arrays(seed), random_arrays(seed)
-    run(compiled(made, tmp_path), arrays, 3)
+    run_in_c(compiled_by_gcc(made, tmp_path), arrays, 3)
     machine_code.load(made)(3, *(array.ctypes.data for array in others))
     for one, other in zip(arrays, others, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -82,7 +82,7 @@ def test_an_interruption_ends_them(study: Study) -> None:
 
 
 @pytest.mark.parametrize(
-    ("runs", "lanes"), [(1, 0), (7, 0), (8, 16), (63, 16), (127, 16), (255, 32), (256, 64), (10**6, 64)]
+    ("runs", "lanes"), [(1, 0), (3, 0), (4, 8), (32, 8), (63, 8), (64, 16), (127, 16), (128, 32), (10**6, 32)]
 )
 def test_lanes_are_filled_several_times(runs: int, lanes: int) -> None:
     assert lanes_for(runs) == lanes

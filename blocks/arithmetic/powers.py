@@ -6,10 +6,10 @@ the last place of the power.
 
 import math
 
-from proofmass.blocks.arithmetic.elementary.exponentials import exponential_of_pair
-from proofmass.blocks.arithmetic.elementary.logarithms import logarithm_as_pair
-from proofmass.blocks.arithmetic.elementary.scaling import mantissa_and_exponent
+from proofmass.blocks.arithmetic.exponentials import exponential_of_pair
+from proofmass.blocks.arithmetic.logarithms import logarithm_as_pair
 from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, pair_root
+from proofmass.blocks.arithmetic.scaling import mantissa_and_exponent
 
 
 def power(base: float, exponent: float) -> float:

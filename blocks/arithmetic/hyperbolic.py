@@ -6,9 +6,9 @@ t = 2^-n: tanh x = (1 - t + p) / (1 + t + p). Nothing cancels but 1 - t, which i
 
 import math
 
-from proofmass.blocks.arithmetic.elementary.exponentials import exponential_parts
-from proofmass.blocks.arithmetic.elementary.scaling import power_of_two, scaled
+from proofmass.blocks.arithmetic.exponentials import exponential_parts
 from proofmass.blocks.arithmetic.pairs import exact_sum, ordered_sum, pair_product, pair_quotient
+from proofmass.blocks.arithmetic.scaling import power_of_two, scaled
 
 LARGEST = 711.0  # beyond it both are infinite
 SMALL = 1.0e-9  # up to it sine and tangent are their argument

@@ -7,9 +7,9 @@ logarithm as a pair has 2 s + 2 s^3 / 3 + 2 s^5 / 5 as pairs, and the minimax po
 
 import math
 
-from proofmass.blocks.arithmetic.elementary.exponentials import LN2, LN2_LOW
-from proofmass.blocks.arithmetic.elementary.scaling import mantissa_and_exponent
+from proofmass.blocks.arithmetic.exponentials import LN2, LN2_LOW
 from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, ordered_sum, pair_product, pair_quotient
+from proofmass.blocks.arithmetic.scaling import mantissa_and_exponent
 
 
 def logarithm(value: float) -> float:

@@ -5,9 +5,9 @@ whole numbers of 11; p = r + r^2 / 2 + r^3 P(r), with P the minimax polynomial o
 benchmarks/elementary_fits.py). What sums and products lose is added again.
 """
 
-from proofmass.blocks.arithmetic.elementary.scaling import power_of_two, scaled
 from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, ordered_sum
 from proofmass.blocks.arithmetic.rounding import nearest_integer
+from proofmass.blocks.arithmetic.scaling import power_of_two, scaled
 
 LN2, LN2_LOW = 0.6931471805598903, 5.49792301870721e-14
 LOG2_E = 1.4426950408889634

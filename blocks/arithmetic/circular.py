@@ -4,7 +4,7 @@ sin r = r + r^3 S(r^2) and cos r = 1 - r^2 / 2 + r^4 C(r^2), relative errors 2^-
 (benchmarks/elementary_fits.py), each with what rounding takes off the first two terms.
 """
 
-from proofmass.blocks.arithmetic.elementary.angles import less_quarters
+from proofmass.blocks.arithmetic.angles import less_quarters
 from proofmass.blocks.arithmetic.pairs import exact_product, ordered_sum, pair_quotient
 
 SMALL = 1.0e-9  # up to it sine and tangent are their argument

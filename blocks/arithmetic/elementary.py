@@ -5,19 +5,19 @@ none it is NaN. Each function says within how many units in the last place of th
 the largest error of 10^7 arguments, which `benchmarks/elementary.py` finds.
 """
 
-from proofmass.blocks.arithmetic.elementary.arcs import arccosine, arcsine, arctangent, arctangent2
-from proofmass.blocks.arithmetic.elementary.circular import cosine, sine, tangent
-from proofmass.blocks.arithmetic.elementary.exponentials import bounded_exponential, exponential, exponential_less_one
-from proofmass.blocks.arithmetic.elementary.hyperbolic import hyperbolic_cosine, hyperbolic_sine, hyperbolic_tangent
-from proofmass.blocks.arithmetic.elementary.logarithms import (
+from proofmass.blocks.arithmetic.arcs import arccosine, arcsine, arctangent, arctangent2
+from proofmass.blocks.arithmetic.circular import cosine, sine, tangent
+from proofmass.blocks.arithmetic.exponentials import bounded_exponential, exponential, exponential_less_one
+from proofmass.blocks.arithmetic.hyperbolic import hyperbolic_cosine, hyperbolic_sine, hyperbolic_tangent
+from proofmass.blocks.arithmetic.logarithms import (
     binary_logarithm,
     decimal_logarithm,
     logarithm,
     logarithm_of_fraction,
     logarithm_of_one_plus,
 )
-from proofmass.blocks.arithmetic.elementary.powers import hypotenuse, power
-from proofmass.blocks.arithmetic.elementary.turns import cosine_of_turns, sine_of_turns
+from proofmass.blocks.arithmetic.powers import hypotenuse, power
+from proofmass.blocks.arithmetic.turns import cosine_of_turns, sine_of_turns
 
 __all__ = [
     "arccosine",

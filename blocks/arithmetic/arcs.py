@@ -7,7 +7,7 @@ benchmarks/elementary_fits.py).
 
 import math
 
-from proofmass.blocks.arithmetic.elementary.angles import HALF_PI, HALF_PI_LOW
+from proofmass.blocks.arithmetic.angles import HALF_PI, HALF_PI_LOW
 from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, ordered_sum, pair_quotient, pair_root
 
 SMALL = 1.0e-9  # up to it arctangent and arcsine are their argument

@@ -1,0 +1,56 @@
+"""Voltage-controlled oscillator: turns' = frequency + gain control; sine = amplitude sin(2 pi turns); continuous.
+
+A NumericallyControlledOscillator does the same at ticks, and takes the whole turns off: this one counts them, so that
+after 2^40 turns its phase is exact to 0.001 rad.
+"""
+
+import math
+from typing import NamedTuple
+
+from proofmass.blocks.arithmetic.elementary import cosine_of_turns, sine_of_turns
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class VoltageControlledOscillator(Block):
+    """Analog oscillator whose frequency a voltage moves between ticks, too: of an analog phase-locked loop."""
+
+    frequency: float = param("Hz", "Frequency without control.", default=8000.0)
+    gain: float = param("Hz/({control_unit})", "Frequency per control.", default=1000.0)
+    amplitude: float = param("{unit}", "Peak value of sine and cosine.", default=1.0)
+    initial_phase: float = param("rad", "Phase at the start.", default=0.0)
+    control_unit: str = param("", "Unit of the control.", default="V")
+    unit: str = param("", "Unit of sine and cosine.", default="V")
+
+    control = Input("{control_unit}", "What moves the frequency.")
+
+
+class State(NamedTuple):
+    turns: float
+
+
+@VoltageControlledOscillator.start
+def start(p: VoltageControlledOscillator) -> State:
+    return State(p.initial_phase / (2.0 * math.pi))
+
+
+@VoltageControlledOscillator.output("{unit}")
+def sine(p: VoltageControlledOscillator, x: State) -> float:
+    """The sine of the phase."""
+    return p.amplitude * sine_of_turns(x.turns)
+
+
+@VoltageControlledOscillator.output("{unit}")
+def cosine(p: VoltageControlledOscillator, x: State) -> float:
+    """The cosine of the phase."""
+    return p.amplitude * cosine_of_turns(x.turns)
+
+
+@VoltageControlledOscillator.output("rad")
+def phase(p: VoltageControlledOscillator, x: State) -> float:
+    """The phase since the start, whole turns included."""
+    return 2.0 * math.pi * x.turns
+
+
+@VoltageControlledOscillator.derivative(linear=False)
+def derivative(p: VoltageControlledOscillator, x: State, control: float) -> State:
+    return State(p.frequency + p.gain * control)

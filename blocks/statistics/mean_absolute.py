@@ -1,0 +1,33 @@
+"""Mean of the absolute values, by the recurrence m += (|u| - m) / n (Welford 1962)."""
+
+from typing import NamedTuple
+
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+
+class MeanAbsolute(Block):
+    """Mean absolute value of all samples before the tick; zero until there is one."""
+
+    skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    unit: str = param("", "Unit of the input.", default="1")
+
+    input = Input("{unit}", "Signal whose size is averaged.")
+
+
+class State(NamedTuple):
+    mean: float
+
+
+@MeanAbsolute.output("{unit}")
+def mean_absolute(p: MeanAbsolute, x: State) -> float:
+    """Mean of the absolute values."""
+    return x.mean
+
+
+@MeanAbsolute.update
+def update(p: MeanAbsolute, x: State, tick: int, input: float) -> State:
+    if tick < p.skip:
+        return x
+    size = abs(1.0 * input)  # measures read codes and bits too
+    share = 1.0 / float(tick - p.skip + 1)  # the same for all runs of a study
+    return State(x.mean + (size - x.mean) * share)

@@ -1,0 +1,199 @@
+"""Ways that part, for runs side by side: both are gone, each with a mask of the lanes that are active on it."""
+
+from typing import NamedTuple
+
+from proofmass.runner.program.form import (
+    INTEGER,
+    TRUTH,
+    Break,
+    Call,
+    Compute,
+    Continue,
+    External,
+    For,
+    If,
+    Region,
+    While,
+)
+from proofmass.runner.program.walk import statements
+from proofmass.runner.targets.lane_arrays import LaneArrays
+from proofmass.runner.targets.llvm_operations import splat
+from proofmass.runner.targets.llvm_text import cannot_overflow
+
+_LIGHT = 12  # operations that are rather done for nothing than jumped over
+_HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}
+
+
+class _Loop(NamedTuple):
+    """Where Continue and Break go; in a loop that lanes leave apart, places of the masks of those that are in it."""
+
+    turn: str
+    end: str
+    base: str  # mask of all lanes of the turn
+    live: str = ""  # place of the lanes that will take the next turn
+    active: str = ""  # place of the lanes that have not left this turn
+
+
+class LaneWays(LaneArrays):
+    """A function whose branches and loops are written for lanes."""
+
+    levels: list[_Loop]  # the loops around a statement
+
+    def if_(self, s: If) -> None:
+        """If."""
+        if not self.varying.differs(s.condition):
+            super().if_(s)
+            return
+        outer, condition = self.mask, self._all(s.condition)
+        masks = (self._both(outer, condition), self._both(outer, self._not(condition)) if s.otherwise else "")
+        for region, mask in zip((s.then, s.otherwise), masks, strict=True):
+            if region:
+                self.mask = mask
+                self._where_any(region)
+        self.mask = outer
+
+    def _where_any(self, region: Region) -> None:
+        """A region with the lanes of the mask, jumped over where there is none and that is worth it."""
+        if _weight(region) <= _LIGHT:
+            self.region(region)
+            return
+        some, end = self._label(), self._label()
+        self._branch(self._any(self.mask), some, end)
+        self._begin(some)
+        self.region(region)
+        self._jump(end)
+        self._begin(end)
+
+    def _loop(self, s: For | While, turn: str, end: str) -> _Loop:
+        """A loop that is about to begin."""
+        if id(s) not in self.varying.loops:
+            return _Loop(turn, end, self.mask)
+        live, active = self._slot(TRUTH, "", True), self._slot(TRUTH, "", True)
+        self._write(live, self.mask)
+        return _Loop(turn, end, "", live, active)
+
+    def _turn(self, loop: _Loop, body: Region) -> None:
+        """A turn of a loop, up to where the next one is decided on."""
+        outer = self.mask
+        if loop.live:
+            self.mask = self._read(loop.live)
+            self._write(loop.active, self.mask)
+            loop = loop._replace(base=self.mask)
+        self.levels.append(loop)
+        self.region(body)
+        self.levels.pop()
+        self._jump(loop.turn)
+        self._begin(loop.turn)
+        self.mask = outer
+
+    def for_(self, s: For) -> None:
+        """For."""
+        if self.varying.differs(s.counter):
+            self._counted_apart(s)
+            return
+        first, last = self._operand(s.first), self._operand(s.last)
+        body, turn, end, begun = self._label(), self._label(), self._label(), self.block
+        loop, below = self._loop(s, turn, end), "slt" if s.step > 0 else "sgt"
+        any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
+        self.lines.append(f"{any_turn} = icmp {below} i64 {first}, {last}")
+        self._branch(any_turn, body, end)
+        self._begin(body)
+        counter = self._named(s.counter)
+        self.lines.append(f"{counter} = phi i64 [ {first}, %{begun} ], [ {next_counter}, %{turn} ]")
+        self._turn(loop, s.body)
+        if cannot_overflow(s):
+            self.lines.append(f"{next_counter} = add nsw i64 {counter}, {s.step}")
+            self.lines.append(f"{more} = icmp {below} i64 {next_counter}, {last}")
+        else:
+            left, (high, low) = self._fresh(), (last, counter) if s.step > 0 else (counter, last)
+            self.lines.append(f"{next_counter} = add i64 {counter}, {s.step}")
+            self.lines.append(f"{left} = sub i64 {high}, {low}")
+            self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
+        self._branch(self._and_any(more, loop), body, end)
+        self._begin(end)
+
+    def _and_any(self, more: str, loop: _Loop) -> str:
+        if not loop.live:
+            return more
+        any_lane, both = self._any(self._read(loop.live)), self._fresh()
+        self.lines.append(f"{both} = and i1 {more}, {any_lane}")
+        return both
+
+    def _counted_apart(self, s: For) -> None:
+        """A loop whose counter differs from lane to lane."""
+        of, below = self._vector(INTEGER), "slt" if s.step > 0 else "sgt"
+        first, last, place = self._all(s.first), self._all(s.last), self._slot(INTEGER, "", True)
+        body, turn, end = self._label(), self._label(), self._label()
+        loop, some = self._loop(s, turn, end), self._fresh()
+        self.lines.append(f"store {of} {first}, ptr {place}")
+        self.lines.append(f"{some} = icmp {below} {of} {first}, {last}")
+        self._go_on(loop, some, body)
+        self._begin(body)
+        self.names[s.counter] = counter = self._read(place, INTEGER)
+        self._turn(loop, s.body)
+        left, more, (high, low) = self._fresh(), self._fresh(), (last, counter) if s.step > 0 else (counter, last)
+        self.lines.append(f"{left} = sub {of} {high}, {low}")
+        self.lines.append(f"{more} = icmp ugt {of} {left}, {splat(INTEGER, str(abs(s.step)), self.lanes)}")
+        next_counter = self._fresh()
+        self.lines.append(f"{next_counter} = add {of} {counter}, {splat(INTEGER, str(s.step), self.lanes)}")
+        self.lines.append(f"store {of} {next_counter}, ptr {place}")
+        self._go_on(loop, more, body)
+        self._begin(end)
+
+    def _go_on(self, loop: _Loop, lanes: str, body: str) -> None:
+        """Into the body with those of its lanes that are among `lanes`, or to the end."""
+        live = self._both(self._read(loop.live), lanes)
+        self._write(loop.live, live)
+        self._branch(self._any(live), body, loop.end)
+
+    def while_(self, s: While) -> None:
+        """While."""
+        test, body, end = self._label(), self._label(), self._label()
+        loop, outer = self._loop(s, test, end), self.mask
+        self._jump(test)
+        self._begin(test)
+        if loop.live:
+            self.mask = self._read(loop.live)
+        self.region(s.test)
+        self.mask = outer
+        if self.varying.differs(s.condition):
+            self._go_on(loop, self._all(s.condition), body)
+        else:
+            self._branch(self._and_any(self._operand(s.condition), loop), body, end)
+        self._begin(body)
+        again = self._label()
+        self._turn(loop._replace(turn=again), s.body)
+        self._jump(test)
+        self._begin(end)
+
+    def break_(self, _: Break) -> None:
+        """Break."""
+        loop = self.levels[-1]
+        if self.mask == loop.base:
+            self._jump(loop.end)
+        else:
+            self._without(loop.live, self.mask)
+            self._without(loop.active, self.mask)
+
+    def continue_(self, _: Continue) -> None:
+        """Continue."""
+        loop = self.levels[-1]
+        if self.mask == loop.base:
+            self._jump(loop.turn)
+        else:
+            self._without(loop.active, self.mask)
+
+
+def _weight(region: Region) -> int:
+    """About how many operations a region takes."""
+    weight = 0
+    for s in statements(region):
+        if isinstance(s, Compute):
+            weight += _HEAVY.get(s.operation, 1)
+        elif isinstance(s, For | While):
+            weight += 4 * _LIGHT
+        elif isinstance(s, Call):
+            weight += _LIGHT if isinstance(s.function, External) else _weight(s.function.body)
+        else:
+            weight += 1
+    return weight
