@@ -149,8 +149,7 @@ class _Reader:
         try:
             return read(value)
         except Refusal as error:
-            key = ".".join(path)
-            self.problems.append(Problem(message=str(error), key=key, got=shown(value), hint=error.hint, path=path))
+            self.problems.append(error.problem(".".join(path), value, path=path))
             return None
 
     def list(self, read: Callable[[object], Entry], values: Iterable[object], key: str) -> tuple[Entry, ...]:
