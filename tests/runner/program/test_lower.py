@@ -1,12 +1,10 @@
-"""Functions of Python as functions of a program: every block's, every construct, to the last bit; what is refused."""
+"""Functions of Python as functions of a program: every block's, every construct, to the last bit."""
 
-import ast
 import inspect
 import itertools
 import math
 import random
 import struct
-import types
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -17,18 +15,14 @@ from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.blocks.declaration.source import define
 from proofmass.blocks.language import arithmetic
 from proofmass.runner.fixed.digital import digital_block
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.constants import constants_of, typed
-from proofmass.runner.program import lower as lowering
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Program, Value
-from proofmass.runner.program.lower import lower, program
-from proofmass.runner.program.verify import verify
-from tests.by_hand.evaluate_program import evaluate
+from proofmass.runner.program.form import FLOAT, INTEGER, Value
+from proofmass.runner.program.lower import lower
+from tests.by_hand.lowered import KINDS, run
 
-KINDS = {float: FLOAT, int: INTEGER, bool: TRUTH}
 HOSTILE_NUMBERS = [
     *(0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 2.5, -2.5, 3.0, 1e308, -1e308, 5e-324, -5e-324, 1e-300, math.inf, -math.inf),
     *(math.nan, 2.0**63, -(2.0**63), 2.0**52 + 0.5, 2.0**53),
@@ -37,42 +31,6 @@ HOSTILE_INTEGERS = [
     *(0, 1, -1, 2, -2, 3, 7, 63, 64, -63, 2**31, 2**53, 2**53 + 1, -(2**53) - 1, 2**62),
     *(2**63 - 1, -(2**63), -(2**63) + 1),
 ]
-
-
-_verified = set[Function]()
-
-
-def example(value: Any) -> Any:
-    """What stands in a program for a value of Python."""
-    if isinstance(value, list):
-        return Array(FLOAT if not value or isinstance(value[0], float) else INTEGER, len(value), True)
-    if isinstance(value, tuple):
-        parts = map(example, value)
-        return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
-    return Value(KINDS[type(value)]) if type(value) in KINDS else value
-
-
-def flat(value: Any) -> Any:
-    """Numbers and lists of a value, one after the other."""
-    if isinstance(value, tuple):
-        return [part for entry in value for part in flat(entry)]
-    return [value] if isinstance(value, float | int | list) else []
-
-
-def run(function: Any, *arguments: Any) -> Any:
-    """What the lowered function gives."""
-    made = lower(function, [example(argument) for argument in arguments])
-    if made.function not in _verified:
-        verify(Program({**program(made.function).functions, "entry": Function("entry", (), ())}))
-        _verified.add(made.function)
-    return _filled(made.result, iter(evaluate(made.function, *flat(tuple(arguments)))))
-
-
-def _filled(result: Any, values: Any) -> Any:
-    if isinstance(result, tuple):
-        parts = [_filled(part, values) for part in result]
-        return type(result)._make(parts) if hasattr(result, "_make") else tuple(parts)  # type: ignore[attr-defined]
-    return next(values) if result in (FLOAT, INTEGER, TRUTH) else result
 
 
 def same(one: Any, other: Any) -> bool:
@@ -393,164 +351,3 @@ def test_each_statement_knows_its_line() -> None:
     made = lower(helper, [Value(FLOAT)]).function
     lines = {statement.line for statement in made.body}
     assert {(line.file, line.number) for line in lines if line} == {(__file__, helper.__code__.co_firstlineno + 1)}
-
-
-# -- what is refused ---------------------------------------------------------------------------------------------------
-
-
-def unknown(a: float) -> float:
-    return a + missing  # type: ignore[name-defined]  # noqa: F821
-
-
-def listed(a: float) -> float:
-    return [a][0]
-
-
-def texts(a: float) -> float:
-    return a + "1"  # type: ignore[operator]
-
-
-def wrong_field(a: float) -> float:
-    return Pair(a).third  # type: ignore[attr-defined,no-any-return]
-
-
-def wrong_fields(a: float) -> float:
-    return Pair(a, 1, 2).first  # type: ignore[call-arg]
-
-
-def wrong_entry(a: float) -> float:
-    return TABLE[3]
-
-
-def mixed_entries(n: int) -> Any:
-    return (Pair(1.0), 2.0)[n]
-
-
-def unassigned(a: float) -> float:
-    if a > 0.0:
-        b = 1.0
-    while a < 0.0:
-        a += c  # type: ignore[used-before-def]  # noqa: F821
-        c = b  # noqa: F841
-    return a
-
-
-def not_ours(a: float) -> float:
-    return math.gamma(a)
-
-
-def bits_of_numbers(a: float) -> Any:
-    return a & 1.0  # type: ignore[operator]
-
-
-def itself(a: float) -> float:
-    return itself(a - 1.0) if a > 0.0 else a
-
-
-def raising(a: float) -> float:
-    raise ValueError(a)
-
-
-def with_else(n: int) -> int:
-    for i in range(n):
-        n += i
-    else:
-        n = 1
-    return n
-
-
-def other_type(a: float) -> Any:
-    b: Any = a
-    if a > 0.0:
-        b = (1.0, 2.0)
-    return b
-
-
-def returns_others(a: float) -> Any:
-    if a > 0.0:
-        return 1.0, 2.0
-    return a
-
-
-def given_back(cells: list[float]) -> Any:
-    return cells
-
-
-def too_many(a: float) -> float:
-    b, c, d = a, a  # type: ignore[misc]  # noqa: F841
-    return b
-
-
-def over_a_number(a: float) -> float:
-    for b in a:  # type: ignore[attr-defined]
-        a = b
-    return a
-
-
-def field_set(x: Any) -> float:
-    x.first = 1.0
-    return 1.0
-
-
-def no_step(n: int) -> int:
-    for i in range(0, n, 0):
-        n += i
-    return n
-
-
-def starred(*values: float) -> float:
-    return values[0]
-
-
-REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
-    (unknown, (1.0,), "there is no missing"),
-    (listed, (1.0,), "a list"),
-    (texts, (1.0,), "the str, where a number is needed"),
-    (wrong_field, (1.0,), "a Pair has no third"),
-    (wrong_fields, (1.0,), "Pair is given other fields than it has"),
-    (wrong_entry, (1.0,), "there is no entry 3 among 3"),
-    (mixed_entries, (1,), "a tuple of 2 has no entries that an index may choose"),
-    (unassigned, (1.0,), "c may have no value here"),
-    (not_ours, (1.0,), "gamma() is not compiled"),
-    (bits_of_numbers, (1.0,), "bits of a number"),
-    (itself, (1.0,), "itself calls itself"),
-    (raising, (1.0,), "raise is not compiled"),
-    (with_else, (1,), "else of a loop"),
-    (other_type, (1.0,), "b is of another type elsewhere"),
-    (returns_others, (1.0,), "it returns something else elsewhere"),
-    (given_back, ([1.0],), "a list is returned"),
-    (too_many, (1.0,), "3 variables of something else"),
-    (over_a_number, (1.0,), "a loop over what is no list"),
-    (field_set, (Pair(1.0),), "a field cannot be changed"),
-    (no_step, (3,), "a range of step 0"),
-    (starred, (1.0,), "* among the arguments"),
-    (helper, (1.0, 2.0, 3.0), "helper has 2 arguments, not 3"),
-]
-
-
-@pytest.mark.parametrize(("function", "given", "message"), REFUSED, ids=lambda case: getattr(case, "__name__", ""))
-def test_what_is_refused_says_where_and_why(function: Any, given: Any, message: str) -> None:
-    with pytest.raises(ModelError) as caught:
-        run(function, *given)
-    [problem] = caught.value.problems
-    assert message in problem.message
-    assert problem.file == __file__
-    first = function.__code__.co_firstlineno
-    assert first <= problem.line <= first + 8
-    assert problem.hint
-
-
-def test_assertions_are_refused() -> None:
-    """Of a function that was made here: tools that test rewrite those of files."""
-    tree = ast.parse("def asserting(a):\n    assert a").body[0]
-    assert isinstance(tree, ast.FunctionDef)
-    with pytest.raises(ModelError, match="assert is not compiled"):
-        lower(define(tree, __file__, {"__name__": __name__}), [Value(FLOAT)])
-
-
-def test_what_has_no_source_is_refused() -> None:
-    made = types.FunctionType(compile("lambda a: a", "<nowhere>", "eval").co_consts[0], {})
-    with pytest.raises(ModelError, match="its source cannot be read"):
-        lowering.lower(made, [Value(FLOAT)])
-    with pytest.raises(ModelError, match="is no function"):
-        lowering.lower(print, [Value(FLOAT)])

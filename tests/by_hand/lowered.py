@@ -1,0 +1,44 @@
+"""A function of Python, lowered, verified and interpreted: what it gives for values of Python."""
+
+from typing import Any
+
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Program, Value
+from proofmass.runner.program.lower import lower, program
+from proofmass.runner.program.verify import verify
+from tests.by_hand.evaluate_program import evaluate
+
+KINDS = {float: FLOAT, int: INTEGER, bool: TRUTH}
+_verified = set[Function]()
+
+
+def example(value: Any) -> Any:
+    """What stands in a program for a value of Python."""
+    if isinstance(value, list):
+        return Array(FLOAT if not value or isinstance(value[0], float) else INTEGER, len(value), True)
+    if isinstance(value, tuple):
+        parts = map(example, value)
+        return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]
+    return Value(KINDS[type(value)]) if type(value) in KINDS else value
+
+
+def flat(value: Any) -> Any:
+    """Numbers and lists of a value, one after the other."""
+    if isinstance(value, tuple):
+        return [part for entry in value for part in flat(entry)]
+    return [value] if isinstance(value, float | int | list) else []
+
+
+def run(function: Any, *arguments: Any) -> Any:
+    """What the lowered function gives."""
+    made = lower(function, [example(argument) for argument in arguments])
+    if made.function not in _verified:
+        verify(Program({**program(made.function).functions, "entry": Function("entry", (), ())}))
+        _verified.add(made.function)
+    return _filled(made.result, iter(evaluate(made.function, *flat(tuple(arguments)))))
+
+
+def _filled(result: Any, values: Any) -> Any:
+    if isinstance(result, tuple):
+        parts = [_filled(part, values) for part in result]
+        return type(result)._make(parts) if hasattr(result, "_make") else tuple(parts)  # type: ignore[attr-defined]
+    return next(values) if result in (FLOAT, INTEGER, TRUTH) else result
