@@ -1,5 +1,6 @@
 """Which engine runs a plan, and how one is made."""
 
+from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.plan.memory import Engine, Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
@@ -13,6 +14,8 @@ _COMPILING_FUNCTION = 2.5e-3  # seconds more for each function of a block: 7 s f
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
 _INTERPRETED_PRODUCT = 0.1e-6  # and a product of a matrix
+_ARRAY_PRODUCT = 2e-9  # and where NumPy makes the products of large matrices
+_PRODUCTS = 30.0  # of matrices in an exponential, about
 _INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference takes apart in `FixedValue`
 
 _spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
@@ -30,7 +33,7 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
         return "python"
     lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
     tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
-    seconds = ticks * (tick + sum(map(_interpreted, planned.solvers)))
+    seconds = ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
     key = _likeness(planned)
     spent = _spent.get(key, 0.0) + seconds
     compiling = COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
@@ -49,12 +52,24 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
 def _interpreted(solver: Solver) -> float:
     """Seconds that a group takes for a tick in plain Python, about."""
     n, m = len(solver.group.states), len(solver.group.inputs)
-    instant = (n + len(solver.group.blocks) + len(solver.group.nodes)) * _INTERPRETED_STEP
     if solver.exact:
-        renewal = (n + m) * instant + 30.0 * (n + m) ** 3 * _INTERPRETED_PRODUCT
-        return n * (n + m) * _INTERPRETED_PRODUCT + (renewal if solver.renewed else 0.0)
+        return n * (n + m) * _INTERPRETED_PRODUCT + (_assembled(solver) if solver.renewed else 0.0)
     calls = {"runge_kutta_4": 4, "dormand_prince": 7}.get(solver.method, 20 + n)
-    return solver.substeps * calls * instant
+    return solver.substeps * calls * _instant(solver)
+
+
+def _assembled(solver: Solver) -> float:
+    """Seconds that the matrices of a group take in plain Python, about: its rates for each column, and products."""
+    if not solver.exact:
+        return 0.0
+    columns = len(solver.group.states) + len(solver.group.inputs)
+    product = _INTERPRETED_PRODUCT if columns <= MANY_COLUMNS else _ARRAY_PRODUCT
+    return columns * _instant(solver) + _PRODUCTS * columns**3 * product
+
+
+def _instant(solver: Solver) -> float:
+    group = solver.group
+    return (len(group.states) + len(group.blocks) + len(group.nodes)) * _INTERPRETED_STEP
 
 
 def _likeness(planned: Plan) -> int:
