@@ -273,4 +273,7 @@ def _misplaced(name: str, part: Graph, key: str) -> str:
     if key in part.values or is_value(part, part.exports.get(key, key)):
         return ""
     names = [*(n for n, (_, what) in known.items() if not isinstance(what, Port)), *part.values, *PART_KEYS]
-    return did_you_mean(key, names, "its values and the parameters that it exports") + ' One inside: "block.parameter" = ...'
+    return (
+        did_you_mean(key, names, "its values and the parameters that it exports")
+        + ' One inside: "block.parameter" = ...'
+    )

@@ -99,7 +99,9 @@ def _ratio(name: str, dimensions: Sequence[Dimension]) -> Dimension:
 def divided(first: float, second: float) -> float:
     """Return the quotient, infinite or NaN where the divisor is zero."""
     if second == 0.0:
-        return math.nan if first == 0.0 or math.isnan(first) else math.copysign(math.inf, first) * math.copysign(1, second)
+        return (
+            math.nan if first == 0.0 or math.isnan(first) else math.copysign(math.inf, first) * math.copysign(1, second)
+        )
     return first / second
 
 
@@ -140,7 +142,13 @@ def _operations() -> dict[str, Operation]:
         ("abs", 1, size, lambda a: (math.copysign(1.0, a),), _same),
         ("min", 2, smaller, lambda a, b: (1.0, 0.0) if a < b else (0.0, 1.0), _same),
         ("max", 2, larger, lambda a, b: (1.0, 0.0) if a > b else (0.0, 1.0), _same),
-        ("hypot", 2, of.hypotenuse, lambda a, b: (divided(a, of.hypotenuse(a, b)), divided(b, of.hypotenuse(a, b))), _same),
+        (
+            "hypot",
+            2,
+            of.hypotenuse,
+            lambda a, b: (divided(a, of.hypotenuse(a, b)), divided(b, of.hypotenuse(a, b))),
+            _same,
+        ),
         ("atan2", 2, of.arctangent2, lambda y, x: (divided(x, x * x + y * y), -divided(y, x * x + y * y)), _ratio),
         ("exp", 1, of.exponential, lambda a: (of.exponential(a),), _numbers),
         ("log", 1, of.logarithm, lambda a: (divided(1.0, a),), _numbers),

@@ -46,7 +46,9 @@ class Dependence:
         self.root = root
         self.numbers = {path + name: value.number for path, part in parts(root) for name, value in part.values.items()}
         self.units = {
-            path + name: coherent_unit(value.dimension) for path, part in parts(root) for name, value in part.values.items()
+            path + name: coherent_unit(value.dimension)
+            for path, part in parts(root)
+            for name, value in part.values.items()
         }
 
     @cached_property
@@ -70,9 +72,7 @@ class Dependence:
                 found.append(step)
         return found
 
-    def followed(
-        self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly
-    ) -> dict[str, Any]:
+    def followed(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
         """Return what follows from some numbers beside them: values and parameters that no other number is given for."""
         known: dict[str, Any] = {**self.numbers, **numbers}
         moved, found = set(numbers), dict[str, Any]()
@@ -113,4 +113,3 @@ def _unit(part: Graph, target: str) -> str:
     if is_fixed(target):
         return "Hz" if split(target)[1] == RATE else "s"
     return target_at(part, target).unit
-

@@ -86,7 +86,9 @@ def is_value(root: Graph, path: str) -> bool:
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
     """The first part of a path that is not there, and what is there instead."""
     if is_value(root, signal):
-        return Missing(f"{signal} is a value, not a signal", "wires and probes join outputs; a Constant puts a value on a wire")
+        return Missing(
+            f"{signal} is a value, not a signal", "wires and probes join outputs; a Constant puts a value on a wire"
+        )
     path, rest, graph = "", signal, root
     while True:
         head, _, tail = rest.partition(".")

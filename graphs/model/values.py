@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity, unit
 from proofmass.graphs.formulas.formula import Formula, in_unit, is_formula
-from proofmass.graphs.formulas.operations import CONSTANTS, FUNCTIONS, NUMBER, Dimension, coherent_unit
+from proofmass.graphs.formulas.operations import CONSTANTS, FUNCTIONS, Dimension, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 

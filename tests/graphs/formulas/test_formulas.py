@@ -86,7 +86,10 @@ def test_slopes_are_those_of_central_differences(name: str) -> None:
 def test_slopes_chain() -> None:
     tree = Formula("= sqrt(k / mass) / (2 * pi)").tree
     assert slopes(tree, {"k": 126.0, "mass": 5e-8}) == pytest.approx(
-        {"k": 0.5 * math.sqrt(126 / 5e-8) / 126 / (2 * math.pi), "mass": -0.5 * math.sqrt(126 / 5e-8) / 5e-8 / (2 * math.pi)}
+        {
+            "k": 0.5 * math.sqrt(126 / 5e-8) / 126 / (2 * math.pi),
+            "mass": -0.5 * math.sqrt(126 / 5e-8) / 5e-8 / (2 * math.pi),
+        }
     )
 
 

@@ -207,7 +207,11 @@ MISTAKES = {
     "a rate": ('"= 16 * f0"', '"= 16 * mass"', ["rate: rate: is kg, not 1/s"]),
     "a part that is not there": ('"axis.scale"', '"axes.scale"', ['"axis.scale": axes.scale: there is no block axes']),
     "a name of a unit": ("order = 2", "m = 2", ["order: values.m: the name is taken: m is a unit"]),
-    "a name of a key": ("order = 2", "rate = 2", ["order: values.rate: the name is taken: rate is a key of graph files"]),
+    "a name of a key": (
+        "order = 2",
+        "rate = 2",
+        ["order: values.rate: the name is taken: rate is a key of graph files"],
+    ),
     "a name of an export": (
         'scale = "single"',
         'single = "amplifier.gain"',

@@ -84,7 +84,9 @@ def test_lanes_and_single_runs_agree_to_the_bit(tables: dict[str, Any]) -> None:
     for run in numbers.tolist():
         for epoch, drawn in enumerate(study.drawn(run)):
             alone = study.settings(drawn)
-            assert {n: float(v[epoch, run]).hex() for n, v in together.items()} == {n: v.hex() for n, v in alone.items()}
+            assert {n: float(v[epoch, run]).hex() for n, v in together.items()} == {
+                n: v.hex() for n, v in alone.items()
+            }
             assert replay(study, run, epoch).measures["last"].value == plain["last"][run, epoch]
 
 
@@ -112,13 +114,16 @@ def test_what_drifts_takes_its_followers_along() -> None:
 
 
 def test_calibrations_may_leave_a_value() -> None:
-    text = TEXT.replace("adc =", "#") + """
+    text = (
+        TEXT.replace("adc =", "#")
+        + """
 [study]
 runs = 2
 epochs = { ages = ["0 h", "1 year"] }
 recalibration = { every = "never", carried = { level = "last" } }
 drift = { angle = { ramp = "1 deg/year" } }
 """
+    )
     study = read_study_text(text)
     last = run_study(study)["last"]
     slope, second, factor = by_hand(0.5, math.radians(31))
@@ -140,11 +145,16 @@ def test_a_study_reads_back() -> None:
         (TEXT, {"haf": {"uniform": 0.1}}, "there is no such value", "did you mean half?"),
         (TEXT, {"half": {"uniform": "1 V"}}, "V is m^2*kg/s^3/A, not 1", "give it in 1"),
         (TEXT.replace('"1 kHz"', '"= 1 kHz * half"'), {"half": {"uniform": 0.1}}, "rate follows from it", "durations"),
-        (TEXT.replace("half = ", "idle = 3\nhalf = "), {"idle": {"uniform": 1}}, "nothing follows from the value", "= idle"),
         (
-            TEXT.replace('wires = ["', 'wires = ["source.output -> drive.input", "drive.output -> second.gain", "').replace(
-                "adc =", 'drive = { kind = "Gain", input_unit = "V" }\nadc ='
-            ),
+            TEXT.replace("half = ", "idle = 3\nhalf = "),
+            {"idle": {"uniform": 1}},
+            "nothing follows from the value",
+            "= idle",
+        ),
+        (
+            TEXT.replace(
+                'wires = ["', 'wires = ["source.output -> drive.input", "drive.output -> second.gain", "'
+            ).replace("adc =", 'drive = { kind = "Gain", input_unit = "V" }\nadc ='),
             {"angle": {"uniform": "1 deg"}},
             "second.gain follows from it, and is driven by drive.output",
             "vary drive",
@@ -152,7 +162,9 @@ def test_a_study_reads_back() -> None:
     ],
 )
 def test_what_cannot_vary(text: str, spread: dict[str, Any], message: str, hint: str) -> None:
-    text = text.replace('"source.output -> first.input"', '"source.output -> adc.voltage", "source.output -> first.input"')
+    text = text.replace(
+        '"source.output -> first.input"', '"source.output -> adc.voltage", "source.output -> first.input"'
+    )
     with pytest.raises(ModelError) as error:
         Study(read_graph_text(text), spread=spread)
     (problem,) = error.value.problems
