@@ -128,8 +128,8 @@ class Graph(Value):
         """The same graph with values and parameters changed, `{"mass": "60 ug", "adc.reference": "5 V"}`.
 
         What follows from a value by formulas moves with it. A parameter of a subgraph is named by its path,
-        `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text with an equals sign is a new formula;
-        a number takes one away. Raises `ModelError`.
+        `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text that begins with an equals sign is
+        a new formula; a number takes one away. Raises `ModelError`.
         """
         return with_parameters(self, changes)
 

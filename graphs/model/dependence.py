@@ -73,7 +73,7 @@ class Dependence:
         return found
 
     def followed(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
-        """Return what follows from some numbers beside them: values and parameters that no other number is given for."""
+        """Return what follows from some numbers: values and parameters for which no number is given."""
         known: dict[str, Any] = {**self.numbers, **numbers}
         moved, found = set(numbers), dict[str, Any]()
         for step in self.steps:

@@ -1,4 +1,4 @@
-"""Two hundred hostile texts in place of a formula: each is refused at its line, in words, at once; none is evaluated."""
+"""Two hundred hostile texts in place of a formula: each is refused at its line, in words; none is evaluated."""
 
 import time
 
