@@ -284,7 +284,9 @@ def _settled(graph: Graph) -> Graph:
     try:
         return settled(graph.changed(formulas={paths[of]: formula for of, formula in graph.formulas.items()}), {})
     except ModelError as error:
-        written = {("formulas", path): ("formulas", of) for of, path in paths.items()}
+        written: dict[tuple[str, ...], tuple[str, ...]] = {
+            ("formulas", path): ("formulas", of) for of, path in paths.items()
+        }
         own = [replace(problem, path=written.get(problem.path, problem.path)) for problem in error.problems]
         raise ModelError([graph.placed(problem) for problem in own]) from None
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
+from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity, unit
@@ -151,6 +152,6 @@ def _is_unit(name: str) -> bool:
     return True
 
 
-def _problem(message: str, path: tuple[str, ...], **more: str) -> Problem:
+def _problem(message: str, path: tuple[str, ...], **more: Any) -> Problem:
     path = (TABLE, *path)
     return Problem(message=message, key=".".join(path), path=path, **more)

@@ -29,7 +29,7 @@ from proofmass.runner.plan.planned import Plan
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect of a parameter or a named value on a quantity: the derivative, and the change for one percent of the parameter.
+    """Effect of a parameter or named value on a quantity: the derivative, and the change for one percent of it.
 
     A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else there is none.
     """

@@ -30,7 +30,8 @@ def test_the_numbers_are_the_same() -> None:
     ("change", "moved"),
     [
         ({"mass": "60 ug"}, ["coriolis.mass", "coriolis_back.mass", "drive.mass", "sense.mass"]),
-        ({"delay": "9 deg"}, ["drive_carrier.angle.value", "quadrature_carrier.angle.value", "rate_carrier.angle.value"]),
+        ({"delay": "9 deg"}, [
+            "drive_carrier.angle.value", "quadrature_carrier.angle.value", "rate_carrier.angle.value"]),
         ({"sense_damping": "1e-6 kg/s"}, ["brownian.damping", "sense.damping"]),
         ({"carrier": "10 kHz"}, [
             *(f"{carrier}.oscillator.frequency" for carrier in (

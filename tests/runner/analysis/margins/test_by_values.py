@@ -45,7 +45,8 @@ integral = "= 0.5 uN/V * resonance"
 derivative_gain = 0
 input_unit = "V"
 output_unit = "N"
-""")
+"""
+)
 NODES = "push.output", "readout.voltage"
 STEP = 1e-5
 
