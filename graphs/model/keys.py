@@ -7,6 +7,8 @@ TOP_KEYS = {
     "duration": 'How long a run lasts when nothing else is said: "20 s", or a number in seconds.',
     "samples": "How many ticks of the base rate a run lasts, instead of a duration.",
     "seed": "Seed of the noise when nothing else is said.",
+    "values": 'Named values, mass = "50 ug"; parameters take them by formulas, "= mass" or "= 2 * pi * f0 / q".',
+    "formulas": 'Formulas of parameters inside subgraphs, "x_axis.mass" = "= mass"; others stand at their blocks.',
     "wires": 'Wires, "block.output -> block.input"; a wire to a parameter drives the parameter.',
     "probes": 'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.',
     "measures": 'Numbers that a run reduces signals to: { signal = "block.output", statistic = "mean", from = "1 s" }.',
