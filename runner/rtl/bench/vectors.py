@@ -15,7 +15,7 @@ from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.rtl.machine.machine import Machine
-from proofmass.runner.rtl.machine.words import Port
+from proofmass.runner.rtl.machine.words import VerilogPort
 from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import RunError, failed, name_fault
 
@@ -72,12 +72,12 @@ def _probe(planned: Plan, node: Node, base: int) -> PlannedProbe:
     )
 
 
-def _columns(rows: Mapping[Node, Column], ports: Iterable[Port]) -> Iterator[tuple[str, Column]]:
+def _columns(rows: Mapping[Node, Column], ports: Iterable[VerilogPort]) -> Iterator[tuple[str, Column]]:
     for port in ports:
         entry = port.text.partition("[")[2].rstrip("]")
         values = rows[_node(port)]
         yield port.name, values[:, int(entry)] if entry else values
 
 
-def _node(port: Port) -> Node:
+def _node(port: VerilogPort) -> Node:
     return split(port.text.partition("[")[0])

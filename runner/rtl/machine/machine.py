@@ -12,7 +12,7 @@ from functools import cached_property
 
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.rtl.machine.modules import Module
-from proofmass.runner.rtl.machine.words import Port, Word
+from proofmass.runner.rtl.machine.words import VerilogPort, Word
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ class Machine:
 
     name: str
     rate: Fraction  # of the clock
-    inputs: tuple[Port, ...]
-    outputs: tuple[Port, ...]
+    inputs: tuple[VerilogPort, ...]
+    outputs: tuple[VerilogPort, ...]
     instances: tuple[Instance, ...]
     order: tuple[Node, ...]
     nets: Mapping[str, Net]  # by signal: what instances give, and the inputs
