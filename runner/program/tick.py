@@ -12,7 +12,8 @@ from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
-from proofmass.graphs.checks.schedule import ConstantsOf, Node, outputs_of
+from proofmass.graphs.checks.schedule import ConstantsOf, outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
 from proofmass.runner.plan.keys import (
@@ -49,7 +50,7 @@ from proofmass.runner.program.watched import watched
 _LONG = 8  # entries of a tuple among constants, from which on they stay in memory
 
 
-def write_tick(plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> TickLoop:
+def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False) -> TickLoop:
     """The program of a plan. Constants of blocks with `varied` parameters follow from these before the first tick.
 
     With `lanes` it is written for runs side by side: measures are reduced at the end.
@@ -60,7 +61,7 @@ def write_tick(plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -
 class TickWriter:
     """Writes the function of all ticks; what it is made of is written by its parts."""
 
-    def __init__(self, plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> None:
+    def __init__(self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False) -> None:
         self.plan, self.lanes = plan, lanes
         self.varied = {name for name, _ in varied} - settled_before(plan, varied)
         self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
@@ -256,7 +257,7 @@ class TickWriter:
                 total = builder.compute("add", total, number)
             self.look_at(total)
 
-    def _in_order(self, drawn: set[str], looked_at: Collection[Node]) -> Iterator[tuple[int, Step]]:
+    def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[int, Step]]:
         """What computes the outputs in their order, each with the ticks from one time to the next."""
         plan = self.plan
         solved = {loop.tears[0]: loop for loop in self.loops}
@@ -308,7 +309,7 @@ class TickWriter:
         total = self.builder.compute("add", self.builder.get(self.not_finite), nothing)
         self.builder.set(self.not_finite, total)
 
-    def _look_at_wire(self, node: Node) -> None:
+    def _look_at_wire(self, node: Endpoint) -> None:
         for entry in entries(self.builder, self.frame.wire(node)):
             self.look_at(entry)
 
@@ -352,7 +353,7 @@ class TickWriter:
     def move(self) -> None:
         """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
         builder, frame, plan = self.builder, self.frame, self.plan
-        self.following: dict[Node, Operand] = {}
+        self.following: dict[Endpoint, Operand] = {}
         if plan.ahead:
             later = builder.compute("float_of_integer", builder.compute("add_integers", frame.tick, 1))
             after = builder.compute("multiply", later, self.period, name="time_next")

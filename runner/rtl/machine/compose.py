@@ -6,7 +6,8 @@ from typing import get_type_hints
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.graphs.checks.schedule import Node, outputs_of
+from proofmass.graphs.checks.schedule import outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.rates import base_rate
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.alignment import block_stages
@@ -159,6 +160,6 @@ class _Composer:
         return self.planned.schedule.divisors[path] // self.ticks
 
 
-def _signal(source: Node, name: str, port: VerilogPort) -> str:
+def _signal(source: Endpoint, name: str, port: VerilogPort) -> str:
     """The entry of an output that an input's entry is wired to."""
     return ".".join(source) + port.text.removeprefix(name)

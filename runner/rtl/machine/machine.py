@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.rtl.machine.modules import Module
 from proofmass.runner.rtl.machine.words import VerilogPort, Word
 
@@ -60,7 +60,7 @@ class Machine:
     inputs: tuple[VerilogPort, ...]
     outputs: tuple[VerilogPort, ...]
     instances: tuple[Instance, ...]
-    order: tuple[Node, ...]
+    order: tuple[Endpoint, ...]
     nets: Mapping[str, Net]  # by signal: what instances give, and the inputs
 
     @cached_property

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import where
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import Format, bounds, filled, mantissas, reference_step
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.machine import Instance, Machine
@@ -136,7 +136,7 @@ class MachineReference(Reference):
         for register in module.registers:
             texts[register.text] = present[f"{instance.name}.{register.name}"]
         for name, declared in type(module.block).inputs.items():
-            source: Node | None = self._planned.schedule.drivers.get((instance.path, name))
+            source: Endpoint | None = self._planned.schedule.drivers.get((instance.path, name))
             for port in entries(module.inputs, name):
                 rest = port.text.removeprefix(name)
                 if source is None:

@@ -8,8 +8,8 @@ behind all updates it is clocked.
 from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import NamedTuple
 
-from proofmass.graphs.checks.schedule import Node, outputs_of
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.checks.schedule import outputs_of
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.plan.keys import HardwareModel
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import operand
@@ -25,7 +25,7 @@ from proofmass.runner.rtl.model.cxxrtl import Model
 class MemoryPlace(NamedTuple):
     """Where a number of the hardware stands among what moves: a wire or an entry of one, or a field of a state."""
 
-    node: Node
+    node: Endpoint
     entry: int | None = None
     of_state: bool = False
 
@@ -122,8 +122,11 @@ class HardwareTickWriter(TickWriter):
 
 
 def settled_before(
-    order: Iterable[Node], stride: Callable[[Node], int], inputs: Collection[Node], outputs: Collection[Node]
-) -> frozenset[Node]:
+    order: Iterable[Endpoint],
+    stride: Callable[[Endpoint], int],
+    inputs: Collection[Endpoint],
+    outputs: Collection[Endpoint],
+) -> frozenset[Endpoint]:
     """Outputs of hardware before which it has to settle, of all that are computed in a tick in that order.
 
     It has settled where it did so after the last input, in all ticks in which the output is due.
@@ -132,7 +135,7 @@ def settled_before(
     >>> sorted(settled_before(order, lambda node: 1, {("adc", "code")}, {("a", "early"), ("b", "now"), ("b", "too")}))
     [('a', 'early'), ('b', 'now')]
     """
-    found, strides = set[Node](), list[int]()  # of ticks in which it has settled
+    found, strides = set[Endpoint](), list[int]()  # of ticks in which it has settled
     for node in order:
         if node in inputs:
             strides = []
