@@ -103,7 +103,7 @@ def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dic
         block = planned.blocks[name]
         kind = type(block)
         try:
-            if kind.digital():
+            if kind.has_formats():
                 traced = digital_block(name, block, planned.block_period(name), wide=wide)
                 held = {(name, b): values for b, values in traced.buffers.items()}
                 made[name] = _Made(None, traced.constants, traced.start, held, traced)
@@ -123,7 +123,7 @@ def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dic
                     key=f"blocks.{name}",
                     got=repr(block),
                     hint="take a wider format, or a smaller parameter"
-                    if kind.digital()
+                    if kind.has_formats()
                     else "look for a parameter many orders of magnitude off",
                     path=("blocks", name),
                 )

@@ -275,7 +275,7 @@ class TickWriter:
                 yield stride, partial(solved[name, port].solve, self.frame)
             elif (name, port) not in tears:
                 yield stride, partial(self.output, name, port)
-            if type(block).outputs[port].dtype is FixedValue and not type(block).digital():
+            if type(block).outputs[port].dtype is FixedValue and not type(block).has_formats():
                 yield stride, partial(self.digital.hold, (name, port))
             if (name, port) in looked_at and stride > 1:
                 yield stride, partial(self._look_at_wire, (name, port))

@@ -23,7 +23,7 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
     passed = set[Endpoint]()
     for node in floats - solved:
         block, stride = plan.blocks[node[0]], plan.stride(node)
-        if type(block).outputs[node[1]].shape or type(block).digital():
+        if type(block).outputs[node[1]].shape or type(block).has_formats():
             continue
         for argument in type(block).output_functions[node[1]].arguments:
             driver = plan.schedule.drivers.get((node[0], argument))

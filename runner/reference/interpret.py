@@ -125,7 +125,7 @@ class Outputs:
     def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
         """An output, checked where a converter makes mantissas: no trace answers for their range."""
         block = self.filled.blocks[name]
-        if type(block).outputs[port].dtype is not FixedValue or type(block).digital():
+        if type(block).outputs[port].dtype is not FixedValue or type(block).has_formats():
             return compute
         format = format_of(block, port)
 

@@ -30,10 +30,10 @@ def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
 def digital_blocks(planned: Plan) -> tuple[str, ...]:
     """The blocks that are hardware by their kind, and whose parameters nothing drives."""
     driven = {path for path, port in planned.schedule.drivers if port in type(planned.blocks[path]).parameters}
-    return tuple(name for name in sorted(planned.blocks) if is_digital(planned.blocks[name]) and name not in driven)
+    return tuple(name for name in sorted(planned.blocks) if fits_hardware(planned.blocks[name]) and name not in driven)
 
 
-def is_digital(block: Block) -> bool:
+def fits_hardware(block: Block) -> bool:
     """Whether all that a block carries and keeps are integers, and it knows neither time nor noise."""
     kind = type(block)
     state = kind.state_class()
