@@ -69,6 +69,7 @@ def cli(traceback: bool) -> None:
     type=click.Choice(["netcdf", "csv", "parquet"]),
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
+@click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
 @click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
 @click.option(
     "--show-source",

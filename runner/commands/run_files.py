@@ -2,13 +2,23 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from proofmass.runner.run.result import Result
 
+if TYPE_CHECKING:
+    from proofmass.runner.output.page import LivePart
 
-def write_run(result: Result, out: Path, formats: tuple[str, ...], more: Sequence[tuple[str, str]] = ()) -> list[str]:
-    """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files."""
+
+def write_run(
+    result: Result, out: Path, formats: tuple[str, ...], more: Sequence[tuple[str, str]] = (), live: bool = False
+) -> list[str]:
+    """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files.
+
+    A `live` report carries the loop itself.
+    """
     from proofmass.runner.output import export  # matplotlib and xarray, which a run without files does not wait for
+    from proofmass.runner.output.page import STILL
     from proofmass.runner.output.plot import save_plot
     from proofmass.runner.output.report import save_report
 
@@ -24,5 +34,11 @@ def write_run(result: Result, out: Path, formats: tuple[str, ...], more: Sequenc
         save_plot(result, out / "plot.svg")
         names.append("plot.svg")
     export.save_summary(result, out / "summary.json")
-    save_report(result, out / "report.html", more)
+    save_report(result, out / "report.html", more, _live_part(result) if live else STILL)
     return [*names, "summary.json", "report.html"]
+
+
+def _live_part(result: Result) -> "LivePart":
+    from proofmass.runner.output.live.model import live_model, live_part  # WebAssembly, which few reports carry
+
+    return live_part(live_model(result.graph, result.planned_ticks, result.seed))
