@@ -15,6 +15,7 @@ from proofmass.runner.commands.options import (
     out_option,
     output_option,
     plot_option,
+    probe_option,
     quiet_option,
     seed_option,
     set_option,
@@ -60,7 +61,7 @@ def cli(traceback: bool) -> None:
 @seed_option("the graph")
 @engine_option()
 @set_option
-@click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable.")
+@probe_option
 @out_option("Write traces, plot and report to this folder (default: none is written).")
 @click.option(
     "--format",

@@ -1,10 +1,9 @@
 """What the tabs of a live page show besides the run: margins and noise of the graph with its changed parameters."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.output.live.session import Answer
+from proofmass.runner.output.live.session import Answer, Tabs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -12,12 +11,12 @@ if TYPE_CHECKING:
 
 def margins_tab(graph: Graph) -> Answer:
     """Margins of every loop, with Bode, Nyquist and step response."""
-    from proofmass.runner.analysis.margins.loops import all_margins
     from proofmass.runner.analysis.margins.plot import plot_margins
+    from proofmass.runner.analysis.margins.stability import all_margins
     from proofmass.runner.commands.margins_text import margins_text
     from proofmass.runner.planning.plan import plan
 
-    loops = all_margins(plan(graph), "", "0 s")
+    loops = all_margins(plan(graph))
     pictures = (_picture(plot_margins(margins), f"loop_{number}") for number, margins in enumerate(loops.values()))
     return Answer("\n\n".join(map(margins_text, loops.values())), tuple(pictures))
 
@@ -49,4 +48,4 @@ def _picture(figure: "Figure", name: str) -> str:
     return picture(figure, name)
 
 
-TABS: Mapping[str, object] = {"margins": margins_tab, "noise": noise_tab}
+TABS: Tabs = {"margins": margins_tab, "noise": noise_tab}

@@ -8,7 +8,8 @@ PAGE = Template("""<!DOCTYPE html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src data:$policy">
+<meta http-equiv="Content-Security-Policy"
+content="default-src 'none'; style-src 'unsafe-inline'; img-src data:$policy">
 <title>$title</title>
 <style>
 :root { --paper: #ffffff; --panel: #f5f6f7; --ink: #1b1b1b; --soft: #57606a; --rule: #d9d9d9;

@@ -14,7 +14,18 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.page import STILL, LivePart, broken, facts, inline, paragraphs, picture, save_page, small, table
+from proofmass.runner.output.page import (
+    STILL,
+    LivePart,
+    broken,
+    facts,
+    inline,
+    paragraphs,
+    picture,
+    save_page,
+    small,
+    table,
+)
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
 from proofmass.runner.run.engine_table import ENGINES
 from proofmass.runner.run.result import Result

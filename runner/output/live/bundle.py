@@ -1,4 +1,4 @@
-"""The scripts and styles of a live page: plain modules, put one after the other, and what a browser may load of them."""
+"""The scripts and styles of a live page: plain modules, one after the other, and leave for a browser to run them."""
 
 import base64
 import hashlib
@@ -7,9 +7,11 @@ from functools import cache
 from pathlib import Path
 
 _FOLDER = Path(__file__).parent
-_MODULES = ("engine", "figures", "worker", "charts", "controls", "view", "served", "page")  # each imports those before it
+# each imports those before it
+_MODULES = ("engine", "figures", "worker", "charts", "controls", "view", "served", "page")
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.mjs";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const))", re.MULTILINE)
+
 
 @cache
 def script() -> str:

@@ -49,6 +49,7 @@ export function spectrum(values, rate) {
   const power = window.reduce((sum, weight) => sum + weight * weight, 0);
   const total = new Float64Array(length / 2 + 1);
   const real = new Float64Array(length), imaginary = new Float64Array(length);
+  const table = turns(length);
   let segments = 0;
   for (let first = 0; first + length <= count; first += length / 2, segments++) {
     let mean = 0;
@@ -56,7 +57,7 @@ export function spectrum(values, rate) {
     mean /= length;
     for (let i = 0; i < length; i++) real[i] = window[i] * (values[first + i] - mean);
     imaginary.fill(0);
-    transform(real, imaginary);
+    transform(real, imaginary, table);
     for (let k = 0; k < total.length; k++) total[k] += real[k] * real[k] + imaginary[k] * imaginary[k];
   }
   const lines = length / 2;
@@ -68,24 +69,33 @@ export function spectrum(values, rate) {
   return { x, y };
 }
 
-/** Fourier transform in place, of a power of two. @param {Float64Array} real @param {Float64Array} imaginary */
-function transform(real, imaginary) {
+/** @param {number} length  @returns {{c: Float64Array, s: Float64Array}} */
+function turns(length) {
+  const angle = (/** @type {number} */ k) => (-2 * Math.PI * k) / length;
+  const c = Float64Array.from({ length: length / 2 }, (_, k) => Math.cos(angle(k)));
+  return { c, s: Float64Array.from({ length: length / 2 }, (_, k) => Math.sin(angle(k))) };
+}
+
+/** Fourier transform in place, of a power of two. @param {Float64Array} real @param {Float64Array} imaginary
+ * @param {{c: Float64Array, s: Float64Array}} table  turns of this length */
+function transform(real, imaginary, table) {
   const n = real.length;
   for (let i = 1, j = 0; i < n; i++) {
     let bit = n >> 1;
     for (; j & bit; bit >>= 1) j ^= bit;
     j ^= bit;
     if (i < j) {
-      [real[i], real[j]] = [real[j], real[i]];
-      [imaginary[i], imaginary[j]] = [imaginary[j], imaginary[i]];
+      const r = real[i], m = imaginary[i];
+      real[i] = real[j];
+      imaginary[i] = imaginary[j];
+      real[j] = r;
+      imaginary[j] = m;
     }
   }
-  for (let size = 2; size <= n; size *= 2) {
-    const half = size / 2;
-    for (let k = 0; k < half; k++) {
-      const angle = (-2 * Math.PI * k) / size, c = Math.cos(angle), s = Math.sin(angle);
-      for (let at = k; at < n; at += size) {
-        const other = at + half;
+  for (let half = 1, step = n / 2; half < n; half *= 2, step /= 2) {
+    for (let first = 0; first < n; first += 2 * half) {
+      for (let k = 0; k < half; k++) {
+        const at = first + k, other = at + half, c = table.c[k * step], s = table.s[k * step];
         const a = real[other] * c - imaginary[other] * s, b = real[other] * s + imaginary[other] * c;
         real[other] = real[at] - a;
         imaginary[other] = imaginary[at] - b;

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.output.live.bundle import permission, plots, script, styles
 from proofmass.runner.output.live.carried import carried_loop
@@ -61,8 +62,8 @@ def _scales(unit: str) -> list[dict[str, Any]]:
     """The prefixes of a unit, each with the power of ten that it stands for."""
     texts = dict[int, str]()
     for decade in _DECADES:
-        factor, text = prefix(unit, 10.0**decade)
-        texts.setdefault(-round(math.log10(factor)), "" if unit == "1" else text)
+        factor, text = prefix(short_unit(unit), 10.0**decade)
+        texts.setdefault(-round(math.log10(factor)), "" if text == "1" else text)
     return [{"exponent": exponent, "text": text} for exponent, text in sorted(texts.items())]
 
 

@@ -126,7 +126,10 @@ export class Served {
     this.tab = name;
     for (const one of this.bar.children) one.setAttribute("aria-selected", String(/** @type {HTMLElement} */ (one).dataset.tab === name));
     for (const part of [this.view.plots, this.view.table]) part.hidden = name !== "";
+    if (name) this.view.place.dataset.tab = name;
+    else delete this.view.place.dataset.tab;
     this.panel.hidden = name === "";
+    this.panel.replaceChildren(element("p", { className: "soft", textContent: "computing" }));
     if (name) void this.ask();
   }
 

@@ -10,10 +10,8 @@ import hmac
 import json
 import queue
 import secrets
-import socket
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from typing import Any
 
 from proofmass.runner.host.cache import keep, kept
@@ -34,11 +32,11 @@ _HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "X-Frame-Options": "DENY",
 }
-_POLICY = (
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+_ALLOWED = "; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:; connect-src 'self'; base-uri 'none'"
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; frame-ancestors 'none'"
+_OPENING = (
+    "<noscript><p>This page needs scripts. <code>proofmass run --out</code> needs none.</p></noscript>"
 )
-_OPENING = "<noscript><p>This page needs scripts; <code>proofmass run --out</code> writes a report without.</p></noscript>"
 
 
 class LiveServer(ThreadingHTTPServer):
@@ -63,8 +61,9 @@ class LiveServer(ThreadingHTTPServer):
             '<section id="live" data-served="" hidden></section>\n'
             f'<script>{drawing}</script>\n<script id="live-script">{own}</script>\n'
         )
-        self.policy = _POLICY.format(scripts=f"{permission(drawing)} {permission(own)}")
-        self.page = page_text(session.path.name, _OPENING, (), "", LivePart(html, styles())).encode()
+        allowed = _ALLOWED.format(scripts=f"{permission(drawing)} {permission(own)}")
+        self.policy = _POLICY + allowed
+        self.page = page_text(session.path.name, _OPENING, (), "", LivePart(html, styles(), allowed)).encode()
 
     @property
     def url(self) -> str:
@@ -88,7 +87,7 @@ class _Handler(BaseHTTPRequestHandler):
     server: LiveServer
     timeout = _TIMEOUT
 
-    def do_GET(self) -> None:  # noqa: N802
+    def do_GET(self) -> None:
         if not self._is_ours():
             return self._refuse(HTTPStatus.FORBIDDEN)
         if self.path == "/":
@@ -99,7 +98,7 @@ class _Handler(BaseHTTPRequestHandler):
             return self._tell()
         return self._refuse(HTTPStatus.NOT_FOUND)
 
-    def do_POST(self) -> None:  # noqa: N802
+    def do_POST(self) -> None:
         if not self._is_ours(origin=True) or not self._has_token():
             return self._refuse(HTTPStatus.FORBIDDEN)
         data = self._body()
@@ -144,7 +143,7 @@ class _Handler(BaseHTTPRequestHandler):
                     message = "{}"
                 self.wfile.write(f"data: {message}\n\n".encode())
                 self.wfile.flush()
-        except (OSError, socket.timeout):
+        except OSError:
             return
         finally:
             self.server.session.leave(heard)

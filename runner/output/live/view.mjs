@@ -51,7 +51,7 @@ export class View {
     this.filter.type = "search";
     this.list = element("div", { className: "blocks" });
     this.side.append(this.list);
-    this.buttons = element("div", { className: "buttons" });
+    this.buttons = element("div", { className: "buttons run" });
     this.freezing = this.button("Freeze", "Keep this run to compare with", () => this.freeze(!this.frozen));
     this.kind = this.button("Spectra", "Show amplitude densities", () => this.showSpectra(!this.spectra));
     this.button("Reset", "Go back to the values of the graph", () => this.reset());

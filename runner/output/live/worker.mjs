@@ -9,7 +9,8 @@ const CHUNK = 25; // milliseconds
 /**
  * @typedef {import("./engine.mjs").Trace} Trace
  * @typedef {{first: number, last: number, pixels: number, spectra: boolean}} View  seconds, of all traces
- * @typedef {{rows: number, period: number, values: Float64Array, trace: Trace}} Series
+ * @typedef {{rows: number, period: number, values: Float64Array, trace: Trace,
+ *   spectrum?: {x: Float64Array, y: Float64Array} | null}} Series
  */
 
 /** @param {(message: any) => void} post */
@@ -64,7 +65,7 @@ export function makeWorker(post) {
       const { signal, shape } = series.trace.probe;
       if (shape.length) return { signal, ...vector(series), frozen: other ? vector(other).y : null };
       if (view.spectra) {
-        const made = spectrum(series.values, 1 / series.period), before = other && spectrum(other.values, 1 / other.period);
+        const made = densities(series), before = other && densities(other);
         return { signal, x: made?.x ?? [], y: made?.y ?? [], frozen: before?.y ?? null, frozenX: before?.x ?? null };
       }
       const first = Math.max(0, Math.floor(view.first / series.period));
@@ -73,6 +74,12 @@ export function makeWorker(post) {
       const before = other && envelope(other.values, first, Math.max(first, last), view.pixels, other.period);
       return { signal, ...made, frozen: before?.y ?? null, frozenX: before?.x ?? null, number };
     });
+  }
+
+  /** The spectrum of a trace, computed once. @param {Series} series */
+  function densities(series) {
+    if (series.spectrum === undefined) series.spectrum = spectrum(series.values, 1 / series.period);
+    return series.spectrum;
   }
 
   /** The last row of a vector. @param {Series} series */
