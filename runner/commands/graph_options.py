@@ -18,7 +18,7 @@ from proofmass.runner.commands.own_blocks import own_blocks
 
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
     """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
-    graph = read_graph(path, own_blocks(own))
+    graph: Graph = read_graph(path, own_blocks(own))
     values = dict(_change(graph, text) for text in changes)
     if "integration" not in (*graph.blocks, *graph.subgraphs):
         steps = {key: values.pop(key) for key in tuple(values) if key.startswith("integration.")}

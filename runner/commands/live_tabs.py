@@ -1,4 +1,4 @@
-"""What the tabs of a live page show besides the run: margins and noise of the graph with its changed parameters."""
+"""Tabs of a live page besides the run: margins and noise of the graph with its changed parameters."""
 
 from typing import TYPE_CHECKING
 

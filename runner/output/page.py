@@ -18,7 +18,7 @@ _COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--
 
 
 class LivePart(NamedTuple):
-    """What moves on a page: HTML with scripts, their styles, and what the page's policy must allow for them."""
+    """Part of a page that moves: HTML with scripts, their styles, and what the page's policy must allow for them."""
 
     html: str = ""
     styles: str = ""

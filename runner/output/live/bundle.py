@@ -34,7 +34,7 @@ def styles() -> str:
 
 
 def permission(text: str) -> str:
-    """What a content security policy says of an inline script."""
+    """The word of a content security policy that allows an inline script."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 

@@ -1,4 +1,4 @@
-"""The loop of a plan as a page carries it: a module of WebAssembly, its memory at tick 0, and where everything stands.
+"""The loop of a plan as a page carries it: a module of WebAssembly, its memory at tick 0, and the place of everything.
 
 The page computes the bits of the command line: constants that follow from parameters are made in the module itself,
 by the functions of the blocks, and groups of continuous blocks keep the method of the plan.
@@ -78,7 +78,7 @@ class CarriedLoop:
         return [*_filled(made.constants, made.constant_values), *_filled(made.memory, held), scratch, *vectors]
 
     def _place(self, node: Node) -> int:
-        """Where a parameter stands among the constants."""
+        """The place of a parameter among the constants."""
         kinds = self.written.constants.kinds
         return (kinds.get(ParameterOf(*node)) or kinds[ConstantOf(*node)])[1]
 

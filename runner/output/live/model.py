@@ -1,4 +1,4 @@
-"""What a live page is told of a graph, and the part of a page that shows it."""
+"""The data that a live page has of a graph, and the part of a page that shows it."""
 
 import dataclasses
 import json
@@ -32,7 +32,7 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     loop = carried_loop(plan, [slider.node for slider in moving])
     taken = tuple(slider for slider in moving if slider.node in loop.varied)
     fixed = fixed_parameters(plan, taken)
-    units = {one.unit for one in (*taken, *plan.probes, *plan.measures)}
+    units = {one.unit for one in taken} | {probe.unit for probe in plan.probes} | {made.unit for made in plan.measures}
     return {
         "name": graph.name,
         "file": Path(graph.place.file or "graph.toml").name,

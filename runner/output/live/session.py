@@ -20,7 +20,7 @@ _MOST_CHANGES = 10_000
 
 
 class Answer(NamedTuple):
-    """What the process computes for a tab: text, and pictures as SVG."""
+    """The process's answer for a tab: text, and pictures as SVG."""
 
     text: str
     pictures: tuple[str, ...] = ()
@@ -30,7 +30,7 @@ Tabs = Mapping[str, Callable[[Graph], Answer]]
 
 
 class Session:
-    """What the windows of one graph show; `load` reads the graph anew and raises `ModelError`."""
+    """A graph as its windows show it; `load` reads the graph anew and raises `ModelError`."""
 
     def __init__(self, path: Path, load: Callable[[], Graph], tabs: Tabs, more_files: tuple[Path, ...] = ()) -> None:
         self.path, self.tabs = path, tabs
@@ -93,7 +93,7 @@ class Session:
         return True
 
     def answer(self, tab: str, data: object) -> dict[str, Any] | None:
-        """What a tab shows for the graph with changed parameters; None for what is no question."""
+        """The answer of a tab for the graph with changed parameters; None for what is no question."""
         state = read_state(data)
         if state is None or tab not in self.tabs or self._graph is None:
             return None
@@ -112,7 +112,7 @@ class Session:
 
 
 def read_state(data: object) -> dict[str, Any] | None:
-    """What a window says of its controls: numbers by parameter, seed and duration; None for anything else."""
+    """The controls as a window describes them: numbers by parameter, seed and duration; None for anything else."""
     state = data.get("state") if isinstance(data, dict) else None
     if not isinstance(state, dict):
         return None
@@ -137,7 +137,8 @@ def _files(graph: Graph) -> Iterator[Path]:
     if graph.place.file:
         yield Path(graph.place.file)
     for block in graph.blocks.values():
-        if any(buffer.recorded for buffer in type(block).buffers.values()) and getattr(block, "file", ""):
-            yield Path(graph.place.folder) / vars(block)["file"]
+        file = vars(block).get("file", "")
+        if file and any(buffer.recorded for buffer in type(block).buffers.values()):
+            yield Path(graph.place.folder) / file
     for part in graph.subgraphs.values():
         yield from _files(part)
