@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from proofmass.runner.output import export
+from proofmass.runner.output.page import STILL, LivePart
+from proofmass.runner.output.plot import save_plot
+from proofmass.runner.output.report import save_report
 from proofmass.runner.run.result import Result
-
-if TYPE_CHECKING:
-    from proofmass.runner.output.page import LivePart
 
 
 def write_run(
@@ -17,11 +17,6 @@ def write_run(
 
     A `live` report carries the loop itself.
     """
-    from proofmass.runner.output import export  # matplotlib and xarray, which a run without files does not wait for
-    from proofmass.runner.output.page import STILL
-    from proofmass.runner.output.plot import save_plot
-    from proofmass.runner.output.report import save_report
-
     names: list[str] = []
     if result.traces:
         if "netcdf" in formats:
@@ -38,7 +33,7 @@ def write_run(
     return [*names, "summary.json", "report.html"]
 
 
-def _live_part(result: Result) -> "LivePart":
+def _live_part(result: Result) -> LivePart:
     from proofmass.runner.output.live.model import live_model, live_part  # WebAssembly, which few reports carry
 
     return live_part(live_model(result.graph, result.planned_ticks, result.seed))

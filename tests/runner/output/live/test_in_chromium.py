@@ -198,8 +198,9 @@ class Process:
         raise AssertionError("it ended before it was ready")
 
     def kill(self) -> None:
-        self.process.send_signal(signal.SIGKILL)
-        self.process.communicate()
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGKILL)
+            self.process.communicate()
 
 
 @pytest.fixture
