@@ -73,12 +73,12 @@ class Block(metaclass=Kind):
 
 
 def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]]:
-    """Make a stateless block of one function: inputs by name with their unit, parameters by name with `param`.
+    """Make a stateless block of one function: inputs by name with their unit, parameters by name with `param`::
 
-    @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
-    def rectified(p, voltage: float) -> float:
-        \"\"\"Absolute value of a voltage, less a threshold.\"\"\"
-        return abs(voltage) - p.threshold
+        @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
+        def rectified(p, voltage: float) -> float:
+            \"\"\"Absolute value of a voltage, less a threshold.\"\"\"
+            return abs(voltage) - p.threshold
     """
 
     def make(function: Callable[..., Any]) -> type[Block]:

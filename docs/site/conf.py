@@ -1,5 +1,7 @@
 """Sphinx's settings of the documentation site; docs/site/stage.py puts them beside the staged pages."""
 
+from typing import Any
+
 from proofmass.runner.host.versions import PROOFMASS
 
 project = "proofmass"
@@ -35,3 +37,13 @@ html_theme_options = {
 }
 pygments_style = "friendly"
 pygments_dark_style = "github-dark"
+
+
+def _without_text(app: Any, what: str, name: str, member: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out fields of named tuples, whose docstring is Python's own: the signature shows them."""
+    return True if str(getattr(member, "__doc__", "")).startswith("Alias for field number") else None
+
+
+def setup(app: Any) -> None:
+    """Connect the hook above to autodoc."""
+    app.connect("autodoc-skip-member", _without_text)

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator
+from html import escape
 from importlib import import_module
 from typing import Any
 
@@ -48,8 +49,8 @@ def _family_page(family: str, kinds: list[type[Block]]) -> str:
 def _block(kind: type[Block]) -> Iterator[str]:
     about = facts(kind)
     yield from (f"## {kind.__name__}", "", plain(about["doc"]), "")
-    yield from ("```{raw} html", '<div class="ports-frame">', ports_picture(about), "</div>", "```", "")
-    yield from fence("text", about["equation"])
+    yield from ("```{raw} html", '<div class="ports-frame">', ports_picture(about), "</div>")
+    yield from (f'<pre class="equation">{escape(about["equation"])}</pre>', "```", "")
     if about["continuous"]:
         yield from ("Continuous: it is integrated between ticks.", "")
     parameters = [
