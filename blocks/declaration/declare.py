@@ -73,7 +73,9 @@ class Block(metaclass=Kind):
 
 
 def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]]:
-    """Make a stateless block of one function: inputs by name with their unit, parameters by name with `param`::
+    """Make a stateless block of one function.
+
+    Inputs come by name with their unit, parameters by name with `param`::
 
         @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
         def rectified(p, voltage: float) -> float:

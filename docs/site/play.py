@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 from proofmass.runner.command_line import main
 
-_FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_FENCE = re.compile(r"^```(\w+)\n(.*?)^```$(?=(\n\n^```text\n(.*?)^```$)?)", re.DOTALL | re.MULTILINE)
 _FILE = re.compile(r"# (at the end of )?([\w-]+\.(?:toml|py|csv))\n")
+_DATA = re.compile(r"^```text\n((?:(?!^```).)*)^```\n\nSave it as `([\w.-]+)`", re.DOTALL | re.MULTILINE)
 _REJECTED = "# exit code 1"
 
 
@@ -27,14 +28,15 @@ class Command(NamedTuple):
 
 def play(page: Path) -> Iterator[Command]:
     """Write the files of a page to the working folder and yield its commands as they are run."""
-    fences = _FENCE.findall(page.read_text(encoding="utf-8"))
-    for number, (language, text) in enumerate(fences):
+    whole = page.read_text(encoding="utf-8")
+    for text, name in _DATA.findall(whole):
+        Path(name).write_text(text, encoding="utf-8")
+    for language, text, _, answer in _FENCE.findall(whole):
         file = _FILE.match(text)
         if file:
             with Path(file[2]).open("a" if file[1] else "w", encoding="utf-8") as stream:
                 stream.write(("\n" if file[1] else "") + text)
         elif language == "sh":
-            answer = fences[number + 1][1] if fences[number + 1 : number + 2] and fences[number + 1][0] == "text" else ""
             yield from _commands(text.splitlines(), answer)
 
 

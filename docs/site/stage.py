@@ -6,7 +6,7 @@ import shutil
 import tomllib
 from pathlib import Path, PurePosixPath
 
-from docs.site.reference import reference_pages
+from docs.site.reference import contents, reference_pages
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -86,11 +86,13 @@ def _place(path: Path) -> str:
 
 
 def _rewritten(path: Path, name: str, target: Path) -> str:
-    """Return the text of a page with the links that hold in the site; decisions get a table of contents."""
+    """Return the text of a page with the links that hold in the site; pages that list others get their lists."""
     text = "".join(
         piece if piece.startswith("```") else _LINK.sub(lambda link: _moved(link, path, name, target), piece)
         for piece in _FENCE.split(path.read_text(encoding="utf-8"))
     )
+    if name == "reference/index.md":
+        text += "\n" + contents()
     if name == "decisions/README.md":
         text += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\n```\n"
     return text
@@ -101,8 +103,6 @@ def _moved(link: re.Match[str], path: Path, name: str, target: Path) -> str:
     if "://" in address or address.startswith("mailto:"):
         return link[0]
     there = (path.parent / address).resolve()
-    if there.is_relative_to(ROOT / "docs" / "reference"):
-        return link[0]
     if not there.exists():
         raise BrokenLink(f"{path.relative_to(ROOT)}: {address}")
     if there.is_dir():

@@ -1,0 +1,43 @@
+"""Pages of how-to, explanation and comparison: their files are sound, their programs and commands run."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+from docs.site.play import missing_lines, play
+from proofmass.runner.command_line import main
+
+DOCS = Path(__file__).parents[2] / "docs"
+FOLDERS = ("how-to", "explanation", "coming-from")
+PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
+PROGRAMS = [
+    pytest.param(text, id=f"{page.stem}-{number}")
+    for page in PAGES
+    for number, text in enumerate(re.findall(r"^```python\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE))
+]
+PLAYED = [page for page in PAGES if re.search(r"^```(sh|toml)\n", page.read_text(), re.MULTILINE)]
+
+
+def test_every_fence_says_what_it_is() -> None:
+    for page in [*PAGES, *(DOCS / "tutorial").glob("*.md")]:
+        fences = re.findall(r"^```([^\n]*)\n(?:.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
+        assert set(fences) <= {"toml", "python", "sh", "text"}, (page, fences)
+
+
+@pytest.mark.parametrize("text", PROGRAMS)
+def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("example.py").write_text(text, encoding="utf-8")
+    runpy.run_path("example.py")
+
+
+@pytest.mark.parametrize("page", PLAYED, ids=lambda page: page.stem)
+def test_commands(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for command in play(page):
+        assert command.status == command.expected_status, command.output
+        assert missing_lines(command.output, command.promised) == [], command.output
+    for file in tmp_path.glob("*.toml"):
+        assert main(["check", file.name]) == 0, file
