@@ -1,14 +1,10 @@
 """Which engine runs a plan, and how one is made."""
 
-from typing import Literal
-
 from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.plan.memory import Engine, Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
-from proofmass.runner.reference.interpret import Interpreter
-
-EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
+from proofmass.runner.run.engine_table import ENGINES, EngineName
 
 LANES = (32, 16, 8)  # to choose from; more than vectors of the processor hold in its registers are slower
 INTERPRETED_PART = 0.5  # of what compiling takes: what plain Python may take for a run before compiling is worth it
@@ -25,7 +21,7 @@ _INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference ta
 _spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
 
 
-def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
+def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
     """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled before are compiled.
 
     Runs of like graphs add up, so that a loop over variants is compiled in the end.
@@ -44,6 +40,7 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
     if seconds > INTERPRETED_PART * compiling or spent > compiling:
         return "compiled"
     if spent > _KNOWING_SECONDS:
+        # for start-up time: short runs need no compiler
         from proofmass.runner.targets.native import already_compiled
 
         if already_compiled(planned):
@@ -88,12 +85,4 @@ def lanes_for(runs: int) -> int:
 
 def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -> Engine:
     """An engine that starts from a memory."""
-    if name == "python":
-        return Interpreter(planned, seed, run, memory.copy())
-    if name == "cxxrtl":
-        from proofmass.runner.rtl.model.co_simulation import CoSimulation
-
-        return CoSimulation(planned, seed, run, memory)
-    from proofmass.runner.targets.native import CompiledLoop
-
-    return CompiledLoop(planned, seed, run, memory)
+    return ENGINES[name].prepare(planned)(planned, seed, run, memory)
