@@ -15,6 +15,7 @@ root_doc = "index"
 exclude_patterns = ["files"]
 nitpicky = False
 default_role = "code"
+smartquotes = False  # texts of TOML are shown with the characters that one types
 
 myst_enable_extensions = ["deflist"]
 myst_heading_anchors = 4

@@ -5,7 +5,7 @@ import click
 from docs.site.markdown import fence
 from proofmass.runner.command_line import cli
 
-WIDTH = 96
+WIDTH = 84
 
 
 def commands_page() -> str:

@@ -17,7 +17,7 @@ def keys_page() -> str:
     whole = schema()
     lines = ["# Keys of graph files and studies", ""]
     lines += ["[Graph files](../graph-files.md) and [studies](../studies.md) explain them with examples.", ""]
-    lines += ["A quantity is a text with a number and a unit, such as `\"10 kHz\"`.", ""]
+    lines += ['A quantity is a text with a number and a unit, such as `"10 kHz"`.', ""]
     for title, keys in _tables("Graph", whole["properties"], whole["$defs"]):
         lines += [f"## {title}", "", *table(("key", "value", "meaning"), [_row(*key) for key in keys.items()])]
     return "\n".join(lines) + "\n"

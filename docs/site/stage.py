@@ -1,4 +1,4 @@
-"""Staging: every page of the repository at its place in the site, its links rewritten, and the reference beside them."""
+"""Staging: every page of the repository at its place in the site, its links rewritten, the reference beside it."""
 
 import os
 import re
@@ -24,7 +24,7 @@ _FENCE = re.compile(r"^(```.*?^```)$", re.DOTALL | re.MULTILINE)
 _ALONE = ("reference/blocks/",)  # pages that an index of their own lists
 
 
-class BrokenLink(Exception):
+class BrokenLinkError(Exception):
     """A page links to what is not there."""
 
 
@@ -104,7 +104,7 @@ def _moved(link: re.Match[str], path: Path, name: str, target: Path) -> str:
         return link[0]
     there = (path.parent / address).resolve()
     if not there.exists():
-        raise BrokenLink(f"{path.relative_to(ROOT)}: {address}")
+        raise BrokenLinkError(f"{path.relative_to(ROOT)}: {address}")
     if there.is_dir():
         there /= "README.md"
     if there in repository_pages() or there == ROOT / "README.md":
@@ -124,5 +124,3 @@ def _relative(place: str, page: str) -> str:
 def _write(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
-
-

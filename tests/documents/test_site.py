@@ -1,4 +1,4 @@
-"""The site: every page is in the navigation once, links lead somewhere, and the reference has everything that is public."""
+"""The site: every page is in the navigation once, links lead somewhere, the reference has everything public."""
 
 import inspect
 import re
@@ -13,7 +13,7 @@ from docs.site.offline import outside_addresses
 from docs.site.reference_commands import commands_page
 from docs.site.reference_keys import keys_page
 from docs.site.reference_python import groups, python_page
-from docs.site.stage import BrokenLink, _rewritten, navigation, repository_pages, stage
+from docs.site.stage import BrokenLinkError, _rewritten, navigation, repository_pages, stage
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.runner.command_line import cli
@@ -58,7 +58,7 @@ def test_a_link_to_nothing_is_refused(tmp_path: Path) -> None:
     broken = tmp_path / "page.md"
     broken.write_text("[x](no-such-page.md)", encoding="utf-8")
     assert _rewritten(page, "margins.md", tmp_path)
-    with pytest.raises((BrokenLink, ValueError)):
+    with pytest.raises((BrokenLinkError, ValueError)):
         _rewritten(broken, "page.md", tmp_path)
 
 
@@ -119,8 +119,7 @@ def sentences(page: Path) -> Iterator[str]:
     text = re.sub(r"^```.*?^```$", "\n", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     lines = [line for line in text.splitlines() if not re.match(r"\s*(\||#|!\[)", line)]
     for paragraph in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.|:) )", "\n".join(lines)):
-        for sentence in re.split(r"(?<=[.:?!])\s+", re.sub(r"`[^`]*`", "code", " ".join(paragraph.split()))):
-            yield sentence
+        yield from re.split(r"(?<=[.:?!])\s+", re.sub(r"`[^`]*`", "code", " ".join(paragraph.split())))
 
 
 @pytest.mark.parametrize("page", PLAIN_PAGES, ids=lambda page: f"{page.parent.name}-{page.stem}")
