@@ -13,7 +13,7 @@
 The first argument of every function is the block's constants (or its parameters, where it declares no `constants`);
 the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `Meaning`; in a block with
 `formats`, whose constants are in registers, also `p`, the parameters.
-An output that names an input depends on it in the same sample; one that does not, does not.
+An output depends on an input in the same tick only if its function takes that input as an argument.
 """
 
 import dataclasses
