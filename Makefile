@@ -49,6 +49,7 @@ benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/memory.py
 	$(BIN)/python benchmarks/normal_deviates.py
+	$(BIN)/python benchmarks/peers.py
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

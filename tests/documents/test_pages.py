@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import peers
 from docs.site.play import missing_lines, play
 from proofmass.runner.command_line import main
 
@@ -31,6 +32,12 @@ def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(tmp_path)
     Path("example.py").write_text(text, encoding="utf-8")
     runpy.run_path("example.py")
+
+
+def test_the_compared_loops_agree() -> None:
+    """Those that need nothing else to be installed; benchmarks/peers.py prints the others too."""
+    answers = [peers.by_hand(100), peers.proofmass_loop("python")(100), peers.python_control(100)]
+    assert answers == pytest.approx([1.0028136459271] * 3, abs=1e-12)
 
 
 @pytest.mark.parametrize("page", PLAYED, ids=lambda page: page.stem)
