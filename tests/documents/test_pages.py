@@ -46,5 +46,6 @@ def test_commands(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     for command in play(page):
         assert command.status == command.expected_status, command.output
         assert missing_lines(command.output, command.promised) == [], command.output
+    own = ["--blocks", "peak.py"] if Path("peak.py").exists() else []
     for file in tmp_path.glob("*.toml"):
-        assert main(["check", file.name]) == 0, file
+        assert main(["check", file.name, *own]) == 0, file
