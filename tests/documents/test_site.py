@@ -53,6 +53,20 @@ def test_links_of_staged_pages_lead_somewhere(source: Path) -> None:
             assert "://" in link or (page.parent / link).exists(), f"{page.relative_to(source)}: {link}"
 
 
+def slugs(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub and the site make them."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", repository_pages(), ids=lambda page: str(page.relative_to(ROOT)))
+def test_anchors_of_links_are_headings(page: Path) -> None:
+    for link, anchor in re.findall(r"\]\(([^)#\s]*)#([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if "://" not in link:
+            assert anchor in slugs((page.parent / link) if link else page), f"{link}#{anchor}"
+
+
 def test_a_link_to_nothing_is_refused(tmp_path: Path) -> None:
     page = ROOT / "docs" / "margins.md"
     broken = tmp_path / "page.md"
