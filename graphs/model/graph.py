@@ -13,12 +13,15 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
+from proofmass.graphs.model.values import Value
 
 DEFAULT_INTEGRATION = Integration()
 
+Endpoint = tuple[str, str]  # of a wire: block and port
 Given = TypeVar("Given", bound="Graph")
 
 
@@ -94,6 +97,8 @@ class Graph:
     exports: Mapping[str, str]
     integration: Integration
     loops: Mapping[str, Loop]
+    values: Mapping[str, Value]
+    formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __post_init__(self) -> None:

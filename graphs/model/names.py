@@ -49,7 +49,7 @@ def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] 
     if port in kind.parameters and kind.taken_in_the_loop(port):
         return Missing(f"{signal} cannot be driven", kind.parameters[port].not_driven)
     if port in kind.parameters:
-        why = "of a fixed-point block" if kind.digital() else "that fixes a size, a start or a choice"
+        why = "of a fixed-point block" if kind.has_formats() else "that fixes a size, a start or a choice"
         return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
     if port in kind.outputs:
         return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", kind.inputs))
@@ -72,8 +72,23 @@ def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | M
     return Missing(f"{signal} is no port or parameter", did_you_mean(port, names, f"ports and parameters of {name}"))
 
 
+def is_value(root: Graph, path: str) -> bool:
+    """Whether a path names a value of the graph, or of a subgraph."""
+    graph, name = root, path
+    while name not in graph.values:
+        head, _, name = name.partition(".")
+        if not name or head not in graph.subgraphs:
+            return False
+        graph = graph.subgraphs[head]
+    return True
+
+
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
     """The first part of a path that is not there, and what is there instead."""
+    if is_value(root, signal):
+        return Missing(
+            f"{signal} is a value, not a signal", "wires and probes join outputs; a Constant puts a value on a wire"
+        )
     path, rest, graph = "", signal, root
     while True:
         head, _, tail = rest.partition(".")

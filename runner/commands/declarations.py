@@ -15,6 +15,7 @@ from proofmass.runner.commands.options import (
     out_option,
     output_option,
     plot_option,
+    probe_option,
     quiet_option,
     seed_option,
     set_option,
@@ -29,6 +30,7 @@ class Commands(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:
+            # start-up time: a command imports what it needs itself
             from proofmass.blocks.declaration.problem import did_you_mean
 
             raise click.UsageError(
@@ -60,7 +62,7 @@ def cli(traceback: bool) -> None:
 @seed_option("the graph")
 @engine_option()
 @set_option
-@click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable.")
+@probe_option
 @out_option("Write traces, plot and report to this folder (default: none is written).")
 @click.option(
     "--format",
@@ -69,6 +71,7 @@ def cli(traceback: bool) -> None:
     type=click.Choice(["netcdf", "csv", "parquet"]),
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
+@click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
 @click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
 @click.option(
     "--show-source",
@@ -85,6 +88,7 @@ def run(**options: Any) -> int:
     proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.run_command import RunRequest, run_graph
 
     return run_graph(RunRequest(**options))
@@ -103,6 +107,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     \b
     proofmass check sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.check_command import check_graph
 
     return check_graph(graph, own, as_json)
@@ -151,6 +156,7 @@ def margins(**options: Any) -> int:
     proofmass margins modulator.toml --gain quantiser=0.7
     proofmass margins modulator.toml --limit-cycle quantiser
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.margins_command import MarginsRequest, show_margins
 
     return show_margins(MarginsRequest(**options))
@@ -173,6 +179,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     proofmass draw sensor.toml -o sensor.svg
     proofmass draw sensor.toml --format mermaid
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.draw_command import draw_graph
 
     return draw_graph(graph, output, form, own)
@@ -224,6 +231,7 @@ def fit(**options: Any) -> int:
     proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
     proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.fit_command import FitRequest, run_fit
 
     return run_fit(FitRequest(**options))
@@ -275,6 +283,7 @@ def montecarlo(**options: Any) -> int:
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.montecarlo_command import StudyRequest, run_montecarlo
 
     return run_montecarlo(StudyRequest(**options))
@@ -295,6 +304,7 @@ def report(study: Path, output: Path | None, own: Path | None) -> int:
     proofmass report drift
     proofmass report graphs/library/accelerometer/scale_factor_drift.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.report_command import report_study
 
     return report_study(study, output, own)
@@ -343,6 +353,7 @@ def rtl(**options: Any) -> int:
     proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
     proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.rtl_command import RtlRequest, write_rtl
 
     return write_rtl(RtlRequest(**options))
@@ -361,6 +372,7 @@ def blocks(kind: str | None, own: Path | None, as_json: bool) -> int:
     proofmass blocks
     proofmass blocks MassSpringDamper
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.blocks_command import show_blocks
 
     return show_blocks(kind, own, as_json)
@@ -376,6 +388,7 @@ def new(file: Path) -> int:
     \b
     proofmass new sensor.toml && proofmass run sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.new_command import write_new_graph
 
     return write_new_graph(file)
@@ -392,6 +405,7 @@ def schema(output: Path | None, own: Path | None) -> int:
     \b
     proofmass schema -o proofmass-graph.json
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.schema_command import write_schema
 
     return write_schema(output, own)
