@@ -185,7 +185,8 @@ class _Whole:
         for item in self.places:
             if isinstance(item, Variable) and item not in settled:
                 keep(self.builder, *self.places[item], zero(item.kind))
-        self.places |= self.division.places
+        for variable, place in self.division.places.items():
+            self.places[variable] = place
         self._region(self.function.body)
         self.function.body, self.function.variables = self.builder.function().body, []
 
@@ -205,7 +206,15 @@ class _Whole:
     def _bound(self, value: Operand) -> Operand:
         if isinstance(value, Value) and value in self.places:
             return kept(self.builder, *self.places[value], value.kind)
+        if isinstance(value, Value) and isinstance(load := self.division.anywhere.get(value), Load):
+            return self.builder.load(self._array(load.array), load.index, value.name)
         return value
+
+    def _array(self, array: Array) -> Array:
+        view = self.division.anywhere.get(array)
+        if not isinstance(view, View):
+            return array
+        return self.builder.view(self._array(view.whole), view.first, array.length, array.name)
 
 
 class _PartWriter:
@@ -246,14 +255,18 @@ class _PartWriter:
         return self.builder.parameter(value.kind, value.name)
 
     def _array(self, array: Array) -> Array:
-        if array in self.known or self.homes.get(array) is self.part:
-            return self.known.get(array, array)
+        if self.homes.get(array) is self.part:
+            return array
+        if array not in self.known:
+            self.known[array] = self._outer_array(array)
+        here: Array = self.known[array]
+        return here
+
+    def _outer_array(self, array: Array) -> Array:
         if isinstance(view := self.anywhere.get(array), View):
-            self.known[array] = self.builder.view(self._array(view.whole), view.first, array.length, array.name)
-        else:
-            self.arguments.append(array)
-            self.known[array] = self.builder.array(array.entry, array.length, array.name, array.writable)
-        return self.known[array]
+            return self.builder.view(self._array(view.whole), view.first, array.length, array.name)
+        self.arguments.append(array)
+        return self.builder.array(array.entry, array.length, array.name, array.writable)
 
     def _kept(self, item: Value | Variable) -> Operand:
         array, index = self.places[item]
@@ -305,8 +318,9 @@ class _PartWriter:
                 bounds = {"first": self._operand(first), "last": self._operand(last)}
                 return replace(statement, body=self._region(statement.body), **bounds)
             case While(test, _, body):
-                test = self._region(test)
-                return replace(statement, test=test, condition=self._operand(statement.condition), body=self._region(body))
+                test = self._region(test)  # first: the condition is a value of it
+                condition = self._operand(statement.condition)
+                return replace(statement, test=test, condition=condition, body=self._region(body))
             case _:
                 return statement
 
