@@ -61,7 +61,9 @@ def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = Fals
 class TickWriter:
     """Writes the function of all ticks; what it is made of is written by its parts."""
 
-    def __init__(self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> None:
+    def __init__(
+        self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False
+    ) -> None:
         self.plan, self.lanes, self.measured = plan, lanes, measured
         self.varied = {name for name, _ in varied} - settled_before(plan, varied)
         self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
