@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.output.live.bundle import permission, plots, script, styles
 from proofmass.runner.output.live.carried import carried_loop
 from proofmass.runner.output.live.sliders import fixed_parameters, sliders
 from proofmass.runner.output.page import LivePart
-from proofmass.runner.output.plot import prefix
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
 
