@@ -32,13 +32,19 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     loop = carried_loop(plan, [slider.node for slider in moving])
     taken = tuple(slider for slider in moving if slider.node in loop.varied)
     fixed = fixed_parameters(plan, taken)
-    units = {one.unit for one in taken} | {probe.unit for probe in plan.probes} | {made.unit for made in plan.measures}
+    carried = loop.as_data()
+    units = (
+        {one.unit for one in taken}
+        | {wire["unit"] for wire in carried["wires"]}
+        | {probe.unit for probe in plan.probes}
+        | {made.unit for made in plan.measures}
+    )
     return {
         "name": graph.name,
         "file": Path(graph.place.file or "graph.toml").name,
         "seed": str(graph.seed if seed is None else seed),
         "ticks": plan.ticks() if ticks is None else ticks,
-        "loop": loop.as_data(),
+        "loop": carried,
         "sliders": [slider.as_data() for slider in taken],
         "fixed": [one.as_data() for one in fixed],
         "units": {unit: _scales(unit) for unit in sorted(units)},
