@@ -60,5 +60,5 @@ def kind_hint(word: str, kinds: Iterable[str], own: bool) -> str:
         return answer
     names = list(kinds)
     hint, near = did_you_mean(word, names, "the kinds"), nearest(word, names)
-    misspelt = SequenceMatcher(None, word.lower(), near.lower()).ratio() > _MISSPELT
+    misspelt = near[:1].lower() == word[:1].lower() and SequenceMatcher(None, word, near).ratio() > _MISSPELT
     return hint if own or misspelt else f"{hint} Blocks of your own need --blocks FILE."

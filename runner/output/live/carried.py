@@ -15,9 +15,8 @@ import numpy as np
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.instance import format_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import inside
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
@@ -44,7 +43,7 @@ class CarriedLoop:
     plan: Plan
     written: TickLoop
     module: WasmModule
-    varied: tuple[Node, ...]
+    varied: tuple[Endpoint, ...]
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for the page."""
@@ -82,7 +81,7 @@ class CarriedLoop:
         scratch = np.zeros(made.scratch + 1)
         return [*_filled(made.constants, made.constant_values), *_filled(made.memory, held), scratch, *vectors]
 
-    def _place(self, node: Node) -> int:
+    def _place(self, node: Endpoint) -> int:
         """The place of a parameter among the constants."""
         kinds = self.written.constants.kinds
         return (kinds.get(ParameterOf(*node)) or kinds[ConstantOf(*node)])[1]
@@ -126,7 +125,7 @@ class CarriedLoop:
         }
 
 
-def carried_loop(plan: Plan, varied: Collection[Node]) -> CarriedLoop:
+def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
     """The loop with as many of the parameters varied as a browser can; raises `ModelError` where none runs it."""
     written = write_tick(plan, (), measured=True)
     called = sorted(external.symbol for external in externals(written.program).values())
@@ -150,7 +149,7 @@ def _module(program: Program) -> WasmModule:
     return _modules[key]
 
 
-def _calls_libm(plan: Plan, node: Node) -> bool:
+def _calls_libm(plan: Plan, node: Endpoint) -> bool:
     """Return whether the constants that follow from a parameter need functions that no browser has to the bit."""
     return bool(externals(write_tick(plan, [node], measured=True).program))
 

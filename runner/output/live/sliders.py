@@ -9,9 +9,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.changes import with_parameters
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
@@ -38,7 +37,7 @@ class Slider:
     at_most: float | None
 
     @property
-    def node(self) -> Node:
+    def node(self) -> Endpoint:
         """Block and parameter."""
         return self.block, self.parameter
 
@@ -75,14 +74,14 @@ def fixed_parameters(plan: Plan, moving: tuple[Slider, ...]) -> tuple[Fixed, ...
     return tuple(_fixed(plan.blocks[name], name, p) for name, p in _parameters(plan) if (name, p) not in nodes)
 
 
-def _parameters(plan: Plan) -> Iterator[Node]:
+def _parameters(plan: Plan) -> Iterator[Endpoint]:
     for name, block in plan.blocks.items():
         if not name.startswith(f"{MEASURES}."):
             nodes = ((name, parameter) for parameter in type(block).parameters)
             yield from (node for node in nodes if node not in plan.schedule.drivers)
 
 
-def _in_the_loop(plan: Plan, node: Node) -> bool:
+def _in_the_loop(plan: Plan, node: Endpoint) -> bool:
     name, parameter = node
     return type(plan.blocks[name]).taken_in_the_loop(parameter) and name not in settled_before(plan, [node])
 
