@@ -50,19 +50,21 @@ from proofmass.runner.program.watched import watched
 _LONG = 8  # entries of a tuple among constants, from which on they stay in memory
 
 
-def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False) -> TickLoop:
+def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> TickLoop:
     """The program of a plan. Constants of blocks with `varied` parameters follow from these before the first tick.
 
-    With `lanes` it is written for runs side by side: measures are reduced at the end.
+    With `measured`, or `lanes` (runs side by side), wires of measures hold their values after the last tick.
     """
-    return TickWriter(plan, varied, lanes).written()
+    return TickWriter(plan, varied, lanes, measured or lanes).written()
 
 
 class TickWriter:
     """Writes the function of all ticks; what it is made of is written by its parts."""
 
-    def __init__(self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False) -> None:
-        self.plan, self.lanes = plan, lanes
+    def __init__(
+        self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False
+    ) -> None:
+        self.plan, self.lanes, self.measured = plan, lanes, measured
         self.varied = {name for name, _ in varied} - settled_before(plan, varied)
         self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
         self.frame = Frame(plan, self.builder)
@@ -374,7 +376,7 @@ class TickWriter:
 
     def finish(self) -> None:
         """What is done behind the last tick, before what moves is written back."""
-        if self.lanes:
+        if self.measured:
             self.measure()
 
     def measure(self) -> None:
