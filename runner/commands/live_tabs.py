@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 def margins_tab(graph: Graph) -> Answer:
     """Margins of every loop, with Bode, Nyquist and step response."""
+    # start-up time: the page is there before a tab is opened
     from proofmass.runner.analysis.margins.plot import plot_margins
     from proofmass.runner.analysis.margins.stability import all_margins
     from proofmass.runner.commands.margins_text import margins_text
@@ -23,6 +24,7 @@ def margins_tab(graph: Graph) -> Answer:
 
 def noise_tab(graph: Graph) -> Answer:
     """The noise budget of each scalar signal that is probed."""
+    # start-up time: the page is there before a tab is opened
     from proofmass.blocks.declaration.problem import ModelError
     from proofmass.runner.analysis.noise.budget import noise
     from proofmass.runner.analysis.noise.plot import plot_noise
@@ -43,6 +45,7 @@ def noise_tab(graph: Graph) -> Answer:
 
 
 def _picture(figure: "Figure", name: str) -> str:
+    # start-up time: the page is there before a tab is opened
     from proofmass.runner.output.page import picture
 
     return picture(figure, name)
