@@ -16,6 +16,7 @@ from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.loops import LoopWriter
 from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_numbers import as_kind
+from proofmass.runner.program.run_numbers import RunNumbers
 from proofmass.runner.program.structure import Lowered, leaves
 
 
@@ -28,14 +29,7 @@ class Writer(Protocol):
     period: Any
     following: dict[Endpoint, Operand]
     lanes: bool
-
-    def scratch(self, name: str, length: int) -> Array:
-        """Numbers to work on."""
-        ...
-
-    def constant(self, key: SolverNumber, kind: type, value: Any) -> Any:
-        """A number that the loop is given."""
-        ...
+    numbers: RunNumbers
 
     def lose(self, nothing: Operand) -> None:
         """NaN from here on when a number is not zero but NaN."""
@@ -61,7 +55,7 @@ class GroupWriter:
         self.solver, self.group, self.name = solver, solver.group, solver.name
         self.blocks = self.plan.blocks
         named = enumerate(self.group.loops)
-        self.loops = [LoopWriter(loop, f"{self.name}_loop_{i}", writer.scratch) for i, loop in named]
+        self.loops = [LoopWriter(loop, f"{self.name}_loop_{i}", writer.numbers.scratch) for i, loop in named]
         self.solved = {loop.tears[0]: loop for loop in self.loops}
 
     def begin(self) -> None:
@@ -170,7 +164,7 @@ class GroupWriter:
 
     def number(self, number: str, kind: type, value: float) -> Any:
         """A number that steps the group."""
-        return self.writer.constant(SolverNumber(self.name, number), kind, value)
+        return self.writer.numbers.constant(SolverNumber(self.name, number), kind, value)
 
 
 class ExactGroup(GroupWriter):
@@ -180,11 +174,11 @@ class ExactGroup(GroupWriter):
         self.columns = len(self.group.states) + len(self.group.inputs) + len(self.group.ramps)
         self.large = self.columns > MANY_COLUMNS and not self.solver.renewed and not self.writer.lanes
         keys = ("matrix", "grown", "square", "scale")
-        squared = [self.writer.scratch(f"{self.name}_{key}", self.columns * self.columns) for key in keys]
+        squared = [self.writer.numbers.scratch(f"{self.name}_{key}", self.columns * self.columns) for key in keys]
         self.matrix, self.grown, self.square, self.scale = squared
         self.context = self._still(self.constants(), self.group.inputs)
         self.assemble = self._assemble(self.rates(self.context))
-        self.used = self.writer.scratch(f"{self.name}_used", len(self._followed()))
+        self.used = self.writer.numbers.scratch(f"{self.name}_used", len(self._followed()))
         if self.solver.renewed:
             return
         self._renew()

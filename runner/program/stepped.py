@@ -46,7 +46,7 @@ class SteppedGroup(GroupWriter):
         self.functions = self._functions(example)
 
     def _array(self, key: str, length: int) -> Array:
-        return self.writer.scratch(f"{self.name}_{key}", length)
+        return self.writer.numbers.scratch(f"{self.name}_{key}", length)
 
     def _functions(self, context: Context) -> tuple[Function, ...]:
         """What steps the group, and what sees to its events."""

@@ -4,7 +4,7 @@ Numbers that a run may change (parameters, seed, state) are read from arrays, ne
 fixed by the graph (wiring, rate ratios, sizes) is.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from functools import partial
 from typing import Any
 
@@ -19,8 +19,6 @@ from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
 from proofmass.runner.plan.keys import (
     BasePeriod,
     ConstantOf,
-    Given,
-    Moving,
     OverflowsOf,
     ParameterOf,
     PeriodOf,
@@ -34,21 +32,19 @@ from proofmass.runner.plan.planned import Driven, Plan
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.digital import DigitalWriter
 from proofmass.runner.program.due import Step, when_due
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Kind, Operand, Variable
+from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand
 from proofmass.runner.program.frame import KINDS, Called, Frame, entries
 from proofmass.runner.program.groups import GroupWriter
 from proofmass.runner.program.loops import LoopWriter
 from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_numbers import nan
-from proofmass.runner.program.parts import in_parts
 from proofmass.runner.program.probes import ProbeWriter
-from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, fields, parts
+from proofmass.runner.program.run_numbers import RunNumbers
+from proofmass.runner.program.slots import fields
 from proofmass.runner.program.stepped import group_writer
 from proofmass.runner.program.structure import Lowered, mapped
 from proofmass.runner.program.tick_loop import TickLoop, settled_before, vectors_of
 from proofmass.runner.program.watched import watched
-
-_LONG = 8  # entries of a tuple among constants, from which on they stay in memory
 
 
 def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> TickLoop:
@@ -69,18 +65,12 @@ class TickWriter:
         self.varied = {name for name, _ in varied} - settled_before(plan, varied)
         self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
         self.frame = Frame(plan, self.builder)
-        self.constants, self.memory = Slots[Given](), Slots[Moving]()
-        self.values: dict[Given, Any] = {}
         self.vectors = dict(vectors_of(plan))
-        self.scratch_used = 0
-        self._back: list[tuple[tuple[str, int], Variable]] = []  # what is read before the ticks and written back
         self.first, self.last, self.seed, self.run = (
             self.builder.parameter(INTEGER, name) for name in ("first", "last", "seed", "run")
         )
-        self.given = {FLOATS: self._memory(FLOAT, FLOATS), INTEGERS: self._memory(INTEGER, INTEGERS)}
-        moving = {FLOATS: "state_numbers", INTEGERS: "state_integers"}
-        self.moving = {name: self._memory(kind, moving[name], True) for name, kind in _KINDS.items()}
-        self._scratch = self._memory(FLOAT, "scratch", True)
+        self.numbers = RunNumbers(self.builder, lanes)
+        self.digital = DigitalWriter(self.frame, self.numbers.refused)
         for node, (kind, length) in self.vectors.items():
             entry = FLOAT if kind is float else INTEGER
             array = self.builder.array(entry, length, variable(node), node not in plan.recorded)
@@ -90,37 +80,25 @@ class TickWriter:
             for number, probe in enumerate(plan.probes)
         ]
 
-    def _memory(self, kind: Kind, name: str, writable: bool = False) -> Array:
-        return self.builder.array(kind, None, name, writable)
-
     def written(self) -> TickLoop:
         """The whole of it."""
-        entry = self._entry()
-        places = {variable: (self.moving[name], index) for (name, index), variable in self._back}
-        used = None if self.lanes else in_parts(entry, places, self._scratch, self.scratch_used)
-        if used is None:
-            self._read_and_write_back(entry)
-        self.scratch_used += used or 0
+        numbers = self.numbers
+        entry = numbers.complete(self._entry())
         return TickLoop(
             program(entry),
-            self.constants,
-            self.values,
-            self.memory,
+            numbers.constants,
+            numbers.values,
+            numbers.memory,
             tuple(self.vectors),
             tuple(kind for kind, _ in self.vectors.values()),
-            self.scratch_used,
+            numbers.scratch_used,
         )
 
     def _entry(self) -> Function:
         builder = self.builder
-        self.period = self.constant(BasePeriod(), float, self.plan.period)
-        self.not_finite = builder.variable(FLOAT, "not_finite")
-        self.refused = builder.variable(INTEGER, "refused")
-        self.digital = DigitalWriter(self.frame, self.refused)
+        self.period = self.numbers.constant(BasePeriod(), float, self.plan.period)
         self.begin()
         probes = ProbeWriter(self.plan, self.frame, self.probes, self.first)
-        flags = [(FLOATS, self.not_finite), (INTEGERS, self.refused)]
-        self._back += (((name, self.memory.counts[name]), flag) for name, flag in flags)
         self.check_constants()
         with builder.counted(self.first, self.last, 1, "tick") as tick:
             self.frame.tick = tick
@@ -133,23 +111,6 @@ class TickWriter:
         self.finish()
         return builder.function()
 
-    def _read_and_write_back(self, entry: Function) -> None:
-        """What moves as variables of the loop: read before all else, written back behind it."""
-        builder = self.builder
-        with builder.within([]) as before:
-            for (name, index), variable in self._back:
-                value: Operand = builder.load(self.moving[name], index)
-                if variable.kind is TRUTH:
-                    value = builder.compute("not_equal_integers", value, 0)
-                builder.set(variable, value)
-        with builder.within([]) as behind:
-            for (name, index), variable in self._back:
-                value = builder.get(variable)
-                if variable.kind is TRUTH:
-                    value = builder.compute("integer_of_truth", value)
-                builder.store(self.moving[name], index, value)
-        entry.body = [*before, *entry.body, *behind]
-
     # -- before the ticks --------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
@@ -158,60 +119,26 @@ class TickWriter:
         self.checks: list[Called] = []  # constants that a run alone would refuse
         for name in plan.blocks:
             self.constants_of(name)
-        self.loops = [LoopWriter(loop, f"loop_{i}", self.scratch) for i, loop in enumerate(plan.schedule.loops)]
+        self.loops = [LoopWriter(loop, f"loop_{i}", self.numbers.scratch) for i, loop in enumerate(plan.schedule.loops)]
         for name, block in plan.blocks.items():
             state: Any = type(block).state_class()
             if state is not None:
                 kept = ((StateField(name, f), held_as(k), f) for f, k in fields(state))
-                frame.states[name] = state._make(self.kept(key, kind, f"{word(name)}_{f}") for key, kind, f in kept)
+                frame.states[name] = state._make(
+                    self.numbers.variable(key, kind, f"{word(name)}_{f}") for key, kind, f in kept
+                )
             for port, output in type(block).outputs.items():
                 if not output.shape:
                     key = WireOf(name, port)
-                    frame.wires[name, port] = self.kept(key, held_as(output.dtype), variable((name, port)))
+                    frame.wires[name, port] = self.numbers.variable(key, held_as(output.dtype), variable((name, port)))
         for name in plan.blocks:
             if plan.is_driven(name):
                 frame.constants[name] = self._variables_like(name)
         for name in self.digital.counted:
-            self.digital.counts[name] = self.kept(OverflowsOf(name), int, f"{word(name)}_overflows")
+            self.digital.counts[name] = self.numbers.variable(OverflowsOf(name), int, f"{word(name)}_overflows")
         self.groups: list[GroupWriter] = [group_writer(self, solver) for solver in plan.solvers]
         for group in self.groups:
             group.begin()
-
-    def kept(self, key: Moving, kind: type, name: str) -> Variable:
-        """A variable that goes on from call to call of the loop."""
-        place = self.memory.add(key, kind)
-        kept = self.builder.variable(KINDS[kind], name)
-        self._back.append((place, kept))
-        return kept
-
-    def constant(self, key: Given, kind: Any, value: Any) -> Lowered:
-        """A number that the loop is given, or a tuple of them."""
-        if isinstance(value, tuple):
-            return self._constant_tuple(key, kind, value)
-        self.values[key] = value
-        return self._read(self.given, self.constants.add(key, kind), kind)
-
-    def _constant_tuple(self, key: Given, kind: Any, value: tuple[Any, ...]) -> Lowered:
-        """A long one stays where it is, beside the others."""
-        among = parts(key, kind, value)
-        kinds = {of for _, of, _ in among}
-        if self.lanes or len(value) < _LONG or len(kinds) > 1 or not kinds <= {float, int}:
-            return tuple(self.constant(of, entry, number) for of, entry, number in among)
-        places = []
-        for of, entry, number in among:
-            self.values[of] = number
-            places.append(self.constants.add(of, entry))
-        name, first = places[0]
-        return self.builder.view(self.given[name], first, len(value))
-
-    def _read(self, arrays: Mapping[str, Array], place: tuple[str, int], kind: type) -> Operand:
-        value = self.builder.load(arrays[place[0]], place[1])
-        return self.builder.compute("not_equal_integers", value, 0) if kind is bool else value
-
-    def scratch(self, name: str, length: int) -> Array:
-        """Numbers to work on."""
-        self.scratch_used += length
-        return self.builder.view(self._scratch, self.scratch_used - length, length, name)
 
     def constants_of(self, name: str) -> None:
         """Constants of a block as they are given, or variables for those that are made from parameters."""
@@ -225,7 +152,7 @@ class TickWriter:
         else:
             made = type(values)
             of = ((ConstantOf(name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True))
-            self.frame.constants[name] = made._make(self.constant(*each) for each in of)
+            self.frame.constants[name] = made._make(self.numbers.constant(*each) for each in of)
 
     def _variables_like(self, name: str) -> Lowered:
         """Variables for constants that are made in the tick."""
@@ -238,8 +165,8 @@ class TickWriter:
         for p, kind in fields(type(block).parameters_class()):
             if (name, p) not in plan.schedule.drivers:
                 key = ParameterOf(name, p)
-                self.frame.parameters[name, p] = self.constant(key, held_as(kind), getattr(block, p))
-        self.frame.periods[name] = self.constant(PeriodOf(name), float, plan.block_period(name))
+                self.frame.parameters[name, p] = self.numbers.constant(key, held_as(kind), getattr(block, p))
+        self.frame.periods[name] = self.numbers.constant(PeriodOf(name), float, plan.block_period(name))
 
     def check_constants(self) -> None:
         """Faults in constants that follow from varied parameters, and what is not finite of them."""
@@ -314,7 +241,7 @@ class TickWriter:
         if made.fault is not None:
             builder = self.builder
             number = builder.compute("integer_of_truth", made.fault)
-            builder.set(self.refused, builder.compute("or", builder.get(self.refused), number))
+            builder.set(self.numbers.refused, builder.compute("or", builder.get(self.numbers.refused), number))
         return made.value
 
     def look_at(self, value: Operand) -> None:
@@ -323,8 +250,8 @@ class TickWriter:
 
     def lose(self, nothing: Operand) -> None:
         """NaN from here on when a number is not zero but NaN."""
-        total = self.builder.compute("add", self.builder.get(self.not_finite), nothing)
-        self.builder.set(self.not_finite, total)
+        total = self.builder.compute("add", self.builder.get(self.numbers.not_finite), nothing)
+        self.builder.set(self.numbers.not_finite, total)
 
     def _look_at_wire(self, node: Endpoint) -> None:
         for entry in entries(self.builder, self.frame.wire(node)):
@@ -349,7 +276,7 @@ class TickWriter:
 
     def draw(self, name: str) -> None:
         """A fresh normal deviate of a block."""
-        stream = self.constant(StreamOf(name), int, self.plan.stream(name))
+        stream = self.numbers.constant(StreamOf(name), int, self.plan.stream(name))
         sample = self.frame.ticks(self.plan.schedule.divisors[name])
         made = call(self.builder, normal_deviate, (self.seed, self.run, stream, sample))
         self.builder.set(self.frame.deviates[name], made)
@@ -413,6 +340,3 @@ class TickWriter:
 def draws(behaviour: Behaviour) -> bool:
     """Whether a function is given a normal deviate."""
     return Meaning.DEVIATE in behaviour.meanings
-
-
-_KINDS = {FLOATS: FLOAT, INTEGERS: INTEGER}

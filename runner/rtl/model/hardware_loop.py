@@ -44,7 +44,7 @@ class HardwareTickWriter(TickWriter):
 
     def begin(self) -> None:
         super().begin()
-        self._hardware = self.constant(HardwareModel(), int, self._model.address)
+        self._hardware = self.numbers.constant(HardwareModel(), int, self._model.address)
         numbers = [self._register(place) for place in self._places()]
         for number, value in enumerate([*numbers, *self._counts()]):
             self._call("set_register", number, value)
