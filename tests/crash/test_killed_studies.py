@@ -1,12 +1,11 @@
 """A study that is killed at random instants loses, doubles and changes no run; disks that refuse are said clearly.
 
-`PROOFMASS_KILLS=200 pytest tests/crash/test_killed_studies.py -s` kills as often: studies of one process, and
-of one with two workers.
+`PROOFMASS_KILLS=200 pytest tests/crash/test_killed_studies.py -s --exhaustive` kills as often: studies of one
+process, and of one with two workers.
 """
 
 import os
 import random
-import resource
 import signal
 import sqlite3
 import subprocess
@@ -20,10 +19,12 @@ from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.amounts import amounts
 from tests.by_hand.kept_runs import kept
+from tests.by_hand.little_disk import little_room
 from tests.by_hand.study_texts import STUDY
 
-KILLS = int(os.environ.get("PROOFMASS_KILLS", "3"))
+KILLS = int(os.environ.get("PROOFMASS_KILLS", "20"))
 START = 0.4  # seconds in which a study has hardly begun
 LONGEST = 2.5  # seconds that a study lives before it is killed
 LONGEST_OF_WORKERS = 0.6  # seconds that one with workers does, after it has gone on
@@ -34,14 +35,15 @@ def command(path: Path, folder: Path, runs: int) -> list[str]:
     return [*words, "--quiet", "--out", str(folder)]
 
 
+@pytest.mark.parametrize("kills", amounts(2, KILLS))
 @pytest.mark.parametrize("more", [[], ["--dask", "local:2"]], ids=["alone", "with two workers"])
-def test_killed_at_random_instants(more: list[str], tmp_path: Path) -> None:
+def test_killed_at_random_instants(more: list[str], kills: int, tmp_path: Path) -> None:
     path, folder, dice = tmp_path / "study.toml", tmp_path / "out", random.Random(7)
     path.write_text(STUDY)
-    runs = (10 if more else 40) * KILLS
+    runs = (10 if more else 40) * (kills + 1)
     expected = run_study(read_study(path), runs=runs, engine="python", folder=tmp_path / "whole")
     killed, before = 0, dict[int, bytes]()
-    while killed < KILLS:
+    while killed < kills:
         words = [*command(path, folder, runs), *more]
         process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         if more and dice.random() < 0.75:  # workers take a while to start
@@ -73,12 +75,8 @@ def wait_for_more(process: "subprocess.Popen[bytes]", path: Path, before: int) -
 def test_a_full_disk_is_said_and_the_study_goes_on_when_there_is_room(tmp_path: Path) -> None:
     path, folder = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(STUDY)
-
-    def little_room() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
-
     arguments = command(path, folder, 100)
-    full = subprocess.run(arguments, preexec_fn=little_room, capture_output=True, text=True, check=False)
+    full = subprocess.run(arguments, capture_output=True, text=True, check=False, **little_room(40_000))
     assert full.returncode == 3, full.stderr
     assert f"cannot write or read {folder / FILE}: " in full.stderr
     assert "its runs are safe: repeat the command once this is cured" in full.stderr

@@ -3,10 +3,8 @@
 import csv
 import json
 import math
-import resource
 import tracemalloc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +22,7 @@ from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet, 
 from proofmass.runner.run import result as result_module
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.little_disk import largest_file
 from tests.by_hand.results import GRAPH, made_result, made_trace, mixed_result
 
 HARD = [0.0, -0.0, 5e-324, 1 / 3, 1.7976931348623157e308, -2.2250738585072014e-308, 0.1 + 0.2, 1e22]
@@ -168,16 +167,6 @@ def test_a_long_trace_is_written_in_pieces(kind: str, tmp_path: Path, monkeypatc
     finally:
         tracemalloc.stop()
     assert peak < 1_000_000 < values.nbytes
-
-
-@contextmanager
-def largest_file(size: int) -> Iterator[None]:
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize("kind", SAVERS)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -37,6 +36,7 @@ from proofmass.runner.run.checkpoint import FILE
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.little_disk import little_room
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 
@@ -319,11 +319,7 @@ class TestTheCommand:
         )
         arguments = [sys.executable, "-c", script, "run", str(path), "--out", str(tmp_path / "out"), "--quiet"]
         arguments += ["--engine", "compiled"]
-
-        def little_room() -> None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
-
-        done = subprocess.run(arguments, preexec_fn=little_room, capture_output=True, text=True, check=False)
+        done = subprocess.run(arguments, capture_output=True, text=True, check=False, **little_room(1_000_000))
         assert done.returncode == 3, done.stderr
         assert "cannot write or read" in done.stderr
         assert "File too large" in done.stderr
@@ -337,15 +333,11 @@ class TestTheCommand:
 
     @pytest.mark.parametrize("form", ["netcdf", "csv", "parquet"])
     def test_says_when_the_results_do_not_fit(self, form: str, tmp_path: Path) -> None:
-        def no_room() -> None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-
         arguments = command(
             "run", library_file("recorded_motion.toml"), "--duration", "1 s", "--format", form, "--out", tmp_path
         )
-        done = subprocess.run(
-            [*arguments, "--engine", "python"], preexec_fn=no_room, capture_output=True, text=True, check=False
-        )
+        arguments += ["--engine", "python"]
+        done = subprocess.run(arguments, capture_output=True, text=True, check=False, **little_room(20_000))
         assert done.returncode == 3, done.stderr
         assert "Traceback" not in done.stderr
         assert "too large" in done.stderr.lower()
