@@ -21,9 +21,13 @@ from proofmass.runner.command_line import cli
 
 ROOT = Path(__file__).parents[2]
 PLAIN_PAGES = [
-    path
-    for folder in ("tutorial", "how-to", "explanation", "coming-from", "project")
-    for path in sorted((ROOT / "docs" / folder).glob("*.md"))
+    *(ROOT / name for name in ("README.md", "KNOWN_GAPS.md", "SECURITY.md")),
+    *(ROOT / "docs" / f"{name}.md" for name in ("README", "what-it-does", "graph-files", "fixed-point", "benchmarks")),
+    *(
+        path
+        for folder in ("tutorial", "how-to", "explanation", "coming-from", "project")
+        for path in sorted((ROOT / "docs" / folder).glob("*.md"))
+    ),
 ]
 
 
