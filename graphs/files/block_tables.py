@@ -6,6 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
@@ -197,7 +198,7 @@ class BlockTables:
         if kind not in self.kinds:
             self.kinds[kind] = find(kind, self.own) if len(kind) <= TEXT_LENGTH else None
         if self.kinds[kind] is None:
-            near = did_you_mean(kind[:TEXT_LENGTH], all_blocks(self.own), "the kinds")
+            near = kind_hint(kind[:TEXT_LENGTH], all_blocks(self.own), bool(self.own))
             hint = f"{near} `proofmass blocks` shows them all"
             message = "there is no such kind of block"
             self._refuse(Problem(message=message, key=f"{key}.kind", got=shown(kind), hint=hint), *path, "kind")
