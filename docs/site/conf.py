@@ -12,7 +12,7 @@ version = release = PROOFMASS
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 source_suffix = {".md": "markdown"}
 root_doc = "index"
-exclude_patterns = ["files"]
+exclude_patterns = ["files", "extra"]
 nitpicky = False
 default_role = "code"
 smartquotes = False  # texts of TOML are shown with the characters that one types
@@ -29,6 +29,7 @@ html_theme = "furo"
 html_title = "proofmass"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_extra_path = ["extra"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False

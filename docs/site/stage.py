@@ -6,6 +6,7 @@ import shutil
 import tomllib
 from pathlib import Path, PurePosixPath
 
+from docs.site.alive import live_page, with_frame
 from docs.site.reference import contents, reference_pages
 
 ROOT = Path(__file__).parents[2]
@@ -38,7 +39,8 @@ def stage(target: Path) -> list[str]:
         _write(target / name, text)
     names = sorted(path.relative_to(target).as_posix() for path in target.rglob("*.md"))
     index = target / "index.md"
-    index.write_text(index.read_text(encoding="utf-8") + "\n" + _toctrees(names), encoding="utf-8")
+    index.write_text(with_frame(index.read_text(encoding="utf-8")) + "\n" + _toctrees(names), encoding="utf-8")
+    live_page(target / "extra")
     shutil.copytree(DOCS / "pictures", target / "pictures")
     shutil.copytree(HERE / "static", target / "static")
     shutil.copy(HERE / "conf.py", target / "conf.py")

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import proofmass
+from docs.site.alive import NAME
 from docs.site.offline import outside_addresses
 from docs.site.reference_commands import commands_page
 from docs.site.reference_keys import keys_page
@@ -20,9 +21,13 @@ from proofmass.runner.command_line import cli
 
 ROOT = Path(__file__).parents[2]
 PLAIN_PAGES = [
-    path
-    for folder in ("tutorial", "how-to", "explanation", "coming-from", "project")
-    for path in sorted((ROOT / "docs" / folder).glob("*.md"))
+    *(ROOT / name for name in ("README.md", "KNOWN_GAPS.md", "SECURITY.md")),
+    *(ROOT / "docs" / f"{name}.md" for name in ("README", "what-it-does", "graph-files", "fixed-point", "benchmarks")),
+    *(
+        path
+        for folder in ("tutorial", "how-to", "explanation", "coming-from", "project")
+        for path in sorted((ROOT / "docs" / folder).glob("*.md"))
+    ),
 ]
 
 
@@ -44,6 +49,12 @@ def test_every_page_is_in_the_navigation_once(source: Path) -> None:
         for name in names
         if name.startswith(below) and name not in ("reference/blocks/index.md", "decisions/README.md")
     }
+
+
+def test_the_landing_page_carries_the_engine(source: Path) -> None:
+    page = (source / "extra" / NAME).read_text(encoding="utf-8")
+    assert "WebAssembly" in page
+    assert f'src="{NAME}"' in (source / "index.md").read_text(encoding="utf-8")
 
 
 def test_links_of_staged_pages_lead_somewhere(source: Path) -> None:
