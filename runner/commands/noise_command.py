@@ -52,12 +52,13 @@ def show_noise(request: NoiseRequest) -> int:
 
 
 def _settled(graph: Graph, as_json: bool) -> Fraction:
+    from proofmass.runner.analysis.linearisation.forward import without_noise
     from proofmass.runner.analysis.linearisation.settle import settled_tick
     from proofmass.runner.planning.plan import plan
 
     planned = plan(graph)
     with progress(as_json) as bar:
-        return settled_tick(planned, bar) / planned.schedule.base_rate
+        return settled_tick(without_noise(planned), bar) / planned.schedule.base_rate
 
 
 def noise_text(budget: NoiseBudget) -> str:
