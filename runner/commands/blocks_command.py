@@ -48,9 +48,9 @@ def _show_one(request: BlocksRequest, own: Mapping[str, type[Block]]) -> int:
     kind = str(request.kind)
     block = find(kind, own)
     if block is None:
-        near = found_by(all_blocks(own), kind)
         hint = did_you_mean(kind, all_blocks(own), "the kinds")
-        hint = f"{hint}; its words are in {', '.join(list(near)[:5])}" if near else hint
+        described = ", ".join(list(found_by(all_blocks(own), kind))[:5])
+        hint = f"described by this word: {described}; {hint}" if described else hint
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
     if request.example:
         from proofmass.graphs.files.toml_writer import write_graph
@@ -76,9 +76,8 @@ def _said(kind: type[Block]) -> str:
     """Everything that a kind says of itself, in lower case."""
     known = facts(kind)
     ports = (fact["doc"] for group in ("parameters", "inputs", "outputs") for fact in known[group].values())
-    family = family_about(known["family"])
     names = (*known["parameters"], *known["inputs"], *known["outputs"])
-    return " ".join([known["kind"], known["doc"], known["equation"], family, *names, *ports]).lower()
+    return " ".join([known["kind"], known["doc"], known["equation"], known["family"], *names, *ports]).lower()
 
 
 def _list(kinds: Mapping[str, type[Block]]) -> Iterator[str]:
