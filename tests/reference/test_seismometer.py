@@ -21,7 +21,7 @@ def plant() -> tuple[np.ndarray, np.ndarray]:
     a = np.zeros((4, 4))
     a[0, 1] = a[2, 3] = 1.0
     a[1, :2] = -15.7914 / 0.1, -0.025 / 0.1
-    a[3, 2:] = -639550.0 / 0.5, -2.82743 / 0.5
+    a[3, 2:] = -7.10612e6 / 0.5, -3.76991 / 0.5
     b = np.array([[0.0, 0.0], [10.0, 10.0], [0.0, 0.0], [0.0, 2.0]])
     whole = scipy.linalg.expm(np.block([[a, b], [np.zeros((2, 6))]]) * T)
     return whole[:4, :4], whole[:4, 4:]
@@ -30,7 +30,7 @@ def plant() -> tuple[np.ndarray, np.ndarray]:
 def by_hand() -> tuple[np.ndarray, np.ndarray]:
     """Output at 100 Hz and position at 2 kHz."""
     transition, entry = plant()
-    numerator, denominator = signal.iirnotch(180.0, 3.0, 2000.0)
+    numerator, denominator = signal.iirnotch(600.0, 3.0, 2000.0)
     decay = math.exp(-2.0 * math.pi * 400.0 * T)
     x, delays = np.zeros(4), np.zeros(2)
     derivative = before = integral = held = total = mean = 0.0
