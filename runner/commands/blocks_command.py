@@ -53,6 +53,7 @@ def _show_one(request: BlocksRequest, own: Mapping[str, type[Block]]) -> int:
         hint = f"described by this word: {described}; {hint}" if described else hint
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
     if request.example:
+        # start-up time: building graphs takes longer than listing kinds
         from proofmass.graphs.files.toml_writer import write_graph
         from proofmass.graphs.model.example import example_of
 

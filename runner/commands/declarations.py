@@ -374,12 +374,8 @@ def blocks(**options: Any) -> int:
     proofmass blocks MassSpringDamper
     proofmass blocks PID --example > example.toml
     """
-<<<<<<< HEAD
-    from proofmass.runner.commands.blocks_command import BlocksRequest, show_blocks
-=======
     # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.blocks_command import show_blocks
->>>>>>> main
+    from proofmass.runner.commands.blocks_command import BlocksRequest, show_blocks
 
     return show_blocks(BlocksRequest(**options))
 
@@ -396,6 +392,7 @@ def gallery(name: str | None, as_json: bool) -> int:
     proofmass gallery
     proofmass gallery closed_loop_gyroscope
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.gallery_command import show_gallery
 
     return show_gallery(name, as_json)
