@@ -47,6 +47,7 @@ from proofmass.blocks.filters.butterworth import Butterworth as Butterworth
 from proofmass.blocks.filters.cascaded_integrator_comb import CascadedIntegratorComb as CascadedIntegratorComb
 from proofmass.blocks.filters.chebyshev_type1 import ChebyshevType1 as ChebyshevType1
 from proofmass.blocks.filters.complementary_filter import ComplementaryFilter as ComplementaryFilter
+from proofmass.blocks.filters.decimating_filter import DecimatingFilter as DecimatingFilter
 from proofmass.blocks.filters.decimator import Decimator as Decimator
 from proofmass.blocks.filters.differentiator import Differentiator as Differentiator
 from proofmass.blocks.filters.digital_demodulator import DigitalDemodulator as DigitalDemodulator
@@ -65,6 +66,9 @@ from proofmass.blocks.filters.second_order_section import SecondOrderSection as 
 from proofmass.blocks.filters.state_space import StateSpace as StateSpace
 from proofmass.blocks.filters.transfer_function import TransferFunction as TransferFunction
 from proofmass.blocks.filters.wrapping_integrator import WrappingIntegrator as WrappingIntegrator
+from proofmass.blocks.magnetics.fluxgate import Fluxgate as Fluxgate
+from proofmass.blocks.magnetics.hall_element import HallElement as HallElement
+from proofmass.blocks.magnetics.magnetoresistive_bridge import MagnetoresistiveBridge as MagnetoresistiveBridge
 from proofmass.blocks.mechanics.comb_drive import CombDrive as CombDrive
 from proofmass.blocks.mechanics.coriolis_force import CoriolisForce as CoriolisForce
 from proofmass.blocks.mechanics.cross_axis_mass import CrossAxisMass as CrossAxisMass
@@ -88,6 +92,7 @@ from proofmass.blocks.noise_and_drift.drift_offset import DriftOffset as DriftOf
 from proofmass.blocks.noise_and_drift.drift_ramp import DriftRamp as DriftRamp
 from proofmass.blocks.noise_and_drift.flicker_noise import FlickerNoise as FlickerNoise
 from proofmass.blocks.noise_and_drift.gauss_markov import GaussMarkov as GaussMarkov
+from proofmass.blocks.noise_and_drift.inertial_errors import InertialErrors as InertialErrors
 from proofmass.blocks.noise_and_drift.logarithmic_ageing import LogarithmicAgeing as LogarithmicAgeing
 from proofmass.blocks.noise_and_drift.periodic_drift import PeriodicDrift as PeriodicDrift
 from proofmass.blocks.noise_and_drift.random_walk import RandomWalk as RandomWalk
@@ -104,6 +109,7 @@ from proofmass.blocks.oscillators.loop_filter import LoopFilter as LoopFilter
 from proofmass.blocks.oscillators.numerically_controlled_oscillator import NumericallyControlledOscillator as NumericallyControlledOscillator
 from proofmass.blocks.oscillators.phase_frequency_detector import PhaseFrequencyDetector as PhaseFrequencyDetector
 from proofmass.blocks.oscillators.phase_mixer import PhaseMixer as PhaseMixer
+from proofmass.blocks.oscillators.synchronous_demodulator import SynchronousDemodulator as SynchronousDemodulator
 from proofmass.blocks.oscillators.voltage_controlled_oscillator import VoltageControlledOscillator as VoltageControlledOscillator
 from proofmass.blocks.oscillators.xor_phase_detector import XorPhaseDetector as XorPhaseDetector
 from proofmass.blocks.registers.fixed_cast import FixedCast as FixedCast

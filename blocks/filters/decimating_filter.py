@@ -1,4 +1,4 @@
-"""Decimating low-pass: h[k] = 2 fc T sinc(2 fc T (k - m)) w[k], m = (length - 1) / 2, sum of h = 1, once in `ratio` ticks.
+"""Decimating low-pass: h[k] = g sinc(2 fc T (k - m)) w[k], m = (length - 1) / 2, once in `ratio` ticks; sum h = 1.
 
 w is Kaiser's window, I0(beta sqrt(1 - (k/m - 1)^2)) / I0(beta): beta = 0.1102 (A - 8.7) puts the stop-band A dB down, A
 over 50, behind a transition of (A - 7.95) / (14.36 (length - 1) T) Hz (Oppenheim and Schafer, Discrete-Time Signal
@@ -10,12 +10,15 @@ import math
 from proofmass.blocks.arithmetic.elementary import sine
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
+
 class DecimatingFilter(Block):
     """Filter of linear phase before a slower rate: flat where a CascadedIntegratorComb droops; its delay is m ticks."""
 
     ratio: int = param("1", "Ticks per output.", default=4, at_least=1, at_most=1024)
     length: int = param("1", "Taps.", default=63, at_least=2, at_most=65536)
-    corner: float = param("1", "Corner at half the gain, fc T, relative to the rate.", default=0.1, above=0.0, below=0.5)
+    corner: float = param(
+        "1", "Corner at half the gain, fc T, relative to the rate.", default=0.1, above=0.0, below=0.5
+    )
     beta: float = param("1", "Shape of Kaiser's window.", default=8.0, at_least=0.0, at_most=40.0)
     unit: str = param("", "Unit of input and output.", default="1")
 

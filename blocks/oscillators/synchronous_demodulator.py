@@ -1,4 +1,4 @@
-"""Synchronous demodulator: i = 2 / N sum of s sin over N ticks, q = 2 / N sum of s cos, the matched filter of a carrier.
+"""Synchronous demodulator: i = 2 / N sum of s sin, q = 2 / N sum of s cos over N ticks: matched to a carrier.
 
 Of s = A sin(f + d) and references sin(f), cos(f) it gives i = A cos(d), q = A sin(d), without ripple where N ticks are
 whole periods. White noise of s comes through with sqrt(2 / N) of its deviation (Proakis, Digital Communications,

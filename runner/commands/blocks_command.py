@@ -44,7 +44,7 @@ def show_blocks(request: BlocksRequest) -> int:
     return DONE if kinds else WRONG_MODEL
 
 
-def _show_one(request: BlocksRequest, own: Mapping[str, type[Block]]) -> int:
+def _show_one(request: BlocksRequest, own: Mapping[str, type[Block]] | None) -> int:
     kind = str(request.kind)
     block = find(kind, own)
     if block is None:

@@ -156,7 +156,9 @@ def _multiple(change: Matrix, basis: Sequence[tuple[Matrix, list[Any]]]) -> tupl
     rows = [[plain(value) for value in row] for row in change]
     exact = not any(isinstance(value, Dual) for row in change for value in row)
     for other, z in basis if exact else ():
-        pairs = [(u, plain(v)) for left, right in zip(rows, other, strict=True) for u, v in zip(left, right, strict=True)]
+        pairs = [
+            (u, plain(v)) for left, right in zip(rows, other, strict=True) for u, v in zip(left, right, strict=True)
+        ]
         largest, of = max(((abs(v), u / v) for u, v in pairs if v), default=(0.0, 0.0))
         if largest and all(abs(u - of * v) <= _ALIKE * abs(of) * largest for u, v in pairs):
             return of, z

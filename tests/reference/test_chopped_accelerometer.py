@@ -51,8 +51,6 @@ def test_noise_budget(way: str) -> None:
     found = {source.block.rpartition(".")[2]: source.density[0] / abs(budget.gain[0]) ** 2 for source in budget.sources}
     white = (2.0 if way == "sampled" else 1.0) * 50e-9 * PER_VOLT
     assert math.sqrt(found["white"]) == pytest.approx(white, rel=1e-3)
-    assert math.sqrt(found["gas"]) == pytest.approx(
-        math.sqrt(4.0 * 1.380649e-23 * 300.0 * 5e-4) / 50e-9, rel=1e-3
-    )
+    assert math.sqrt(found["gas"]) == pytest.approx(math.sqrt(4.0 * 1.380649e-23 * 300.0 * 5e-4) / 50e-9, rel=1e-3)
     expected = {"plain": flicker, "chopped": chopped, "sampled": sampled}[way](f)
     assert np.sqrt(found["flicker"]) == pytest.approx(math.sqrt(expected) * PER_VOLT, rel=0.03)

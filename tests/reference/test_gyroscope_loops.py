@@ -94,7 +94,7 @@ def test_closed_loop_against_a_program_of_its_own() -> None:
 
 @pytest.mark.exhaustive
 def test_angle_random_walk_of_the_closed_loop() -> None:
-    """Gas and amplifier, both doubled by the demodulation; the held force of 16 ticks a period is sinc(1/16) of a sine."""
+    """Gas and amplifier, both doubled by the demodulation; a force held 1/16 of a period is sinc(1/16) of a sine."""
     budget = noise(CLOSED, "rate.output", input="rotation.output", at="0.15 s", frequencies=[0.01])
     found = {source.block: math.sqrt(source.density[0]) / abs(budget.gain[0]) for source in budget.sources}
     damping, force = M * W / 1000.0, 2.0 * M * W * AMPLITUDE

@@ -1,4 +1,4 @@
-"""The fluxgate of the gallery: slope by NumPy's harmonics, scale factor of the coil, crossover and noise of the loop."""
+"""The fluxgate of the gallery: slope by NumPy's harmonics, scale factor of the coil, crossover and noise."""
 
 import math
 

@@ -16,7 +16,9 @@ F0, PROOF_MASS, G0 = 40_000.0, 1e-4, 9.80665
 
 @pytest.mark.parametrize("acceleration", [-2.0, 1.0])
 def test_frequencies_of_the_beams(acceleration: float) -> None:
-    quiet = {f"{beam}.{name}": 0.0 for beam in ("pulled", "pushed") for name in ("gas.temperature", "amplifier.density")}
+    quiet = {
+        f"{beam}.{name}": 0.0 for beam in ("pulled", "pushed") for name in ("gas.temperature", "amplifier.density")
+    }
     result = simulate(GRAPH.with_parameters(quiet | {"acceleration.amplitude": acceleration * G0}), engine="compiled")
     force, warm = PROOF_MASS * acceleration * G0, F0 * (1.0 - 30e-6 * 2.0)
     pulled, pushed = (warm * math.sqrt(1.0 + sign * force) for sign in (1.0, -1.0))
@@ -27,6 +29,7 @@ def test_frequencies_of_the_beams(acceleration: float) -> None:
 
 
 @pytest.mark.exhaustive
+@pytest.mark.defect("S22", before="refused: the phase of an oscillation counted as slow", after="it counts as neutral")
 def test_noise_of_the_gas() -> None:
     """The phase turns by force / (2 m X) a second, twice the density for one component, and two beams."""
     budget = noise(GRAPH, "reading.output", input="acceleration.output", at="0.065 s", frequencies=[0.05])

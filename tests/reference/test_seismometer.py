@@ -1,4 +1,4 @@
-"""The seismometer of the gallery against a program of its own: plant by SciPy, filters and converters in plain Python."""
+"""The seismometer of the gallery against a program of its own: plant by SciPy, the rest in plain Python."""
 
 import math
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.limits import LARGEST_RUN

@@ -8,7 +8,9 @@ from proofmass.blocks import DecimatingFilter
 from tests.by_hand.responses import distance, noise, response
 
 
-@pytest.mark.parametrize(("ratio", "length", "corner", "beta"), [(1, 2, 0.2, 0.0), (4, 63, 0.1, 8.0), (5, 64, 0.08, 5.0)])
+@pytest.mark.parametrize(
+    ("ratio", "length", "corner", "beta"), [(1, 2, 0.2, 0.0), (4, 63, 0.1, 8.0), (5, 64, 0.08, 5.0)]
+)
 def test_against_firwin(ratio: int, length: int, corner: float, beta: float) -> None:
     u = noise(40 * ratio + 1)
     taps = signal.firwin(length, 2.0 * corner, window=("kaiser", beta))

@@ -36,7 +36,9 @@ def test_one_graph(capsys: pytest.CaptureFixture[str]) -> None:
     assert "did you mean quartz_thermometer?" in said(capsys, "gallery", "quarz_thermometer", code=1)
 
 
-@pytest.mark.parametrize("name", ["recorded_motion", "quartz_drift_study.toml", "resonator_loop", "closed_loop_gyroscope"])
+@pytest.mark.parametrize(
+    "name", ["recorded_motion", "quartz_drift_study.toml", "resonator_loop", "closed_loop_gyroscope"]
+)
 def test_copies(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """With the files beside them, so that they are checked where they now lie."""
     copy = tmp_path / "mine.toml"

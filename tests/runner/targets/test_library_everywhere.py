@@ -21,8 +21,8 @@ from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.llvm_text import externals
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.wasm import wasm_module
-from tests.by_hand.graph_texts import OF_SAME_PARTS
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
+from tests.by_hand.graph_texts import OF_SAME_PARTS
 from tests.by_hand.node import needs_node, run_in_node
 
 TICKS = 500
