@@ -28,6 +28,7 @@ from proofmass.blocks.converters.code_to_number import CodeToNumber as CodeToNum
 from proofmass.blocks.converters.correlated_double_sampling import CorrelatedDoubleSampling as CorrelatedDoubleSampling
 from proofmass.blocks.converters.digital_to_analog import DigitalToAnalog as DigitalToAnalog
 from proofmass.blocks.converters.integral_nonlinearity import IntegralNonlinearity as IntegralNonlinearity
+from proofmass.blocks.converters.mash_modulator import MashModulator as MashModulator
 from proofmass.blocks.converters.pulse_width_modulator import PulseWidthModulator as PulseWidthModulator
 from proofmass.blocks.converters.sampling_noise import SamplingNoise as SamplingNoise
 from proofmass.blocks.converters.sigma_delta_modulator import SigmaDeltaModulator as SigmaDeltaModulator
@@ -86,6 +87,7 @@ from proofmass.blocks.mechanics.one_bit_actuator import OneBitActuator as OneBit
 from proofmass.blocks.mechanics.plate_attach import PlateAttach as PlateAttach
 from proofmass.blocks.mechanics.resonant_beam import ResonantBeam as ResonantBeam
 from proofmass.blocks.mechanics.squeeze_film_damping import SqueezeFilmDamping as SqueezeFilmDamping
+from proofmass.blocks.mechanics.vibrating_ring import VibratingRing as VibratingRing
 from proofmass.blocks.noise_and_drift.arrhenius_ageing import ArrheniusAgeing as ArrheniusAgeing
 from proofmass.blocks.noise_and_drift.brownian_force import BrownianForce as BrownianForce
 from proofmass.blocks.noise_and_drift.drift_offset import DriftOffset as DriftOffset
@@ -149,6 +151,7 @@ from proofmass.blocks.signals.data_latch import DataLatch as DataLatch
 from proofmass.blocks.signals.dead_zone import DeadZone as DeadZone
 from proofmass.blocks.signals.delay import Delay as Delay
 from proofmass.blocks.signals.difference import Difference as Difference
+from proofmass.blocks.signals.dot_product import DotProduct as DotProduct
 from proofmass.blocks.signals.edge_detector import EdgeDetector as EdgeDetector
 from proofmass.blocks.signals.first_order_hold import FirstOrderHold as FirstOrderHold
 from proofmass.blocks.signals.fractional_delay import FractionalDelay as FractionalDelay
@@ -172,9 +175,13 @@ from proofmass.blocks.signals.set_reset_latch import SetResetLatch as SetResetLa
 from proofmass.blocks.signals.sign import Sign as Sign
 from proofmass.blocks.signals.sine_function import SineFunction as SineFunction
 from proofmass.blocks.signals.square_root import SquareRoot as SquareRoot
+from proofmass.blocks.signals.state_machine import StateMachine as StateMachine
 from proofmass.blocks.signals.sum import Sum as Sum
+from proofmass.blocks.signals.surface_table import SurfaceTable as SurfaceTable
 from proofmass.blocks.signals.switch import Switch as Switch
 from proofmass.blocks.signals.unit_delay import UnitDelay as UnitDelay
+from proofmass.blocks.signals.vector_element import VectorElement as VectorElement
+from proofmass.blocks.signals.vector_join import VectorJoin as VectorJoin
 from proofmass.blocks.signals.xor_gate import XorGate as XorGate
 from proofmass.blocks.sources.chirp import Chirp as Chirp
 from proofmass.blocks.sources.constant import Constant as Constant

@@ -10,9 +10,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 
 
-@pytest.mark.defect(
-    "S21", before="about a noisy state after 20,000 ticks", after="noise is zero, however late"
-)
+@pytest.mark.defect("S21", before="about a noisy state after 20,000 ticks", after="noise is zero, however late")
 def test_a_late_operating_point_has_no_noise() -> None:
     """y = x + 50 x^2 about x = 0 passes on the noise as it is; about a noisy x it would not."""
     blocks: dict[str, Block] = {
