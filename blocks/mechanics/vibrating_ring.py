@@ -58,9 +58,8 @@ def constants(p: VibratingRing, period: float) -> Constants:
     along, across = cosine(2.0 * p.split_angle), sine(2.0 * p.split_angle)
     more, between = p.damping_split * cosine(2.0 * p.damping_angle), p.damping_split * sine(2.0 * p.damping_angle)
     coriolis = 2.0 * p.angular_gain * p.rotation
-    return Constants(
-        p.mass, w * w - d * along, w * w + d * along, -d * across, decay + more, decay - more, between, coriolis
-    )
+    kx, ky = w * w - d * along, w * w + d * along
+    return Constants(p.mass, kx, ky, -d * across, decay + more, decay - more, between, coriolis)
 
 
 @VibratingRing.output("m")
