@@ -114,6 +114,7 @@ from proofmass.blocks.oscillators.phase_mixer import PhaseMixer as PhaseMixer
 from proofmass.blocks.oscillators.synchronous_demodulator import SynchronousDemodulator as SynchronousDemodulator
 from proofmass.blocks.oscillators.voltage_controlled_oscillator import VoltageControlledOscillator as VoltageControlledOscillator
 from proofmass.blocks.oscillators.xor_phase_detector import XorPhaseDetector as XorPhaseDetector
+from proofmass.blocks.registers.fixed_cascaded_integrator_comb import FixedCascadedIntegratorComb as FixedCascadedIntegratorComb
 from proofmass.blocks.registers.fixed_cast import FixedCast as FixedCast
 from proofmass.blocks.registers.fixed_coefficient_memory import FixedCoefficientMemory as FixedCoefficientMemory
 from proofmass.blocks.registers.fixed_compensation_register import FixedCompensationRegister as FixedCompensationRegister
@@ -126,15 +127,19 @@ from proofmass.blocks.registers.fixed_correlation_cell import FixedCorrelationCe
 from proofmass.blocks.registers.fixed_damping_controller import FixedDampingController as FixedDampingController
 from proofmass.blocks.registers.fixed_delay import FixedDelay as FixedDelay
 from proofmass.blocks.registers.fixed_difference import FixedDifference as FixedDifference
+from proofmass.blocks.registers.fixed_finite_impulse_response import FixedFiniteImpulseResponse as FixedFiniteImpulseResponse
 from proofmass.blocks.registers.fixed_gain import FixedGain as FixedGain
 from proofmass.blocks.registers.fixed_integrator import FixedIntegrator as FixedIntegrator
 from proofmass.blocks.registers.fixed_mass_spring_damper import FixedMassSpringDamper as FixedMassSpringDamper
+from proofmass.blocks.registers.fixed_moving_average import FixedMovingAverage as FixedMovingAverage
 from proofmass.blocks.registers.fixed_octave_shift import FixedOctaveShift as FixedOctaveShift
+from proofmass.blocks.registers.fixed_phase_accumulator import FixedPhaseAccumulator as FixedPhaseAccumulator
 from proofmass.blocks.registers.fixed_pid import FixedPID as FixedPID
 from proofmass.blocks.registers.fixed_polynomial import FixedPolynomial as FixedPolynomial
 from proofmass.blocks.registers.fixed_product import FixedProduct as FixedProduct
 from proofmass.blocks.registers.fixed_quantiser import FixedQuantiser as FixedQuantiser
 from proofmass.blocks.registers.fixed_range_reducer import FixedRangeReducer as FixedRangeReducer
+from proofmass.blocks.registers.fixed_second_order_section import FixedSecondOrderSection as FixedSecondOrderSection
 from proofmass.blocks.registers.fixed_slope_estimator import FixedSlopeEstimator as FixedSlopeEstimator
 from proofmass.blocks.registers.fixed_state_space import FixedStateSpace as FixedStateSpace
 from proofmass.blocks.registers.fixed_stiffness_controller import FixedStiffnessController as FixedStiffnessController
