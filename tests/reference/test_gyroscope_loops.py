@@ -22,6 +22,7 @@ QUIET = {"amplifier.density": 0.0, "gas.temperature": 0.0}
 M, W, AMPLITUDE, T = 50e-9, 2.0 * math.pi * 8000.0, 1e-6, 1.0 / 128_000.0
 RATE = math.radians(10.0)
 BOLTZMANN = 1.380649e-23
+SCALE = 4.0 * 1.4757e-8 / (2.0 * M * W * AMPLITUDE) * np.sinc(1.0 / 16.0)  # rad/s per volt
 
 
 def stepped(rate: float) -> tuple[np.ndarray, np.ndarray]:
@@ -62,7 +63,7 @@ def by_hand(ticks: int) -> dict[str, list[float]]:
             in_rate -= 535.0 * slow * mean[2]
             in_quadrature += 535.0 * slow * mean[3]
             r, q = -4.28 * mean[2] + in_rate, 4.28 * mean[3] + in_quadrature
-            for name, value in (("rate", 11.6678 * r), ("quadrature", q), ("drive", drive)):
+            for name, value in (("rate", SCALE * r), ("quadrature", q), ("drive", drive)):
                 rows[name].append(value)
         x, y = 0.5e6 * state[0], 10e6 * state[2]
         total += [x * math.sin(phase), x * math.cos(phase), y * math.sin(phase), y * math.cos(phase)]
@@ -110,9 +111,10 @@ def test_open_loop_against_the_amplitude_of_the_sense_mode(warmer: float) -> Non
     result = simulate(OPEN.with_parameters(changed), duration="0.3 s", engine="compiled")
     wd = 2.0 * math.pi * 8000.0 * (1.0 - 30e-6 * warmer)
     ws = 2.0 * math.pi * 8200.0 * (1.0 - 28e-6 * warmer)
+    scale = math.pi * (8200.0**2 - 8000.0**2) / (8000.0 * AMPLITUDE * 100e6)
     force = -2.0 * (1j * wd * RATE + wd * math.radians(20.0)) * AMPLITUDE  # over the mass
     y = 100e6 * force / (ws * ws - wd * wd + 1j * wd * ws / 1000.0)
     measured = {name: measure.value for name, measure in result.measures.items()}
-    assert measured["rate"] == pytest.approx(-12.7209 * y.imag, rel=2e-3)
+    assert measured["rate"] == pytest.approx(-scale * y.imag, rel=2e-3)
     assert measured["quadrature"] == pytest.approx(y.real, rel=2e-3)
     assert measured["frequency"] == pytest.approx(-8000.0 * 30e-6 * warmer, abs=2e-3)

@@ -20,8 +20,8 @@ def plant() -> tuple[np.ndarray, np.ndarray]:
     """Mass and frame, driven by the ground's force and the coil's."""
     a = np.zeros((4, 4))
     a[0, 1] = a[2, 3] = 1.0
-    a[1, :2] = -15.7914 / 0.1, -0.025 / 0.1
-    a[3, 2:] = -7.10612e6 / 0.5, -3.76991 / 0.5
+    a[1, :2] = -((2.0 * math.pi * 2.0) ** 2), -0.025 / 0.1
+    a[3, 2:] = -((2.0 * math.pi * 600.0) ** 2), -2.0 * math.pi * 600.0 / 500.0
     b = np.array([[0.0, 0.0], [10.0, 10.0], [0.0, 0.0], [0.0, 2.0]])
     whole = scipy.linalg.expm(np.block([[a, b], [np.zeros((2, 6))]]) * T)
     return whole[:4, :4], whole[:4, 4:]
@@ -59,7 +59,7 @@ def by_hand() -> tuple[np.ndarray, np.ndarray]:
         positions.append(position)
     taps = signal.firwin(240, 0.04, window=("kaiser", 8.0))
     filtered = np.concatenate([[0.0], np.convolve(commands, taps)])[:TICKS:20]
-    return -5.9604645e-6 * filtered, np.array(positions)
+    return -10.0 / BITS * filtered, np.array(positions)
 
 
 def test_against_a_program_of_its_own() -> None:

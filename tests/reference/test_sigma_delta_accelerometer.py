@@ -31,7 +31,7 @@ def bits(b1: float, b2: float, a1: float, a2: float) -> np.ndarray:
         y = lead + s1
         s1, s2 = b1 * lead - a1 * y + s2, b2 * lead - a2 * y
         bit = 1.0 if y >= 0.0 else -1.0
-        force = mass * 9.80665 * math.sin(2.0 * math.pi * 105.0 * n / RATE) - 35.30394e-6 * bit
+        force = mass * 9.80665 * math.sin(2.0 * math.pi * 105.0 * n / RATE) - mass * 3.0 * 9.80665 * bit
         x, v, before = p * x + q * v + f * force, r * x + s * v + g * force, read
         out.append(bit)
     return np.array(out)
