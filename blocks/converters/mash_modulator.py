@@ -17,7 +17,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class MashModulator(Block):
     """Cascade of modulators of second and first order: third-order noise, of as many levels as its stages make."""
 
-    levels: int = param("1", "Levels of either quantiser.", default=5, at_least=2, at_most=65536)
+    levels: int = param("1", "Levels of either quantiser.", default=9, at_least=2, at_most=65536)
     reference: float = param("{unit}", "The highest level.", default=1.0, above=0.0)
     leakage: float = param("1", "Part that an integrator loses in a tick.", default=0.0, at_least=0.0, at_most=1.0)
     unit: str = param("", "Unit of the input.", default="V")

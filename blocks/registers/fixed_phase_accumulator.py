@@ -5,16 +5,19 @@ to the rate over 2^width. Of the phase the upper bits go on, to a FixedCordicRot
 spurs about 6 dB a bit below the carrier (Tierney, Rader and Gold, IEEE Trans. Audio 19, 1971).
 """
 
+import math
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedPhaseAccumulator(Block):
     """The phase of a numerically controlled oscillator in a register, from -1/2 to 1/2 of a turn."""
 
-    frequency: float = param("Hz", "Frequency without control; less than half the rate.", default=1000.0)
+    frequency: float = param(
+        "Hz", "Frequency without control; of a higher one than half the rate the alias.", default=1000.0
+    )
     width: int = param("bit", "Bits of the register.", default=32, at_least=2, at_most=48)
     control_format: Fixed = param("1", "Format of the control, in turns a tick.", default=Fixed(16, 24))
     output_bits: int = param("bit", "Upper bits of the phase that go on.", default=16, at_least=1, at_most=48)
@@ -43,7 +46,9 @@ def formats(p: FixedPhaseAccumulator) -> dict[str, Fixed]:
 
 @FixedPhaseAccumulator.constants
 def constants(p: FixedPhaseAccumulator, period: float) -> Constants:
-    return Constants(fixed(p.frequency * period, register(p), "half_even"))
+    turns = 1 << p.width
+    steps = math.floor(p.frequency * period * turns + 0.5)
+    return Constants(FixedValue((steps + turns // 2) % turns - turns // 2, p.width))
 
 
 @FixedPhaseAccumulator.output("1")

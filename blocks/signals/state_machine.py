@@ -24,7 +24,7 @@ class StateMachine(Block):
     second = Input("1", "Second bit.", dtype=bool, default=False)
     reset = Input("1", "Whether it goes to its initial state.", dtype=bool, default=False)
 
-    table = Buffer("The next states.", float, ("following",))
+    table = Buffer("The next states.", int, ("following",))
     levels = Buffer("The values.", float, ("values",))
 
 
@@ -46,8 +46,8 @@ def requires(p: StateMachine) -> Iterator[tuple[str, str]]:
 
 
 @StateMachine.start
-def start(p: StateMachine, table: list[float], levels: list[float]) -> State:
-    table[:], levels[:] = p.following, p.values
+def start(p: StateMachine, table: list[int], levels: list[float]) -> State:
+    table[:], levels[:] = map(int, p.following), p.values
     return State(p.initial)
 
 
@@ -64,7 +64,7 @@ def value(p: StateMachine, x: State, levels: list[float]) -> float:
 
 
 @StateMachine.update
-def update(p: StateMachine, x: State, table: list[float], first: bool, second: bool, reset: bool) -> State:
+def update(p: StateMachine, x: State, table: list[int], first: bool, second: bool, reset: bool) -> State:
     if reset:
         return State(p.initial)
-    return State(int(table[4 * x.number + (2 if second else 0) + (1 if first else 0)]))
+    return State(table[4 * x.number + (2 if second else 0) + (1 if first else 0)])

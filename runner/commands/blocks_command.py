@@ -18,7 +18,7 @@ from proofmass.runner.output.text_table import text_table
 
 @dataclass(frozen=True)
 class BlocksRequest:
-    """What is to be shown of which blocks."""
+    """Request of `proofmass blocks`."""
 
     kind: str | None
     words: str | None
