@@ -15,9 +15,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class FixedPhaseAccumulator(Block):
     """The phase of a numerically controlled oscillator in a register, from -1/2 to 1/2 of a turn."""
 
-    frequency: float = param(
-        "Hz", "Frequency without control; of a higher one than half the rate the alias.", default=1000.0
-    )
+    frequency: float = param("Hz", "Frequency without control, or its alias below half the rate.", default=1000.0)
     width: int = param("bit", "Bits of the register.", default=32, at_least=2, at_most=48)
     control_format: Fixed = param("1", "Format of the control, in turns a tick.", default=Fixed(16, 24))
     output_bits: int = param("bit", "Upper bits of the phase that go on.", default=16, at_least=1, at_most=48)
