@@ -46,7 +46,7 @@ def start(p: DecimatingFilter, taps: list[float]) -> None:
         x, part = math.pi * 2.0 * p.corner * (k - middle), (k - middle) / middle
         ideal = sine(x) / x if x != 0.0 else 1.0
         taps[k] = ideal * bessel(p.beta * math.sqrt(max(1.0 - part * part, 0.0)))
-    total = math.fsum(taps)
+    total = sum(taps)
     for k in range(p.length):
         taps[k] /= total
 
