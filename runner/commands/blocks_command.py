@@ -8,7 +8,8 @@ import click
 
 from proofmass.blocks.declaration.catalog import all_blocks, facts, family_about, family_of, find
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.other_names import kind_hint
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -48,9 +49,7 @@ def _show_one(request: BlocksRequest, own: Mapping[str, type[Block]] | None) -> 
     kind = str(request.kind)
     block = find(kind, own)
     if block is None:
-        hint = did_you_mean(kind, all_blocks(own), "the kinds")
-        described = ", ".join(list(found_by(all_blocks(own), kind))[:5])
-        hint = f"described by this word: {described}; {hint}" if described else hint
+        hint = kind_hint(kind, all_blocks(own), bool(own))
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
     if request.example:
         # start-up time: building graphs takes longer than listing kinds
@@ -98,4 +97,4 @@ def _first_line(kind: type[Block]) -> str:
 
 
 def _nothing(words: str, kinds: Iterable[str]) -> list[str]:
-    return [f"no block is described by: {words}", f"  hint:     {did_you_mean(words, kinds, 'the kinds')}"]
+    return [f"no block is described by: {words}", f"  hint:     {kind_hint(words, kinds, own=True)}"]
