@@ -49,7 +49,7 @@ def test_words_that_describe(words: str, kinds: set[str], capsys: pytest.Capture
 
 def test_words_that_describe_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     assert "no block is described by: flux capacitor" in said(capsys, "--find", "flux capacitor", code=1)
-    assert "here that is CascadedIntegratorComb" in said(capsys, "--find", "C I C", code=1)
+    assert "here that is RateLimiter" in said(capsys, "--find", "SlewRateLimiter", code=1)
     assert "--example needs a kind" in said(capsys, "--example", code=2)
 
 
