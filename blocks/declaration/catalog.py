@@ -79,6 +79,13 @@ def family_of(kind: type[Block]) -> str:
     return parts[2] if parts[:2] == ["proofmass", "blocks"] and len(parts) == 4 else "own"
 
 
+def family_about(family: str) -> str:
+    """What a family is, by the docstring of its folder."""
+    if family == "own":
+        return "Blocks of your own file."
+    return (importlib.import_module(f"proofmass.blocks.{family}").__doc__ or "").strip()
+
+
 def facts(kind: type[Block]) -> dict[str, Any]:
     """Everything that is declared of a block, as plain data."""
     return {

@@ -1,7 +1,8 @@
 """Oscillator whose phase is the integral of its frequency: turns[n+1] = turns[n] + T (frequency + gain control[n]).
 
 The whole turns are taken off in each tick, so that the phase is as exact after a year as at the start. T is the period
-of the block. Outputs are offset-free: amplitude sin(2 pi turns), amplitude cos(2 pi turns), and the phase itself.
+of the block. Outputs are offset-free: amplitude sin(2 pi turns), amplitude cos(2 pi turns), and the phase itself. The
+leading pair makes up for a delay of phase: half a tick for a force that is held.
 """
 
 import math
@@ -19,6 +20,7 @@ class NumericallyControlledOscillator(Block):
     gain: float = param("Hz/({control_unit})", "Frequency per control.", default=1.0)
     amplitude: float = param("{unit}", "Peak value of sine and cosine.", default=1.0)
     initial_phase: float = param("rad", "Phase in tick 0.", default=0.0)
+    lead: float = param("rad", "How far the leading sine and cosine are ahead of the others.", default=0.0)
     control_unit: str = param("", "Unit of the control.", default="Hz")
     unit: str = param("", "Unit of sine and cosine.", default="1")
 
@@ -33,11 +35,12 @@ class Constants(NamedTuple):
     turns: float  # in a tick, without control
     turns_per_control: float
     amplitude: float
+    lead: float  # in turns
 
 
 @NumericallyControlledOscillator.constants
 def constants(p: NumericallyControlledOscillator, period: float) -> Constants:
-    return Constants(p.frequency * period, p.gain * period, p.amplitude)
+    return Constants(p.frequency * period, p.gain * period, p.amplitude, p.lead / (2.0 * math.pi))
 
 
 @NumericallyControlledOscillator.start
@@ -55,6 +58,18 @@ def sine(c: Constants, x: State) -> float:
 def cosine(c: Constants, x: State) -> float:
     """The cosine of the phase."""
     return c.amplitude * cosine_of_turns(x.turns)
+
+
+@NumericallyControlledOscillator.output("{unit}")
+def leading_sine(c: Constants, x: State) -> float:
+    """The sine of the phase and the lead."""
+    return c.amplitude * sine_of_turns(x.turns + c.lead)
+
+
+@NumericallyControlledOscillator.output("{unit}")
+def leading_cosine(c: Constants, x: State) -> float:
+    """The cosine of the phase and the lead."""
+    return c.amplitude * cosine_of_turns(x.turns + c.lead)
 
 
 @NumericallyControlledOscillator.output("rad")

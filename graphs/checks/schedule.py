@@ -62,7 +62,8 @@ class Schedule:
 
     `divisors` gives the base ticks per tick of each block; `order` the outputs in the order of a tick, with the
     constants of blocks that are made anew from driven parameters, and the nodes of a loop one behind the other;
-    `drivers` the output behind each input and driven parameter; `loops` what is solved within a tick.
+    `drivers` the output behind each input and driven parameter; `loops` what is solved within a tick. Without noise,
+    all random numbers are zero.
     """
 
     base_rate: Fraction
@@ -70,6 +71,7 @@ class Schedule:
     order: tuple[Step, ...]
     drivers: dict[Endpoint, Endpoint]
     loops: tuple[AlgebraicLoop, ...] = ()
+    without_noise: bool = False
 
 
 def schedule(graph: FlatGraph) -> Schedule:

@@ -8,6 +8,7 @@ from pathlib import Path
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
+from proofmass.runner.analysis.linearisation.forward import without_noise
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
 from proofmass.runner.analysis.noise.plot import plot_noise
@@ -53,10 +54,9 @@ def show_noise(request: NoiseRequest) -> int:
 
 
 def _settled(graph: Graph, as_json: bool) -> Fraction:
-
     planned = plan(graph)
     with progress(as_json) as bar:
-        return settled_tick(planned, bar) / planned.schedule.base_rate
+        return settled_tick(without_noise(planned), bar) / planned.schedule.base_rate
 
 
 def noise_text(budget: NoiseBudget) -> str:

@@ -5,6 +5,12 @@
 f, with its slopes by what drives parameters, A and B are the group's own derivatives at the operating point x0, u0,
 whichever method a run integrates it by. For a linear group this is its exact step; another one moves as it does close
 to the point where it stands still. Inputs are held, first-order holds too; nothing of an event happens.
+
+What moves A itself, a driven parameter or a factor that is held, acts on x as it is within the tick:
+
+    z' = A z + dA (x - x0),   z(0) = 0:   x(T) changes by z(T) beside what the slopes of f do
+
+which is left out where the group has loops that Newton's method solves.
 """
 
 import math
@@ -23,6 +29,9 @@ from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Filled
 from proofmass.runner.plan.stages import Context, Stages
 from proofmass.runner.reference.advance import Advance, Moment
+
+STATES = SIGNALS + 1  # level of the slopes by the states of a group, whose slopes by signals are wanted
+_ALIKE = 1e-15  # relative difference of two changes that are the same but for a factor
 
 
 class DualStages(Stages):
@@ -82,15 +91,47 @@ class DualAdvance(Advance):
                 raise ArithmeticError(NO_SLOPE)
         forced = [[*row, *(float(i == j) for j in range(n))] for i, row in enumerate(b)]
         transition, entry = self._hold(a, forced)
+        turned = {} if guesses else self._turned(constants, now, rates, a, time)
         apart = [value - point for value, point in zip(now, held, strict=True)]
         apart += [_without(rate, len(now)) for rate in rates]
         moved = [
             sum((factor * v for factor, v in zip((*left, *right), apart, strict=True)), point)
             for left, right, point in zip(transition, entry, held, strict=False)
         ]
+        moved = [value + dual(0.0, {k: z[i] for k, z in turned.items()}, SIGNALS) for i, value in enumerate(moved)]
         fields = zip(group.kinds, now, moved, strict=False)
         kept = [after if kind is float else before for kind, before, after in fields]
         return self.stages.states(kept)
+
+    def _turned(
+        self, constants: Mapping[str, Any], now: list[Any], rates: list[Any], a: list[list[Any]], time: float
+    ) -> dict[Any, list[Any]]:
+        """Return z(T) by the direction of what moves A."""
+        n = len(a)
+        seeded = [value_of(value, SIGNALS) + dual(0.0, {j: 1.0}, STATES) for j, value in enumerate(now[:n])]
+        again = self._rates(constants, [*seeded, *now[n:]], n, [], time)
+        entries = [(i, j, slope) for i, rate in enumerate(again) for j, slope in slopes_of(rate, STATES).items()]
+        directions = dict.fromkeys(key for _, _, slope in entries for key in slopes_of(slope, SIGNALS))
+        starts = [value_of(rate, SIGNALS) for rate in rates]
+        ends, basis = dict[Any, list[Any]](), list[tuple[Matrix, list[Any]]]()
+        for key in directions:
+            change: Matrix = [[0.0] * n for _ in range(n)]
+            for i, j, slope in entries:
+                change[i][j] = slopes_of(slope, SIGNALS).get(key, 0.0)
+            factor, z = _multiple(change, basis)
+            if z is None:
+                z = self._driven(a, change, starts)
+                basis.append((change, z))
+            ends[key] = [factor * value for value in z]
+        return ends
+
+    def _driven(self, a: list[list[Any]], change: Matrix, starts: list[Any]) -> list[Any]:
+        """Return z(T), of x and z as one system that the rates of x at the start of the tick force."""
+        n = len(a)
+        both = [[*row, *[0.0] * n] for row in a]
+        both += [[*left, *right] for left, right in zip(change, a, strict=True)]
+        forced = [[value] for value in (*starts, *[0.0] * n)]
+        return [row[0] for row in dual_hold(both, forced, self.period)[1][n:]]
 
     def _hold(self, a: list[list[Any]], forced: list[list[Any]]) -> tuple[Matrix, Matrix]:
         wanted = repr((a, forced))
@@ -108,6 +149,20 @@ class DualAdvance(Advance):
         if self.stages.unsolved:
             raise NoSolutionError(self.stages.unsolved)
         return out
+
+
+def _multiple(change: Matrix, basis: Sequence[tuple[Matrix, list[Any]]]) -> tuple[float, list[Any] | None]:
+    """Return what z is a multiple of, for a change of A that is one of another: many directions move one parameter."""
+    rows = [[plain(value) for value in row] for row in change]
+    exact = not any(isinstance(value, Dual) for row in change for value in row)
+    for other, z in basis if exact else ():
+        pairs = [
+            (u, plain(v)) for left, right in zip(rows, other, strict=True) for u, v in zip(left, right, strict=True)
+        ]
+        largest, of = max(((abs(v), u / v) for u, v in pairs if v), default=(0.0, 0.0))
+        if largest and all(abs(u - of * v) <= _ALIKE * abs(of) * largest for u, v in pairs):
+            return of, z
+    return 1.0, None
 
 
 def _without(rate: Any, own: int) -> Any:

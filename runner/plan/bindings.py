@@ -104,7 +104,8 @@ def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str,
         case Meaning.TICK:
             return Tick(schedule.divisors[name])
         case Meaning.DEVIATE:
-            return Deviate(name, schedule.divisors[name])
+            node = (name, argument)
+            return Default(node, 0.0) if schedule.without_noise else Deviate(name, schedule.divisors[name])
         case Meaning.BUFFER:
             return Buffer((name, argument))
         case Meaning.INPUT:

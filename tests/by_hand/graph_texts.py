@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph, read_table
@@ -14,6 +16,21 @@ _FILES = [file for name, file in library_files().items() if name.endswith(".toml
 LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
 STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their own, beside the graph
 ALONE = [path for path in LIBRARY if runs_alone(flatten(read_graph(path)))]  # the others are parts, with open inputs
+# Made of parts that others have too: walks that run or compile every graph take them with all that is exhaustive.
+OF_SAME_PARTS = {
+    "chopped_accelerometer",
+    "fibre_optic_gyroscope",
+    "force_balance_seismometer",
+    "open_loop_gyroscope",
+    "quartz_thermometer",
+    "resonant_accelerometer",
+    "sigma_delta_accelerometer",
+    "six_axis_imu",
+}
+WALKED = [
+    pytest.param(path, id=path.stem, marks=pytest.mark.exhaustive if path.stem in OF_SAME_PARTS else ())
+    for path in ALONE
+]
 # Of each kind one: where every graph is interpreted, these are compiled too. All of them are in test_engines_agree.
 COMPILED = {
     "closed_loop_accelerometer",

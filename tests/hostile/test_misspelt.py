@@ -10,7 +10,7 @@ import pytest
 
 from proofmass.graphs.files.locate_keys import locate_keys
 from tests.by_hand.amounts import amounts
-from tests.by_hand.graph_texts import ALONE, problems_of
+from tests.by_hand.graph_texts import WALKED, problems_of
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 RIGHT = 0.95  # of the hints must give the right name
@@ -67,7 +67,7 @@ def misspellings(text: str, draw: random.Random, tries: int) -> Iterator[tuple[N
 
 
 @pytest.mark.parametrize("tries", amounts(40, 120))
-@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WALKED)
 def test_a_misspelt_name_is_refused_and_the_right_one_offered(path: Path, tries: int) -> None:
     text = path.read_text(encoding="utf-8")
     draw = random.Random(path.stem)

@@ -3,14 +3,13 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.limits import LARGEST_RUN
-from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import Interpreter, TickError
+from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import failed, name_fault
 
@@ -78,23 +77,9 @@ class Forward:
         return CompiledLoop(self._plan, self._plan.graph.seed, 0, memory, self._compiled)
 
 
-class Quiet:
-    """A run without noise, in plain Python."""
-
-    def __init__(self, plan: Plan, memory: Memory) -> None:
-        self._engine = _WithoutNoise(replace(plan, probes=()), seed=0, memory=memory)
-
-    def to(self, last: int) -> Memory:
-        """Return what moves at the start of the tick `last`; raises `TickError` in a tick before it that fails."""
-        self._engine.advance(last, ())
-        return self._engine.memory().copy()
-
-
-class _WithoutNoise(Interpreter):
-    """The reference engine with random numbers that are zero."""
-
-    def _getter(self, binding: Binding) -> Callable[[int], Any]:
-        return (lambda tick: 0.0) if isinstance(binding, Deviate) else super()._getter(binding)
+def without_noise(plan: Plan) -> Plan:
+    """Return the plan with random numbers that are all zero."""
+    return replace(plan, schedule=replace(plan.schedule, without_noise=True))
 
 
 class _Latest:

@@ -21,7 +21,7 @@ import scipy.linalg
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import Forward, Quiet, memory_at
+from proofmass.runner.analysis.linearisation.forward import Forward, memory_at, without_noise
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
     Array,
@@ -30,13 +30,12 @@ from proofmass.runner.analysis.linearisation.period_map import (
     common_period,
     period_map,
 )
-from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
 SAME = 1e-9  # relative change of a map that is rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
-_QUIET = 20_000  # base ticks, up to which a run to the operating point is made without noise
 _LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
 _BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
 _TRIES = 6  # of numbers of periods
@@ -116,12 +115,9 @@ class _Search:
         self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
         self._first = tick - tick % self._ticks
         self._names = sorted(blocks_of_map(plan, inputs, outputs, everything, noise)[0])
-        self._run: Forward | Quiet
-        if noise and self._first <= _QUIET:
-            self._memories = [Quiet(plan, start(plan)).to(self._first)]
-        else:
-            self._memories = [memory_at(plan, self._first)]
-        self._run = (Quiet if noise else Forward)(plan, self._memories[0].copy())
+        run = without_noise(plan) if noise else plan
+        self._memories = [memory_at(run, self._first)]
+        self._run = Forward(run, self._memories[0].copy())
 
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
@@ -158,8 +154,10 @@ class _Search:
         speed = max(_effect(first, after, z) / number for number, after in later.items())  # a period
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
-        rates = np.abs(np.log(np.linalg.eigvals(of_period.between().parts()[0]).astype(complex) + 1e-300)) / periods
-        return speed / float(np.min(rates, where=rates > SAME, initial=1.0))
+        rates, rates_later = _pole_rates(of_period), _pole_rates(later[max(later)])
+        # What is much nearer to neutral later, such as the phase of an oscillation that settles, is neutral.
+        slow = (rates > SAME) & ((rates >= _NEAR) | (rates_later > 0.5 * rates))
+        return speed * periods / float(np.min(rates, where=slow, initial=1.0))
 
     def _after(self, periods: int) -> Memory:
         """Return the memory some periods after the operating point."""
@@ -306,6 +304,12 @@ def variation(closed: Array, later: Sequence[Array]) -> Array:
     near = distances <= max(_NEAR, float(np.min(distances, initial=1.0)))
     parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
     return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
+
+
+def _pole_rates(of_period: PeriodMap) -> Array:
+    """Return by how much each mode decays, grows or turns in a map, the slowest first."""
+    poles = np.linalg.eigvals(of_period.between().parts()[0]).astype(complex)
+    return np.sort(np.abs(np.log(poles + 1e-300)))
 
 
 def _change(first: PeriodMap, second: PeriodMap) -> float:

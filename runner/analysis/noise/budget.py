@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
+from proofmass.runner.analysis.linearisation.forward import without_noise
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
@@ -160,7 +161,7 @@ def noise(
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
-    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
+    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(without_noise(planned), at)
     whole = map_at(planned, sources, [target], noise=noisy, tick=tick)
     found = noise_map(whole, target)
     _refuse_growth(planned, output, found)

@@ -21,7 +21,7 @@ from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.amounts import amounts
-from tests.by_hand.graph_texts import ALONE, COMPILED
+from tests.by_hand.graph_texts import COMPILED, WALKED
 from tests.by_hand.parts import cut
 
 Engine = Literal["python", "compiled"]
@@ -39,7 +39,7 @@ def leaves(graph: Graph) -> Counter[tuple[str, Block]]:
 
 
 @pytest.mark.parametrize("ticks", amounts(200, 2000))
-@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WALKED)
 def test_the_library_cut_into_subgraphs_at_random(path: Path, ticks: int) -> None:
     graph = read_graph(path)
     whole = bits(graph, "python", ticks)

@@ -19,8 +19,20 @@ from proofmass.runner.plan.constants import constants_of
 from tests.by_hand.around import random_block
 
 PERIOD = 1e-4
-QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "Quantiser", "SigmaDeltaModulator", "UnipolarDigitalToAnalog"}
-OF_VOLTAGES = {"AnalogToDigital", "Quantiser", "SigmaDeltaModulator"}  # of signals about 1, where others take codes
+QUANTISERS = {
+    "AnalogToDigital",
+    "DigitalToAnalog",
+    "MashModulator",
+    "Quantiser",
+    "SigmaDeltaModulator",
+    "UnipolarDigitalToAnalog",
+}
+OF_VOLTAGES = {
+    "AnalogToDigital",
+    "MashModulator",
+    "Quantiser",
+    "SigmaDeltaModulator",
+}  # of signals about 1, where others take codes
 KINDS = {
     name: kind
     for name, kind in all_blocks().items()

@@ -14,12 +14,12 @@ from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.llvm_text import llvm_text
 from tests.by_hand.amounts import amounts
-from tests.by_hand.graph_texts import ALONE, COMPILED
+from tests.by_hand.graph_texts import COMPILED, WALKED
 from tests.by_hand.orders import shuffled
 
 
 @pytest.mark.parametrize("permutations", amounts(6, 50))
-@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WALKED)
 def test_permutations_of_every_example_graph(path: Path, permutations: int) -> None:
     graph = flatten(read_graph(path)).as_graph()
     every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in type(block).outputs]
@@ -41,7 +41,7 @@ def test_permutations_of_every_example_graph(path: Path, permutations: int) -> N
 
 
 @pytest.mark.parametrize("samples", amounts(100, 400))
-@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WALKED)
 def test_permutations_in_plain_python(path: Path, samples: int) -> None:
     graph = flatten(read_graph(path)).as_graph()
     expected = simulate(graph, samples=samples, engine="python")

@@ -21,7 +21,7 @@ from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import RunError, simulate
 from tests.by_hand.amounts import amounts
 from tests.by_hand.around import graph_around, random_block
-from tests.by_hand.graph_texts import ALONE
+from tests.by_hand.graph_texts import WALKED
 
 SAMPLES = 10_000
 
@@ -108,7 +108,7 @@ def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], t
 
 
 @pytest.mark.parametrize("samples", amounts(SAMPLES // 5, SAMPLES))
-@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WALKED)
 def test_every_example_graph(path: Path, samples: int) -> None:
     graph = read_graph(path)
     stepped = any(not solver.exact for solver in plan(graph).solvers)

@@ -22,12 +22,13 @@ from proofmass.runner.targets.llvm_text import externals
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
+from tests.by_hand.graph_texts import OF_SAME_PARTS
 from tests.by_hand.node import needs_node, run_in_node
 
 TICKS = 500
 SEED, RUN = 5, 2
 GRAPHS = [
-    name
+    pytest.param(name, id=name, marks=pytest.mark.exhaustive if path.stem in OF_SAME_PARTS else ())
     for name, path in library_files().items()
     if path.suffix == ".toml" and "[blocks" in path.read_text(encoding="utf-8") and runs_alone(read_graph(path))
 ]

@@ -6,7 +6,18 @@ from collections.abc import Callable
 import mpmath
 import pytest
 
-from proofmass.blocks import AnalogToDigital, Comparator, LowPass, Relay, Saturation
+from proofmass.blocks import (
+    AnalogToDigital,
+    Comparator,
+    CosineFunction,
+    DeadZone,
+    LowPass,
+    Quantiser,
+    Relay,
+    Saturation,
+    Sign,
+    SineFunction,
+)
 from proofmass.runner.analysis.limit_cycles.describing import (
     dead_zone,
     describing_function,
@@ -67,6 +78,34 @@ def test_a_quantiser(amplitude: float) -> None:
 
 def test_a_quantiser_with_few_levels_is_a_relay_with_a_dead_zone_far_out() -> None:
     assert quantiser(1e6, 1.0, 1) == pytest.approx(4.0 / (math.pi * 1e6), rel=1e-9)
+
+
+@pytest.mark.parametrize("amplitude", [0.45, 1.3, 5.0])
+@pytest.mark.parametrize("levels", [2, 5, 6])
+def test_a_quantiser_of_n_levels(levels: int, amplitude: float) -> None:
+    """From -1 to 1: corners halfway between levels, the ends beyond them."""
+    step = 2.0 / (levels - 1)
+    corners = [-1.0 + (k + 0.5) * step for k in range(levels - 1)]
+
+    def stairs(t: mpmath.mpf) -> mpmath.mpf:
+        passed = sum(amplitude * mpmath.sin(t) > corner for corner in corners)
+        return -1 + passed * step
+
+    expected = fundamental(stairs, amplitude, [corner for corner in corners if abs(corner) < amplitude])
+    found = describing_function(Quantiser(levels=levels), "input", "output", 1.0)
+    assert found(amplitude) == pytest.approx(expected.real, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("amplitude", [0.3, 2.0, 9.0])
+def test_sign_dead_zone_sine_and_cosine(amplitude: float) -> None:
+    sign = describing_function(Sign(), "input", "output", 1.0)
+    assert sign(amplitude) == pytest.approx(4.0 / (math.pi * amplitude), rel=1e-15)
+    zone = describing_function(DeadZone(lowest=-0.5, highest=0.5), "input", "output", 1.0)
+    assert zone(amplitude) == dead_zone(amplitude, 0.5)
+    sine = describing_function(SineFunction(amplitude=3.0), "input", "output", 1.0)
+    expected = fundamental(lambda t: 3.0 * mpmath.sin(amplitude * mpmath.sin(t)), amplitude, [])
+    assert sine(amplitude) == pytest.approx(expected.real, rel=1e-9, abs=1e-12)
+    assert describing_function(CosineFunction(), "input", "output", 1.0)(amplitude) == 0.0
 
 
 def test_what_remembers_has_none() -> None:

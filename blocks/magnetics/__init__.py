@@ -1,0 +1,1 @@
+"""Magnetic fields: fluxgates, Hall elements and magnetoresistive bridges."""
