@@ -81,22 +81,22 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     reader.read(data.get("blocks", {}))
     reader.doubtful |= formulas.waiting
     problems += formulas.problems
-    given = {
+    settings = {
         "name": "",
         **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study")},
     }
     for key in ("wires", "probes"):
-        if not isinstance(given.get(key, []), list):
-            got, hint = shown(given.pop(key)), f"{key} is a list of texts in square brackets"
+        if not isinstance(settings.get(key, []), list):
+            got, hint = shown(settings.pop(key)), f"{key} is a list of texts in square brackets"
             problems.append(Problem(message="must be a list", key=key, got=got, hint=hint, path=(key,)))
-    _note_wires(place, given.get("wires", []))
-    if isinstance(given.get("formulas", {}), dict):
-        all_formulas = {**formulas.formulas, **given.get("formulas", {})}
+    _note_wires(place, settings.get("wires", []))
+    if isinstance(settings.get("formulas", {}), dict):
+        all_formulas = {**formulas.formulas, **settings.get("formulas", {})}
         doubtful = reader.doubtful
-        given["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
+        settings["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
     graph = None
     try:
-        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **given)
+        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **settings)
     except ModelError as error:
         problems += error.problems
     if graph is not None and not problems and reader.problems and reader.named and depth == 0:
