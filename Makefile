@@ -36,6 +36,8 @@ lint: $(VENV)/installed-dev
 	$(BIN)/mypy
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
+	@if command -v tsc > /dev/null; then tsc -p runner/output/live; \
+	else echo "skipped: types of the scripts of live pages, for want of tsc (npm install -g typescript)"; fi
 
 # The site, without warnings, into build/site/html; it needs no network to be read.
 docs: $(VENV)/installed-docs

@@ -18,6 +18,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import PlannedProbe
+from proofmass.runner.run.sparkline import sparkline
 
 if TYPE_CHECKING:
     import xarray
@@ -137,6 +138,24 @@ class Trace:
         """Name and unit for an axis."""
         return f"{self.signal} [{self.unit}]"
 
+    def __len__(self) -> int:
+        """Rows."""
+        return len(self.values)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        """Return the values, for NumPy and what builds on it."""
+        return np.array(self.values, dtype=dtype, copy=copy) if copy else np.asarray(self.values, dtype=dtype)
+
+    def __repr__(self) -> str:
+        """Signal, unit, rows and range, in a line."""
+        if self.statistics is None:
+            return f"<Trace of {self.label}: no rows>"
+        low, high = float(self.statistics.lowest.min()), float(self.statistics.highest.max())
+        return f"<Trace of {self.label}: {len(self):,} rows every {float(self.period):g} s, {low:.6g} to {high:.6g}>"
+
+    def _repr_html_(self) -> str:
+        return f"{sparkline(self.values)} {escape(repr(self))}"
+
 
 @dataclass(frozen=True)
 class Result:
@@ -234,10 +253,11 @@ class Result:
     def _repr_html_(self) -> str:
         cells = "".join(
             f"<tr><td>{escape(row['signal'])}</td><td>{escape(row['unit'])}</td><td>{row['rows']}</td>"
-            f"<td>{row.get('mean', float('nan')):.6g}</td><td>{row.get('std', float('nan')):.6g}</td></tr>"
+            f"<td>{row.get('mean', float('nan')):.6g}</td><td>{row.get('std', float('nan')):.6g}</td>"
+            f"<td>{sparkline(self[row['signal']].values)}</td></tr>"
             for row in self.summary()
         )
-        head = "<tr><th>signal</th><th>unit</th><th>rows</th><th>mean</th><th>std</th></tr>"
+        head = "<tr><th>signal</th><th>unit</th><th>rows</th><th>mean</th><th>std</th><th></th></tr>"
         return f"<table>{head}{cells}</table>"
 
 

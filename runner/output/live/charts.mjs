@@ -71,6 +71,8 @@ class Chart {
     /** @type {any} */
     this.plot = null;
     this.factor = 1;
+    /** @type {HTMLOutputElement | null} */
+    this.reading = null;
     /** @type {Picture | null} */
     this.picture = null;
   }

@@ -37,11 +37,7 @@ export class View {
     this.measures = {};
     /** @type {Record<string, number>} */
     this.before = {};
-    this.build();
-  }
-
-  build() {
-    this.place.replaceChildren();
+    place.replaceChildren();
     this.place.hidden = false;
     this.side = element("div", { className: "side" });
     this.main = element("div", { className: "main" });

@@ -1,6 +1,7 @@
 """Traces, summaries, and the recorder that keeps rows in memory or on disk."""
 
 import dataclasses
+import re
 import signal
 from fractions import Fraction
 from pathlib import Path
@@ -17,6 +18,7 @@ from proofmass.runner.run import result as result_module
 from proofmass.runner.run import simulate as simulate_module
 from proofmass.runner.run.result import Recorder, Result, Trace, statistics
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.run.sparkline import sparkline
 from tests.by_hand.results import GRAPH, RATE, made_result, made_trace, mixed_result
 
 
@@ -186,3 +188,25 @@ def test_a_time_is_its_tick_over_the_rate_rounded_once(rate: Fraction, stride: i
     assert Trace("a.b", "V", "", 1, Fraction(200_000), np.zeros(2)).times[1] == 5e-6
     late = trace.times_of(10**15, 10**15 + 3).tolist()
     assert late == [float(row * stride / rate) for row in range(10**15, 10**15 + 3)]
+
+
+def test_a_trace_is_an_array_with_a_line_to_read() -> None:
+    trace = made_trace("adc.code", [3.0, -1.0, 2.0], "V")
+    assert len(trace) == 3
+    np.testing.assert_array_equal(np.asarray(trace) * 2.0, [6.0, -2.0, 4.0])
+    assert np.asarray(trace, dtype=np.float32).dtype == np.float32
+    assert repr(trace) == "<Trace of adc.code [V]: 3 rows every 2e-05 s, -1 to 3>"
+    assert repr(made_trace("adc.code", [])) == "<Trace of adc.code [1]: no rows>"
+    shown = trace._repr_html_()
+    assert shown.startswith("<svg")
+    assert "&lt;Trace of adc.code" in shown
+
+
+def test_a_sparkline_keeps_spikes_and_is_empty_where_nothing_can_be_drawn() -> None:
+    values = np.zeros(100_000)
+    values[77_777] = 1.0
+    points = [tuple(map(float, p.split(","))) for p in re.findall(r"[\d.]+,[\d.]+", sparkline(values))]
+    assert len(points) == 240
+    assert [x for x, y in points if y < 20.0] == [93.5]  # upwards is less
+    assert sparkline(np.array([1.0])) == sparkline(np.array([1.0, np.nan])) == sparkline(np.zeros((3, 2))) == ""
+    assert "12" in sparkline(np.ones(5))

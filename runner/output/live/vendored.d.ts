@@ -1,0 +1,2 @@
+// Scripts that stand before the modules on a page.
+declare const uPlot: any;
