@@ -81,8 +81,11 @@ class CompiledLoop:
         self._scratch.fill(np.nan)  # what nothing has been computed from yet
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in self.arrays(rows)))
         self.tick = last
-        finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())
-        return finite and not self._state[INTEGERS][self._refused]
+        return self.sound(self._state[FLOATS], self._state[INTEGERS])
+
+    def sound(self, numbers: Array, integers: Array) -> bool:
+        """Whether every number was finite and fitted its format, by the arrays of what moves."""
+        return bool(np.isfinite(numbers[self._watched]).all()) and not integers[self._refused]
 
     def arrays(self, rows: Rows) -> list[Array]:
         """Everything that the program reads and writes, in the order of its parameters."""

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -153,6 +153,16 @@ class Lanes:
         """Of each run, a wire that a measure reads, or a field of a state."""
         kind, place = self._compiled.written.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
+
+    def keys(self) -> Iterable[Moving]:
+        """Return the wires, fields of states and counts that runs have in lanes."""
+        return self._compiled.written.memory.kinds.keys()
+
+    def vectors(self) -> Iterator[tuple[VectorOf, Array]]:
+        """Yield each buffer and each wire with a shape: a row for each run."""
+        for node, rows in self._vectors.items():
+            if node not in self._compiled.plan.recorded:
+                yield node, np.moveaxis(rows, 1, 2).reshape(-1, rows.shape[1])[: self._count]
 
     def _of_runs(self, rows: Array) -> Array:
         return rows.reshape(-1)[: self._count]

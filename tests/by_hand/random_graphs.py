@@ -22,7 +22,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Place
-from tests.by_hand.around import SIZES, random_block
+from proofmass.runner.contract.around import SIZES
+from proofmass.runner.contract.drawn import random_block
 from tests.by_hand.parts import cut
 
 RATES = ("9600 Hz", "4800 Hz", "3200 Hz", "6400 Hz", "9600/7 Hz")  # ratios 2, 3, 3/2, 3/4, 7, 7/2, 14/3 ...

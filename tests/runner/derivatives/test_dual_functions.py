@@ -16,7 +16,7 @@ from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import dual_math, for_duals
 from proofmass.runner.derivatives.dual_plan import dual_constants
 from proofmass.runner.plan.constants import constants_of
-from tests.by_hand.around import random_block
+from proofmass.runner.contract.drawn import random_block
 
 PERIOD = 1e-4
 QUANTISERS = {"AnalogToDigital", "DigitalToAnalog", "Quantiser", "SigmaDeltaModulator", "UnipolarDigitalToAnalog"}

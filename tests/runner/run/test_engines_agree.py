@@ -18,7 +18,8 @@ from proofmass.graphs.model.integration import Integration
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import EngineName, RunError, simulate
-from tests.by_hand.around import graph_around, random_block
+from proofmass.runner.contract.around import graph_around
+from proofmass.runner.contract.drawn import random_block
 from tests.by_hand.graph_texts import ALONE
 
 SAMPLES = 10_000

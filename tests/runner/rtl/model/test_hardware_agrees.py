@@ -16,7 +16,7 @@ from proofmass.runner.rtl.machine.reference import reference_of
 from proofmass.runner.rtl.model import cxxrtl
 from proofmass.runner.rtl.model.cxxrtl import Model
 from proofmass.runner.rtl.text.machine_verilog import machine_text
-from tests.by_hand.around import graph_around
+from proofmass.runner.contract.around import graph_around
 
 pytest.importorskip("pyosys")
 

@@ -1,0 +1,82 @@
+"""Checks that a block computes the same in every engine, on ordinary numbers and at the edges of arithmetic."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.runner.contract import outcomes
+from proofmass.runner.contract.cases import Case
+from proofmass.runner.contract.foreign import Foreign, ForeignError
+from proofmass.runner.contract.outcomes import outcome, packed
+from proofmass.runner.contract.places import problem
+from proofmass.runner.contract.verdict import Verdict, verdict
+from proofmass.runner.output.counts import count
+
+_SHOWN = 3  # differences of a check
+
+
+def native(kind: type[Block], cases: Sequence[Case]) -> Verdict:
+    """Machine code has the bits of plain Python."""
+    texts = (text for c in cases for text in outcomes.native_differences(c.compiled, c.sensors, c.outcomes))
+    return _verdict(kind, "machine code", texts, cases)
+
+
+def lanes(kind: type[Block], cases: Sequence[Case]) -> Verdict:
+    """Runs side by side have the bits that each has alone."""
+    texts = (
+        text for c in cases for text in outcomes.lane_differences(c.sensors, c.outcomes, c.given, len(c.sensors))
+    )
+    return _verdict(kind, "lanes", texts, cases)
+
+
+def foreign(kind: type[Block], cases: Sequence[Case], compiler: Foreign) -> Verdict:
+    """The program has the same bits when another compiler has made it."""
+    lacks = compiler.lacks(cases[0].compiled.written.program)
+    if lacks:
+        return Verdict(compiler.name, "not run", lacks)
+    try:
+        texts = [
+            text for c in cases for text in outcomes.foreign_differences(compiler, c.compiled, c.sensors, c.outcomes)
+        ]
+    except ForeignError as error:
+        texts = [str(error)]
+    return _verdict(kind, compiler.name, iter(texts), cases)
+
+
+def interrupted(kind: type[Block], cases: Sequence[Case]) -> Verdict:
+    """A run that is begun anew, or goes on in another engine half-way, comes to the same: its state is all it has."""
+
+    def texts() -> Iterator[str]:
+        for case in cases:
+            for sensor, expected in case.runs[:1]:
+                again = outcome(sensor, case.ticks)
+                if (again.ticks, packed(again.memory)) != (expected.ticks, packed(expected.memory)):
+                    yield f"run {sensor.run} comes to something else when it is run again"
+            yield from outcomes.resumed_differences(case.compiled, case.sensors[:2], case.outcomes[:2])
+
+    return _verdict(kind, "state", texts(), cases, "what it remembers is its state")
+
+
+def faults(cases: Sequence[Case]) -> Verdict:
+    """What ends runs at the edges of arithmetic; the checks of engines see that it ends them alike."""
+    total: Counter[str] = Counter()
+    for case in cases:
+        total += case.faults()
+    runs = sum(len(case.sensors) for case in cases)
+    said = ", ".join(f"{number} by {name}" for name, number in total.most_common())
+    detail = f"of {runs} runs at the edges of arithmetic {total.total()} end early" + (f": {said}" if said else "")
+    return Verdict("faults", "passed", detail)
+
+
+def _verdict(kind: type[Block], check: str, texts: Iterator[str], cases: Sequence[Case], hint: str = "") -> Verdict:
+    first = [text for _, text in zip(range(_SHOWN), texts, strict=False)]
+    hint = hint or "this is a defect of proofmass: please report it with the file of the block"
+    ticks = sum(o.ticks for case in cases for o in case.outcomes)
+    detail = f"{count(sum(len(case.sensors) for case in cases), 'run')}, {count(ticks, 'tick')}: the same bits"
+    return verdict(check, [_different(kind, check, text, hint) for text in first], detail)
+
+
+def _different(kind: type[Block], check: str, text: str, hint: str) -> Problem:
+    return problem(kind, "", f"{check} and plain Python differ" if check != "state" else "it has more than its state",
+                   got=text, hint=hint)
