@@ -19,6 +19,7 @@ from proofmass.runner.contract.drawn import random_block, random_value
 from proofmass.runner.contract.outcomes import Outcome, Sensor, outcome
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.run.faults import own_line
 from proofmass.runner.targets.native import Array, CompiledPlan
 
 TESTED = "tested"
@@ -52,11 +53,14 @@ class Case:
 
     def faults(self) -> Counter[str]:
         """How many runs end with which fault."""
-        return Counter(_kind_of(o.error.value) for o in self.outcomes if o.fault)
+        return Counter(_kind_of(sensor.plan.blocks[TESTED], o.error.value) for sensor, o in self.runs if o.fault)
 
 
-def _kind_of(value: Any) -> str:
-    return type(value).__name__ if isinstance(value, Exception) else "not finite"
+def _kind_of(block: Block, value: Any) -> str:
+    if not isinstance(value, Exception):
+        return "a number that is not finite"
+    line = own_line(block, value)
+    return type(value).__name__ + (f" at {line}" if line else "")
 
 
 def cases(kind: type[Block], folder: Path, hostile: bool, sets: int, lanes: int = LANES) -> list[Case]:
@@ -94,7 +98,9 @@ def _another(planned: Plan, dice: random.Random) -> Plan:
     seeds = {
         name: replace(block, seed=dice.randrange(2**31))  # type: ignore[call-arg]
         for name, block in planned.blocks.items()
-        if name.startswith("source_") and "seed" in type(block).parameters and type(block).parameters["seed"].kind is int
+        if name.startswith("source_")
+        and "seed" in type(block).parameters
+        and type(block).parameters["seed"].kind is int
         and "taps" not in type(block).parameters
     }
     block = planned.blocks[TESTED]

@@ -68,7 +68,7 @@ def _run(kind: type[Block]) -> Iterator[Verdict]:
         for compiler in FOREIGN:
             yield engines.foreign(kind, together, compiler)
         yield engines.interrupted(kind, ordinary)
-        yield engines.faults(hostile)
+        yield engines.faults(ordinary, hostile)
 
 
 def _not_run(why: str, first: int = 0) -> list[Verdict]:

@@ -78,7 +78,7 @@ def bounds(kind: type[Block]) -> Verdict:
     dice, tried = random.Random(kind.__name__), list[dict[str, Any]]()
     wrong: dict[str, Problem] = {}
     for name, parameter in kind.parameters.items():
-        for value in outside(parameter):
+        for value in outside(parameter).values():
             if _made(kind, {name: value}) is not None:
                 wrong[name] = problem(kind, name, "it takes a value beyond its bounds", got=shown(value))
         tried += [{name: value} for value in within(parameter)]
@@ -94,12 +94,12 @@ def bounds(kind: type[Block]) -> Verdict:
     return verdict("bounds", list(wrong.values()), detail)
 
 
-def outside(parameter: Parameter) -> list[float | int]:
-    """Return values just beyond the bounds of a parameter."""
+def outside(parameter: Parameter) -> dict[float, float | int]:
+    """Return for each bound of a parameter a value just beyond it."""
     if parameter.kind not in (int, float):
-        return []
+        return {}
     ends = {parameter.above: 0, parameter.below: 0, parameter.at_least: -1, parameter.at_most: 1}
-    return [_further(parameter, bound, way) for bound, way in ends.items() if bound is not None]
+    return {bound: _further(parameter, bound, way) for bound, way in ends.items() if bound is not None}
 
 
 def within(parameter: Parameter) -> list[float | int]:

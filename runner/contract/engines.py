@@ -24,9 +24,7 @@ def native(kind: type[Block], cases: Sequence[Case]) -> Verdict:
 
 def lanes(kind: type[Block], cases: Sequence[Case]) -> Verdict:
     """Runs side by side have the bits that each has alone."""
-    texts = (
-        text for c in cases for text in outcomes.lane_differences(c.sensors, c.outcomes, c.given, len(c.sensors))
-    )
+    texts = (text for c in cases for text in outcomes.lane_differences(c.sensors, c.outcomes, c.given, len(c.sensors)))
     return _verdict(kind, "lanes", texts, cases)
 
 
@@ -55,28 +53,35 @@ def interrupted(kind: type[Block], cases: Sequence[Case]) -> Verdict:
                     yield f"run {sensor.run} comes to something else when it is run again"
             yield from outcomes.resumed_differences(case.compiled, case.sensors[:2], case.outcomes[:2])
 
-    return _verdict(kind, "state", texts(), cases, "what it remembers is its state")
+    return _verdict(kind, "state", texts(), cases, "keep what it remembers in its state, and return that from update")
 
 
-def faults(cases: Sequence[Case]) -> Verdict:
-    """What ends runs at the edges of arithmetic; the checks of engines see that it ends them alike."""
-    total: Counter[str] = Counter()
-    for case in cases:
-        total += case.faults()
-    runs = sum(len(case.sensors) for case in cases)
-    said = ", ".join(f"{number} by {name}" for name, number in total.most_common())
-    detail = f"of {runs} runs at the edges of arithmetic {total.total()} end early" + (f": {said}" if said else "")
-    return Verdict("faults", "passed", detail)
+def faults(ordinary: Sequence[Case], hostile: Sequence[Case]) -> Verdict:
+    """What ends runs early; the checks of engines see that it ends them in all of them in the same tick."""
+    parts = [f"{_ended(ordinary)} of {_runs(ordinary)} runs end early", f"{_ended(hostile)} of {_runs(hostile)}"]
+    total: Counter[str] = sum((case.faults() for case in (*ordinary, *hostile)), Counter())
+    said = ", ".join(f"{name} ({number})" for name, number in total.most_common())
+    return Verdict(
+        "faults", "passed", f"{parts[0]}, {parts[1]} at the edges of arithmetic" + (f": {said}" if said else "")
+    )
+
+
+def _ended(cases: Sequence[Case]) -> int:
+    return sum(case.faults().total() for case in cases)
+
+
+def _runs(cases: Sequence[Case]) -> int:
+    return sum(len(case.sensors) for case in cases)
 
 
 def _verdict(kind: type[Block], check: str, texts: Iterator[str], cases: Sequence[Case], hint: str = "") -> Verdict:
     first = [text for _, text in zip(range(_SHOWN), texts, strict=False)]
     hint = hint or "this is a defect of proofmass: please report it with the file of the block"
     ticks = sum(o.ticks for case in cases for o in case.outcomes)
-    detail = f"{count(sum(len(case.sensors) for case in cases), 'run')}, {count(ticks, 'tick')}: the same bits"
+    detail = f"{count(_runs(cases), 'run')}, {count(ticks, 'tick')}: the same bits"
     return verdict(check, [_different(kind, check, text, hint) for text in first], detail)
 
 
 def _different(kind: type[Block], check: str, text: str, hint: str) -> Problem:
-    return problem(kind, "", f"{check} and plain Python differ" if check != "state" else "it has more than its state",
-                   got=text, hint=hint)
+    message = "it remembers more than its state" if check == "state" else f"{check} and plain Python differ"
+    return problem(kind, "", message, got=text, hint=hint)

@@ -60,7 +60,7 @@ class WebAssembly(Foreign):
     name, command = "WebAssembly", "node"
 
     def lacks(self, program: Program) -> str:
-        called = sorted(externals(program))
+        called = sorted(external.symbol for external in externals(program).values())
         if called:
             return f"a browser brings its own {', '.join(called)}, with other last bits"
         return super().lacks(program)

@@ -51,7 +51,10 @@ def _differs(kind: type[Block], function: Any, more: tuple[str, ...]) -> str:
     blocks = [block for block in (_block(kind, dice) for _ in range(_TIMES)) if block is not None]
     for _ in range(2):
         for number, block in enumerate(blocks):
-            value = repr(function(block, *(PERIOD for _ in more)))
+            try:
+                value = repr(function(block, *(PERIOD for _ in more)))
+            except (ArithmeticError, ValueError) as error:  # which a plan reports, with the parameters
+                value = repr(error)
             if first.setdefault(number, value) != value:
                 return f"{first[number]}, then {value}"
     return ""

@@ -94,7 +94,9 @@ def native_differences(compiled: CompiledPlan, sensors: Sequence[Sensor], outcom
             yield _said(sensor, f"no fault in tick {expected.ticks}")
 
 
-def resumed_differences(compiled: CompiledPlan, sensors: Sequence[Sensor], outcomes: Sequence[Outcome]) -> Iterator[str]:
+def resumed_differences(
+    compiled: CompiledPlan, sensors: Sequence[Sensor], outcomes: Sequence[Outcome]
+) -> Iterator[str]:
     """Where a run differs that is begun in one engine, and goes on in another from what moves there."""
     for sensor, expected in zip(sensors, outcomes, strict=True):
         half, planned = expected.ticks // 2, sensor.plan
@@ -125,7 +127,7 @@ def lane_differences(
 
 
 def _unlike_lane(run: Lanes, number: int, memory: Memory) -> Iterator[str]:
-    for key in run.keys():
+    for key in run.scalars():
         if _packed(kind_of(moving(memory, key), run.value(key)[number].item())) != _packed(moving(memory, key)):
             yield f"{key} after {memory.tick} ticks is {run.value(key)[number]!r}, not {moving(memory, key)!r}"
     for node, rows in run.vectors():
@@ -165,7 +167,9 @@ def foreign_differences(
 
 def _arrays(compiled: CompiledPlan, sensor: Sensor, ticks: int) -> list[Array]:
     """Everything that the program reads and writes, before the first tick."""
-    rows = [array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype) for array in rows_for(sensor.plan, ticks)]
+    rows = [
+        array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype) for array in rows_for(sensor.plan, ticks)
+    ]
     arrays = _begun(compiled, sensor).arrays(rows)
     arrays[4].fill(np.nan)  # scratch, as the engine has it
     return arrays

@@ -154,7 +154,7 @@ class Lanes:
         kind, place = self._compiled.written.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
 
-    def keys(self) -> Iterable[Moving]:
+    def scalars(self) -> Iterable[Moving]:
         """Return the wires, fields of states and counts that runs have in lanes."""
         return self._compiled.written.memory.kinds.keys()
 

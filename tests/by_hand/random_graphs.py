@@ -30,9 +30,12 @@ RATES = ("9600 Hz", "4800 Hz", "3200 Hz", "6400 Hz", "9600/7 Hz")  # ratios 2, 3
 RESONATORS = (DiscreteMassSpringDamper, FixedMassSpringDamper)  # stable from some 16 kHz on
 # Not those with events: where a step ends at one, plain Python takes seconds for a graph.
 KINDS = [kind for kind in all_blocks().values() if not kind.events and kind not in RESONATORS]
+ALL_KINDS = list(all_blocks().values())
 
 
-def random_graphs(seeds: Sequence[int], folder: Path, largest: int = 8) -> list[Graph]:
+def random_graphs(
+    seeds: Sequence[int], folder: Path, largest: int = 8, kinds: Sequence[type[Block]] = KINDS
+) -> list[Graph]:
     """A graph per seed, of 3 to `largest` blocks and those that they need.
 
     The kinds are dealt from shuffled decks, so that none is rare.
@@ -42,7 +45,7 @@ def random_graphs(seeds: Sequence[int], folder: Path, largest: int = 8) -> list[
     graphs = []
     for seed in seeds:
         if len(deck) < largest:
-            deck += dice.sample(KINDS, len(KINDS))
+            deck += dice.sample(kinds, len(kinds))
         count = dice.randint(3, largest)
         graphs.append(_Dealt(random.Random(seed), folder).graph(str(seed), deck[:count]))
         del deck[:count]
