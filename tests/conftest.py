@@ -29,6 +29,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(DefectTable())
     if hasattr(config, "workerinput"):  # such a process: the folder is there
         return
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # or hundreds of processes would each compile the package anew
     folder = tempfile.mkdtemp(prefix="proofmass-tests-")
     os.environ["PROOFMASS_CACHE"] = str(Path(folder) / "cache")
     config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))

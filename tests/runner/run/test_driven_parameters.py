@@ -14,7 +14,8 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.contract.around import graph_around
 from proofmass.runner.contract.drawn import random_block, random_value
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import simulate
 
 SAMPLES = 400
 # Not of blocks with events, which take minutes in plain Python; tests/runner/planning/test_events.py has one.

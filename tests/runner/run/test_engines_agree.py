@@ -18,8 +18,9 @@ from proofmass.graphs.model.integration import Integration
 from proofmass.runner.contract.around import graph_around
 from proofmass.runner.contract.drawn import random_block
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.simulate import RunError, simulate
 from tests.by_hand.graph_texts import ALONE
 
 SAMPLES = 10_000
