@@ -23,7 +23,7 @@ def graph_around(tested: Mapping[str, Block], folder: Path, hostile: bool = Fals
     of arithmetic among them; `scale` makes the ordinary ones smaller.
     """
     blocks: dict[str, Block] = dict(tested)
-    wires = []
+    wires: list[str] = []
     sources: dict[tuple[Any, ...], str] = {}
     for name, block in tested.items():
         for number, port in enumerate(type(block).inputs.values()):

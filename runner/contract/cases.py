@@ -107,8 +107,10 @@ def _another(planned: Plan, dice: random.Random) -> Plan:
     if not type(block).digital():
         free = [p for p in type(block).parameters.values() if p.kind is float]
         try:
-            other = replace(block, **{p.name: random_value(p, dice) for p in free})  # type: ignore[arg-type]
-            return varied(planned, {**seeds, TESTED: other})
+            other = replace(block, **{p.name: random_value(p, dice) for p in free})
+            made = varied(planned, {**seeds, TESTED: other})
+            if made.same_sizes(planned):
+                return made
         except ModelError:
             pass
     return varied(planned, seeds)

@@ -9,6 +9,7 @@ from typing import Any
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.ports import BufferPort, Port
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import UnitError, unit
 from proofmass.runner.contract.drawn import random_value
@@ -26,7 +27,12 @@ _BEYOND = 1e-9  # of the size of a bound
 
 def documents(kind: type[Block]) -> Verdict:
     """The block, its parameters and ports are described, and named as the library's are."""
-    declared = {**kind.parameters, **kind.inputs, **kind.outputs, **kind.buffers}
+    declared: dict[str, Parameter | Port | BufferPort] = {
+        **kind.parameters,
+        **kind.inputs,
+        **kind.outputs,
+        **kind.buffers,
+    }
     ports = [count(len(kind.inputs), "input"), count(len(kind.outputs), "output")]
     detail = ", ".join(["docstring", count(len(kind.parameters), "parameter"), *ports])
 

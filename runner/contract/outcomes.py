@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.contract.foreign import Foreign
 from proofmass.runner.plan.memory import Memory, start
@@ -71,14 +72,14 @@ def packed(memory: Memory) -> bytes:
     """Return everything that moves as bytes."""
     states = {name: tuple(x) if x is not None else () for name, x in memory.states.items()}
     moves = [states, dict(memory.wires), memory.of_blocks(), memory.overflows]
-    return b"".join(_packed(part[key]) for part in moves for key in sorted(part))  # type: ignore[attr-defined,index]
+    return b"".join(_packed(part[key]) for part in moves for key in sorted(part))
 
 
 def _packed(value: Any) -> bytes:
     if isinstance(value, float):
         return b"nan" if value != value else struct.pack("<d", value)
     if isinstance(value, int):
-        return struct.pack("<q", value)
+        return struct.pack("<q", value) if LOWEST <= value <= HIGHEST else str(value).encode()
     return b"".join(map(_packed, value))
 
 
@@ -132,7 +133,7 @@ def _unlike_lane(run: Lanes, number: int, memory: Memory) -> Iterator[str]:
             yield f"{key} after {memory.tick} ticks is {run.value(key)[number]!r}, not {moving(memory, key)!r}"
     for node, rows in run.vectors():
         if _packed(rows[number].tolist()) != _packed(list(memory.vector(node))):
-            yield f"{'.'.join(node)} after {memory.tick} ticks differs"
+            yield f"{node} after {memory.tick} ticks differs"
 
 
 def kind_of(example: Any, value: Any) -> Any:

@@ -58,7 +58,8 @@ class CompiledLoop:
         compiled: CompiledPlan | None = None,
     ) -> None:
         self.plan, self.seed, self.run = plan, seed, run
-        compiled = compiled or CompiledPlan(plan)
+        if compiled is None or not plan.same_sizes(compiled.plan):
+            compiled = CompiledPlan(plan)
         made = self._written = compiled.written
         self._loop = compiled.loop
         memory = memory or start(plan)

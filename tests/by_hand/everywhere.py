@@ -55,9 +55,9 @@ class Compared:
         return self.outcomes[0].digest()
 
 
-def compared(seeds: Sequence[int], folder: Path) -> Iterator[Compared]:
+def compared(seeds: Sequence[int], folder: Path, largest: int = 8) -> Iterator[Compared]:
     """Each graph in every engine; the kinds of blocks are dealt so that none is rare."""
-    for seed, graph in zip(seeds, random_graphs(seeds, folder, kinds=ALL_KINDS), strict=True):
+    for seed, graph in zip(seeds, random_graphs(seeds, folder, largest, ALL_KINDS), strict=True):
         yield compared_graph(seed, graph)
 
 
