@@ -19,10 +19,11 @@ from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop, settled_before
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
-from proofmass.runner.targets.machine_code import load_lanes
+from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import Array, block_values, dtype_of, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
+_WIDE = Settings(wide=True)  # vectors as wide as the processor has them
 _LINE = 64  # bytes of a cache line, and of the widest vector
 _RUN = 3  # the place of the run's number among the arguments: first, last, seed, run
 
@@ -34,7 +35,7 @@ class CompiledLanes:
         self.plan, self.lanes = plan, lanes
         self.settled = settled_before(plan, varied)  # blocks of which a run brings constants, start and buffers
         made = self.written = write_tick(plan, varied, lanes=True)
-        self.loop = load_lanes(made.program, lanes, _differing(plan, made, varied, self.settled))
+        self.loop = load_lanes(made.program, lanes, _differing(plan, made, varied, self.settled), _WIDE)
         memory = start(plan)
         self.constants = _rows(made.constants, made.constant_values, lanes)
         self.state = _rows(made.memory, {key: moving(memory, key) for key in made.memory.kinds}, lanes)
