@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
-
 LARGEST = 1 << 40  # code; periods of 2^22 chips do not leave 64 bits
 
 

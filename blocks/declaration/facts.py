@@ -145,7 +145,8 @@ class Facts(type):
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
         once = [f for f in (start and start.function, cls.requirements) if f]
-        once += [size for port in (*cls.outputs.values(), *cls.buffers.values()) for size in port.shape if callable(size)]
+        sized = (*cls.outputs.values(), *cls.buffers.values())
+        once += [size for port in sized for size in port.shape if callable(size)]
         no_numbers = {name for name, p in cls.parameters.items() if p.kind in (tuple, Fixed)}
         from_these = constants is not None and no_numbers & set(constants.function.__code__.co_names)
         return not from_these and not any(parameter in f.__code__.co_names for f in once)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Input, param
 
-
 MOST = 2.0**53  # spans of a tick, and of all, of which a number can be told from the next
 
 
