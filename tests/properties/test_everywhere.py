@@ -25,4 +25,3 @@ def test_ten_random_graphs_in_every_engine(tmp_path: Path) -> None:
 @pytest.mark.parametrize("first", range(0, 500, PIECE))
 def test_five_hundred_random_graphs_in_every_engine(first: int, tmp_path: Path) -> None:
     assert differences(list(compared(range(first, first + PIECE), tmp_path))) == []
-
