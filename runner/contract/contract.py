@@ -42,21 +42,21 @@ class Report:
         return {"kind": self.kind, "passed": self.passed, "checks": [verdict.as_data() for verdict in self.verdicts]}
 
 
-def check_block(kind: type[Block]) -> Report:
-    """Run all checks of one kind of block; one that fails keeps none of the others from being run."""
+def check_block(kind: type[Block], sets: int = SETS) -> Report:
+    """Run all checks of one kind of block, with its default parameters and some drawn by chance: `sets` in all."""
     still = [check(kind) for check in STILL.values()]
     failed = {verdict.check for verdict in still if verdict.status == "FAILED"}
     if failed & {"functions", "purity"} or not kind.outputs:
         return Report(kind.__name__, (*still, *_not_run("its functions have to be cured first")))
-    return Report(kind.__name__, (*still, *_run(kind)))
+    return Report(kind.__name__, (*still, *_run(kind, sets)))
 
 
-def _run(kind: type[Block]) -> Iterator[Verdict]:
+def _run(kind: type[Block], sets: int) -> Iterator[Verdict]:
     """The checks that run the block."""
     with TemporaryDirectory() as name:
         try:
-            ordinary = cases(kind, Path(name), hostile=False, sets=SETS)
-            hostile = cases(kind, Path(name), hostile=True, sets=SETS)
+            ordinary = cases(kind, Path(name), hostile=False, sets=sets)
+            hostile = cases(kind, Path(name), hostile=True, sets=sets)
         except ModelError as error:
             problems = error.problems
             yield Verdict(RUN[0], "FAILED", "it cannot be planned", problems)

@@ -12,6 +12,7 @@ from proofmass.runner.contract.outcomes import outcome, packed
 from proofmass.runner.contract.places import problem
 from proofmass.runner.contract.verdict import Verdict, verdict
 from proofmass.runner.output.counts import count
+from proofmass.runner.program.listing import listing
 
 _SHOWN = 3  # differences of a check
 
@@ -33,13 +34,20 @@ def foreign(kind: type[Block], cases: Sequence[Case], compiler: Foreign) -> Verd
     lacks = compiler.lacks(cases[0].compiled.written.program)
     if lacks:
         return Verdict(compiler.name, "not run", lacks)
+    alike: dict[str, list[Case]] = {}  # one program runs them all
+    for case in cases:
+        alike.setdefault(listing(case.compiled.written.program), []).append(case)
     try:
-        texts = [
-            text for c in cases for text in outcomes.foreign_differences(compiler, c.compiled, c.sensors, c.outcomes)
-        ]
+        texts = [text for some in alike.values() for text in _foreign(compiler, some)]
     except ForeignError as error:
         texts = [str(error)]
     return _verdict(kind, compiler.name, iter(texts), cases)
+
+
+def _foreign(compiler: Foreign, cases: Sequence[Case]) -> Iterator[str]:
+    runs = [run for case in cases for run in case.runs]
+    sensors, expected = [sensor for sensor, _ in runs], [outcome for _, outcome in runs]
+    return outcomes.foreign_differences(compiler, cases[0].compiled, sensors, expected)
 
 
 def interrupted(kind: type[Block], cases: Sequence[Case]) -> Verdict:

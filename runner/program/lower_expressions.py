@@ -338,7 +338,7 @@ class Expressions:
                 raise refuse(node, f"there is no entry {known} among {len(whole)}")
             return whole[known]
         parts = [list(leaves(part)) for part in whole]
-        alike = len({shape_of(part) for part in whole}) == 1
+        alike = len(set(map(shape_of, whole))) == 1
         if not whole or not all(is_scalar(leaf) for part in parts for leaf in part):
             raise refuse(node, f"{_described(whole)} has no entries that an index may choose")
         if not alike and not all(map(is_scalar, whole)):
