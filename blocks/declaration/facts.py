@@ -145,7 +145,7 @@ class Facts(type):
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
         once = [f for f in (start and start.function, cls.requirements) if f]
-        sized = (*cls.outputs.values(), *cls.buffers.values())
+        sized: tuple[Port | BufferPort, ...] = (*cls.outputs.values(), *cls.buffers.values())
         once += [size for port in sized for size in port.shape if callable(size)]
         no_numbers = {name for name, p in cls.parameters.items() if p.kind in (tuple, Fixed)}
         from_these = constants is not None and no_numbers & set(constants.function.__code__.co_names)
