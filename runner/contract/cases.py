@@ -104,7 +104,7 @@ def _another(planned: Plan, dice: random.Random) -> Plan:
         and "taps" not in type(block).parameters
     }
     block = planned.blocks[TESTED]
-    if not type(block).digital():
+    if not type(block).has_formats():
         free = [p for p in type(block).parameters.values() if p.kind is float]
         try:
             other = replace(block, **{p.name: random_value(p, dice) for p in free})

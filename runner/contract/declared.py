@@ -134,7 +134,7 @@ def _fails(kind: type[Block], values: dict[str, Any]) -> str:
     """Return why a block with these parameters cannot start, or ""."""
     try:
         block = kind(**values)
-        if kind.digital():
+        if kind.has_formats():
             return ""
         made = constants_of(block, block, PERIOD)
         if not all(map(math.isfinite, _numbers(made or ()))):

@@ -90,7 +90,7 @@ def another(planned: Plan, dice: random.Random) -> Plan:
         free = [
             p.name
             for p in type(block).parameters.values()
-            if p.kind is float and not type(block).digital() and (name, p.name) not in planned.schedule.drivers
+            if p.kind is float and not type(block).has_formats() and (name, p.name) not in planned.schedule.drivers
         ]
         try:
             changes = {p: getattr(block, p) * (1.0 + 1e-4 * dice.uniform(-1.0, 1.0)) for p in free}
