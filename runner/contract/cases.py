@@ -12,7 +12,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.integration import Integration
 from proofmass.runner.contract.around import graph_around
 from proofmass.runner.contract.drawn import random_block, random_value
@@ -33,7 +33,7 @@ class Case:
     """Some runs side by side that differ in numbers: those of the sources, and of the block."""
 
     sensors: Sequence[Sensor]
-    given: dict[Node, Array]  # what differs, for each of them
+    given: dict[Endpoint, Array]  # what differs, for each of them
     ticks: int
 
     @cached_property

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.contract.foreign import Foreign
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -110,7 +110,7 @@ def resumed_differences(
 
 
 def lane_differences(
-    sensors: Sequence[Sensor], outcomes: Sequence[Outcome], given: Mapping[Node, Array], lanes: int
+    sensors: Sequence[Sensor], outcomes: Sequence[Outcome], given: Mapping[Endpoint, Array], lanes: int
 ) -> Iterator[str]:
     """Where runs side by side differ; `given` has what each varied parameter is in each of them."""
     plans = [replace(sensor.plan, probes=()) for sensor in sensors]

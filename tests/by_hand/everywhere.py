@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.integration import Integration
 from proofmass.runner.contract.foreign import FOREIGN
 from proofmass.runner.contract.outcomes import (
@@ -101,7 +101,7 @@ def another(planned: Plan, dice: random.Random) -> Plan:
     return varied(planned, blocks)
 
 
-def differing(plans: Sequence[Plan]) -> dict[Node, Array]:
+def differing(plans: Sequence[Plan]) -> dict[Endpoint, Array]:
     """The parameters in which the plans differ, with what they are in each."""
     first = plans[0]
     return {
