@@ -41,16 +41,17 @@ def impulse_response(c: Correlator, finished: list[int], out: list[int]) -> None
 def update(
     c: Correlator, x: State, history: list[int], sums: list[int], finished: list[int], bit: bool, code: int
 ) -> State:
-    for k in range(len(history) - 1, 0, -1):
-        history[k] = history[k - 1]
-    history[0] = 0 if bit else -1
     code = min(max(code, -LARGEST), LARGEST)
-    if x.filled < len(sums):
-        for k in range(x.filled + 1):
-            sums[k] += (code ^ history[k]) - history[k]
-    else:
+    chip_of_cell = 0 if bit else -1
+    for k in range(len(sums)):
+        older = history[k]
+        history[k] = chip_of_cell
+        sums[k] += (code ^ chip_of_cell) - chip_of_cell
+        chip_of_cell = older
+    if x.filled < len(sums):  # of cells without a chip yet
         for k in range(len(sums)):
-            sums[k] += (code ^ history[k]) - history[k]
+            if k > x.filled:
+                sums[k] = 0
     chip = x.chip + 1
     if chip == c.chips:
         chip = 0
