@@ -22,7 +22,7 @@ def test_block(file: Path, kinds: tuple[str, ...], as_json: bool) -> int:
     proofmass test-block my_blocks.py
     proofmass test-block my_blocks.py MovingMean --json
     """
-    from proofmass.runner.commands.test_block_command import test_blocks
+    from proofmass.runner.commands.test_block_command import test_blocks  # start-up time
 
     return test_blocks(file, kinds, as_json)
 
