@@ -9,11 +9,9 @@ import functools
 import math
 import sys
 import time
-import types
 from collections.abc import Iterator
 from typing import Any
 
-import numba
 import numpy as np
 from scipy import stats
 
@@ -21,6 +19,10 @@ from proofmass.blocks import WhiteNoise
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.build import Builder
+from proofmass.runner.program.form import FLOAT, INTEGER
+from proofmass.runner.program.lower import call, program
+from proofmass.runner.targets.machine_code import load
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 LAGS = 16
@@ -29,40 +31,40 @@ MOST = 4.0  # standard errors
 WAYS = ("samples", "runs", "streams")
 
 
-@functools.cache
-def compiled(function: Any) -> Any:
-    """A function of the blocks and all that it calls, compiled."""
-    names = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
-    known = {name: compiled(value) if isinstance(value, types.FunctionType) else value for name, value in names.items()}
-    return numba.njit(types.FunctionType(function.__code__, known, function.__name__), error_model="numpy")
+def sums(seed: int, way: int, count: int, powers: Any, products: Any, last: Any, bins: Any) -> None:
+    """Sums over deviates of powers, of products with earlier ones, and of how many lie in each bin."""
+    for k in range(count):
+        x = normal_deviate(seed, k if way == 1 else 3, k if way == 2 else 5, k if way == 0 else 7)
+        power = 1.0
+        for n in range(4):
+            power *= x
+            powers[n] += power
+        for lag in range(LAGS):
+            products[lag] += x * last[(k - 1 - lag) % LAGS]
+        last[k % LAGS] = x
+        bins[min(int(0.5 * math.erfc(-x / math.sqrt(2.0)) * BINS), BINS - 1)] += 1
 
 
 @functools.cache
-def _summing() -> Any:
-    deviate = compiled(normal_deviate)
+def _compiled() -> Any:
+    """The sums as machine code."""
+    builder = Builder("entry")
+    numbers = [builder.parameter(INTEGER, name) for name in ("seed", "way", "count")]
+    lengths = {"powers": 4, "products": LAGS, "last": LAGS}
+    arrays = [builder.array(FLOAT, length, name, True) for name, length in lengths.items()]
+    call(builder, sums, [*numbers, *arrays, builder.array(INTEGER, BINS, "bins", True)])
+    return load(program(builder.function()))
 
-    @numba.njit(error_model="numpy")
-    def sums(seed: int, way: int, count: int) -> Any:
-        powers, products, bins = np.zeros(4), np.zeros(LAGS), np.zeros(BINS, np.int64)
-        last = np.zeros(LAGS)
-        for k in range(count):
-            x = deviate(seed, k if way == 1 else 3, k if way == 2 else 5, k if way == 0 else 7)
-            power = 1.0
-            for n in range(4):
-                power *= x
-                powers[n] += power
-            for lag in range(LAGS):
-                products[lag] += x * last[(k - 1 - lag) % LAGS]
-            last[k % LAGS] = x
-            bins[min(int(0.5 * math.erfc(-x / math.sqrt(2.0)) * BINS), BINS - 1)] += 1
-        return powers / count, products / count, bins
 
-    return sums
+def _summed(seed: int, way: int, count: int) -> tuple[Any, Any, Any]:
+    powers, products, last, bins = np.zeros(4), np.zeros(LAGS), np.zeros(LAGS), np.zeros(BINS, np.int64)
+    _compiled()(seed, way, count, *(array.ctypes.data for array in (powers, products, last, bins)))
+    return powers / count, products / count, bins
 
 
 def errors(way: str, count: int, seed: int = 1) -> Iterator[tuple[str, float]]:
     """Each statistic of so many deviates along samples, runs or streams, in its standard errors."""
-    moments, products, bins = _summing()(seed, WAYS.index(way), count)
+    moments, products, bins = _summed(seed, WAYS.index(way), count)
     mean, second, third, fourth = moments
     variance = second - mean**2
     skewness = (third - 3.0 * mean * second + 2.0 * mean**3) / variance**1.5

@@ -8,15 +8,17 @@ from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
+LARGEST = 1 << 40  # code; periods of 2^22 chips do not leave 64 bits
+
 
 class Correlator(Block):
     """Bank of correlation cells; one vector of sums per period, available from the tick after its last chip."""
 
     cells: int = param("1", "Number of lags, from 0.", default=16, at_least=1, at_most=4096)
-    chips: int = param("1", "Chips of a period.", default=1023, at_least=1)
+    chips: int = param("1", "Chips of a period.", default=1023, at_least=1, at_most=1 << 22)
 
     bit = Input("1", "Chip that excites the device.", dtype=bool)
-    code = Input("1", "Response of the device in the same tick.", dtype=int)
+    code = Input("1", "Response of the device in the same tick; clipped at 2^40.", dtype=int)
 
     history = Buffer("Last chips, newest first: 0 for a one, -1 for a zero; y ^ -1 less -1 is -y.", int, ("cells",))
     sums = Buffer("Sums of the period under way.", int, ("cells",))
@@ -39,15 +41,17 @@ def impulse_response(c: Correlator, finished: list[int], out: list[int]) -> None
 def update(
     c: Correlator, x: State, history: list[int], sums: list[int], finished: list[int], bit: bool, code: int
 ) -> State:
-    for k in range(len(history) - 1, 0, -1):
-        history[k] = history[k - 1]
-    history[0] = 0 if bit else -1
-    if x.filled < len(sums):
-        for k in range(x.filled + 1):
-            sums[k] += (code ^ history[k]) - history[k]
-    else:
+    code = min(max(code, -LARGEST), LARGEST)
+    chip_of_cell = 0 if bit else -1
+    for k in range(len(sums)):
+        older = history[k]
+        history[k] = chip_of_cell
+        sums[k] += (code ^ chip_of_cell) - chip_of_cell
+        chip_of_cell = older
+    if x.filled < len(sums):  # of cells without a chip yet
         for k in range(len(sums)):
-            sums[k] += (code ^ history[k]) - history[k]
+            if k > x.filled:
+                sums[k] = 0
     chip = x.chip + 1
     if chip == c.chips:
         chip = 0

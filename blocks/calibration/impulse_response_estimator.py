@@ -54,11 +54,12 @@ def update(
     bit: bool,
     response: float,
 ) -> State:
-    for k in range(len(history) - 1, 0, -1):
-        history[k] = history[k - 1]
-    history[0] = 1.0 if bit else -1.0
+    chip_of_cell = 1.0 if bit else -1.0
     for k in range(len(sums)):
-        sums[k] += history[k] * response
+        older = history[k]
+        history[k] = chip_of_cell
+        sums[k] += chip_of_cell * response
+        chip_of_cell = older
     chip = x.chip + 1
     if chip < c.chips:
         return State(chip)

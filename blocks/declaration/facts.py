@@ -139,12 +139,14 @@ class Facts(type):
         return cls.taken_in_the_loop(parameter) and not cls.parameters[parameter].not_driven
 
     def taken_in_the_loop(cls, parameter: str) -> bool:
-        """Whether constants can be computed in the loop from the parameter: a number that no start or requirement
-        uses."""
+        """Whether constants can be computed in the loop from the parameter: a number that no start, requirement or
+        size uses."""
         if cls.has_formats() or cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
         once = [f for f in (start and start.function, cls.requirements) if f]
+        sized: tuple[Port | BufferPort, ...] = (*cls.outputs.values(), *cls.buffers.values())
+        once += [size for port in sized for size in port.shape if callable(size)]
         no_numbers = {name for name, p in cls.parameters.items() if p.kind in (tuple, Fixed)}
         from_these = constants is not None and no_numbers & set(constants.function.__code__.co_names)
         return not from_these and not any(parameter in f.__code__.co_names for f in once)

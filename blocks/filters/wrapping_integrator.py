@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Input, param
 
+MOST = 2.0**53  # spans of a tick, and of all, of which a number can be told from the next
+
 
 class WrappingIntegrator(Block):
     """Integral that starts again at the other end: a phase from a frequency, a serrodyne ramp, an angle from a rate."""
@@ -50,7 +52,9 @@ def start(p: WrappingIntegrator) -> State:
     return State(p.initial, 0)
 
 
-@WrappingIntegrator.output("{output_unit}")
+@WrappingIntegrator.output(
+    "{output_unit}", no_value="it has wrapped more often than a number can count: limit the input, or widen the range"
+)
 def output(c: Constants, x: State) -> float:
     """The integral within its range."""
     return x.total
@@ -65,5 +69,8 @@ def wraps(c: Constants, x: State) -> int:
 @WrappingIntegrator.update
 def update(c: Constants, x: State, input: float) -> State:
     total = x.total + c.step * input
-    spans = math.floor((total - c.lowest) / c.span)
+    turns = (total - c.lowest) / c.span
+    if not -MOST < turns + x.wraps < MOST or not -MOST < turns < MOST:
+        return State(math.nan, 0)
+    spans = math.floor(turns)
     return State(total - c.span * float(spans), x.wraps + spans)

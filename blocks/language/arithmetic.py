@@ -7,6 +7,8 @@ compiler of such functions can take.
 
 import math
 
+from proofmass.blocks.arithmetic.scaling import mantissa_and_exponent, scaled
+
 HIGHEST, LOWEST = 2**63 - 1, -(2**63)
 MOST_TURNS = 1 << 24  # of one loop in one call
 _SURELY_FITS, _SURELY_NOT = 9.2e18, 9.3e18  # on both sides of 2^63
@@ -140,36 +142,6 @@ def power_fails(a: int, k: int) -> bool:
     return k < 0
 
 
-def greatest_divisor(a: int, b: int) -> int:
-    """Greatest common divisor, by Euclid on numbers below zero, of which there is one more."""
-    a, b = min(a, -a), min(b, -b)
-    while b != 0:
-        a, b = b, modulo(a, b)
-    return -a
-
-
-def greatest_divisor_fails(a: int, b: int) -> bool:
-    """Whether it is 2^63."""
-    return (a == LOWEST and b in (0, LOWEST)) or (b == LOWEST and a == 0)
-
-
-def integer_root(a: int) -> int:
-    """Square root, rounded down."""
-    if a <= 0:
-        return 0
-    root = int(math.sqrt(float(a)))
-    while root > a // root:
-        root -= 1
-    while root + 1 <= a // (root + 1):
-        root += 1
-    return root
-
-
-def integer_root_fails(a: int) -> bool:
-    """Whether there is none."""
-    return a < 0
-
-
 def true_divide(a: int, b: int) -> float:
     """Quotient of integers, rounded once; a division of numbers does that where both are exact as numbers.
 
@@ -265,6 +237,34 @@ def undefined_of_two(value: float, a: float, b: float) -> bool:
     if math.isnan(value):
         return not (math.isnan(a) or math.isnan(b))
     return math.isinf(value) and math.isfinite(a) and math.isfinite(b)
+
+
+def times_power_of_two(a: float, n: int) -> float:
+    """A number times 2^n, rounded once."""
+    if a == 0.0 or not math.isfinite(a):
+        return a
+    m, exponent = mantissa_and_exponent(abs(a))
+    return math.copysign(scaled(m, min(max(exponent + float(n), -1080.0), 1030.0)), a)
+
+
+def times_power_of_two_fails(value: float, a: float, n: int) -> bool:
+    """Whether the product is too large for a number."""
+    return math.isinf(value) and math.isfinite(a)
+
+
+def is_close(a: float, b: float, relative: float, absolute: float) -> bool:
+    """Whether two numbers differ by no more than a share of either, or than so much."""
+    if a == b:
+        return True
+    if math.isinf(a) or math.isinf(b):
+        return False
+    apart = abs(b - a)
+    return apart <= abs(relative * b) or apart <= abs(relative * a) or apart <= absolute
+
+
+def is_close_fails(a: float, b: float, relative: float, absolute: float) -> bool:
+    """Whether a tolerance is negative."""
+    return relative < 0.0 or absolute < 0.0
 
 
 def truncate(a: float) -> int:

@@ -8,14 +8,14 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.language import operations
-from proofmass.blocks.language.expressions import Expressions
 from proofmass.blocks.language.operations import Checked
+from proofmass.blocks.language.reductions import REDUCED, Reductions
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import Meta, Record, TupleOf, Type, described, is_record
 from proofmass.blocks.language.writing import Typed
 
 
-class Calls(Expressions):
+class Calls(Reductions):
     """Reads calls."""
 
     def call(self, node: ast.Call, target: types.FunctionType) -> Typed:
@@ -33,6 +33,8 @@ class Calls(Expressions):
             return self.call(node, target)
         if is_record(target):
             return self._record(node, target)
+        if target is math.isclose:
+            return self._close(node)
         made = self._known_function(node, target) if not node.keywords else None
         if made is not None:
             return made
@@ -72,10 +74,12 @@ class Calls(Expressions):
         if target is len and len(node.args) == 1:
             made, _ = self.sequence(node.args[0])
             return self.applied(len, made), int
+        if target is float and _names_no_number(node):
+            return ast.Constant(float(ast.literal_eval(node.args[0]))), float
         if target not in _OF_NUMBERS or any(isinstance(part, ast.Starred) for part in node.args):
             return None
-        if target in (min, max) and len(node.args) == 1:
-            raise refuse(node, f"{target.__name__}() of a list is not compiled", "compare its entries in a loop")
+        if target in REDUCED and len(node.args) == 1:
+            return self.reduced(node, target)
         given = [self.number(part) for part in node.args]
         if target in (min, max):
             return self._extreme(node, target, given)
@@ -90,6 +94,11 @@ class Calls(Expressions):
         if target is math.log and len(given) == 2:
             parts = [(self.defined(operations.ONE[math.log], self.as_number(*part)), float) for part in given]
             return self.operated(node, ast.Div, *parts)
+        if target is math.ldexp and len(given) == 2:
+            if given[1][1] is float:
+                raise refuse(node, "math.ldexp with a number as exponent", "write int(...)")
+            parts_of = self.as_number(*given[0]), self.as_integer(*given[1])
+            return self.defined(operations.LOAD_EXPONENT, *parts_of), float
         if target in operations.TWO and len(given) == 2:
             return self._of_numbers(target, operations.TWO[target], given), float
         if target in operations.OF_WHOLE and len(given) == operations.OF_WHOLE[target][0]:
@@ -120,6 +129,18 @@ class Calls(Expressions):
             return self.checked(operations.ABSOLUTE, self.as_integer(made, kind)), int
         return None
 
+    def _close(self, node: ast.Call) -> Typed:
+        """Whether two numbers are close; the tolerances may be named."""
+        named = {str(keyword.arg): keyword.value for keyword in node.keywords}
+        if len(node.args) != 2 or not set(named) <= set(operations.TOLERANCES):
+            raise refuse(node, "math.isclose is of two numbers", "write math.isclose(a, b, rel_tol=..., abs_tol=...)")
+        read = [self.number(part) for part in node.args]
+        read += [
+            self.number(named[name]) if name in named else (ast.Constant(default), float)
+            for name, default in operations.TOLERANCES.items()
+        ]
+        return self.checked(operations.IS_CLOSE, *self._numbers(read)), bool
+
     def _numbers(self, given: Iterable[Typed]) -> list[ast.expr]:
         return [self.as_number(made, kind) for made, kind in given]
 
@@ -139,6 +160,12 @@ class Calls(Expressions):
             other = self.kept(value)
             best = self.kept(ast.IfExp(ast.Compare(other, [sign], [best]), other, best))
         return best, kind
+
+
+def _names_no_number(node: ast.Call) -> bool:
+    """Whether it is float("nan"), or an infinity."""
+    text = node.args[0].value if len(node.args) == 1 and isinstance(node.args[0], ast.Constant) else None
+    return isinstance(text, str) and text.strip().lower().lstrip("+-") in ("nan", "inf", "infinity")
 
 
 def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
@@ -168,5 +195,5 @@ _OF_NUMBERS: set[Any] = {
     *operations.LOOKS,
     *operations.SCALED,
     *operations.ROUND,
-    *(abs, bool, divmod, float, int, max, min, pow, round, math.fabs),
+    *(abs, bool, divmod, float, int, max, min, pow, round, sum, math.fabs, math.ldexp, math.prod),
 }

@@ -9,6 +9,7 @@ from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.language import arithmetic, operations
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.values import (
+    NUMBERS,
     ListOf,
     Meta,
     Record,
@@ -56,7 +57,11 @@ class Expressions(Writer):
             return ast.Constant(int(value)), int
         if isinstance(value, float):
             return ast.Constant(float(value)), float
-        if isinstance(value, tuple) and value and not is_record(type(value)):
+        if is_record(type(value)):
+            kind = Record(type(value))
+            if all(of in NUMBERS for of in kind.fields.values()):
+                return self.bound(value), kind
+        elif isinstance(value, tuple) and value:
             kinds = tuple(self.literal(node, entry)[1] for entry in value)
             return self.bound(value), TupleOf(kinds)
         if isinstance(
@@ -183,8 +188,10 @@ class Expressions(Writer):
 
     def _compare(self, node: ast.Compare) -> Typed:
         for operator in node.ops:
-            if isinstance(operator, ast.Is | ast.IsNot | ast.In | ast.NotIn):
-                raise refuse(node, "is and in are not compiled", "compare with == and or")
+            if isinstance(operator, ast.Is | ast.IsNot):
+                raise refuse(node, "is is not compiled", "compare with ==")
+            if isinstance(operator, ast.In | ast.NotIn):
+                return self._among(node), bool
         left = self.number(node.left)
         first = self.number(node.comparators[0])
         read = [self.apart(lambda part=part: self.number(part)) for part in node.comparators[1:]]  # type: ignore[misc]
@@ -197,6 +204,23 @@ class Expressions(Writer):
         pairs = zip(names, node.ops, names[1:], strict=False)
         tests = [self._compared(a, operator, b) for a, operator, b in pairs]
         return (tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)), bool
+
+    def _among(self, node: ast.Compare) -> ast.expr:
+        """Whether a number is one of those of a tuple."""
+        if len(node.ops) > 1:
+            raise refuse(node, "in within a chain of comparisons", "join them by `and`")
+        left, kind = self.number(node.left)
+        made, whole = self.expression(node.comparators[0])
+        if not isinstance(whole, TupleOf) or not all(entry in NUMBERS for entry in whole.entries):
+            raise refuse(node, f"in, of what is {described(whole)}", "write a loop over its entries", known=whole)
+        left, made = self.kept(left), self.kept(made)
+        places = [ast.Subscript(made, ast.Constant(n), ast.Load()) for n in range(len(whole.entries))]
+        equal = [
+            self._compared((left, kind), ast.Eq(), (place, entry))
+            for place, entry in zip(places, whole.entries, strict=True)
+        ]
+        among = ast.BoolOp(ast.Or(), equal) if len(equal) > 1 else equal[0]
+        return among if isinstance(node.ops[0], ast.In) else ast.UnaryOp(ast.Not(), among)
 
     def _chain(self, node: ast.Compare, left: Typed, rest: list[Typed], lines: list[list[ast.stmt]]) -> ast.expr:
         """Comparisons in a row, of which the later ones are evaluated only where the earlier hold."""

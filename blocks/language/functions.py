@@ -124,9 +124,6 @@ def _lowered(
 
 def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
     """The statements, and a return behind them where a function returns nothing."""
-    if tree.args.vararg or tree.args.kwarg:
-        reader.refused.append(refuse(tree, "* among the arguments", "name them one by one"))
-        return []
     lines, ended = reader.block(tree.body)
     if not ended:
         try:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from proofmass.blocks.language import arithmetic
+from proofmass.blocks.language import arithmetic, whole
 from proofmass.blocks.language.values import Type
 
 
@@ -77,6 +77,16 @@ STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: s
 POWER = Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, _power)
 
 
+def _factorial(n: int) -> int:
+    if n > 20:
+        raise OverflowError("an integer does not fit 64 bits")
+    return math.factorial(n)
+
+
+def _is_close(a: float, b: float, relative: float, absolute: float) -> bool:
+    return math.isclose(a, b, rel_tol=relative, abs_tol=absolute)
+
+
 def _turned(turns: int) -> int:
     if arithmetic.next_turn_fails(turns):
         raise RuntimeError(f"a loop of over {arithmetic.MOST_TURNS:,} turns in one tick")
@@ -125,9 +135,16 @@ ROUND = {
     math.trunc: TRUNCATE,
 }
 OF_WHOLE = {
-    math.isqrt: (1, Checked(arithmetic.integer_root, arithmetic.integer_root_fails, int, math.isqrt)),
-    math.gcd: (2, _fits(arithmetic.greatest_divisor, arithmetic.greatest_divisor_fails, math.gcd)),
+    math.isqrt: (1, Checked(whole.integer_root, whole.integer_root_fails, int, math.isqrt)),
+    math.gcd: (2, _fits(whole.greatest_divisor, whole.greatest_divisor_fails, math.gcd)),
 }
+OF_WHOLE |= {
+    math.lcm: (2, _fits(whole.least_multiple, whole.least_multiple_fails, math.lcm)),
+    math.factorial: (1, Checked(whole.factorial, whole.factorial_fails, int, _factorial)),
+}
+LOAD_EXPONENT = Checked(arithmetic.times_power_of_two, arithmetic.times_power_of_two_fails, float, math.ldexp)
+IS_CLOSE = Checked(arithmetic.is_close, arithmetic.is_close_fails, bool, _is_close)
+TOLERANCES = {"rel_tol": 1e-9, "abs_tol": 0.0}  # of math.isclose
 SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
 
 # What to write instead of functions that cannot be compiled to the bits of Python.
@@ -152,13 +169,14 @@ INSTEAD: dict[Any, str] = {
     math.fsum: "add the entries up in a loop",
     math.dist: "write math.sqrt of the sum of squares",
     math.hypot: "write math.sqrt of the sum of squares",
-    math.prod: "multiply the entries in a loop",
-    math.factorial: "compute it in `constants`",
+    reversed: "write range(len(entries) - 1, -1, -1)",
+    math.frexp: "Python gives it as a tuple of two types: compute it in `constants`",
+    math.modf: "write a - float(math.trunc(a))",
+    math.remainder: "write a - b * float(round(a / b))",
+    math.nextafter: "write a * (1.0 + 2.0**-52)",
+    math.ulp: "write abs(a) * 2.0**-52",
     math.comb: "compute it in `constants`",
     math.perm: "compute it in `constants`",
-    math.lcm: "write a * b // math.gcd(a, b)",
-    math.ldexp: "multiply by a power of two",
-    math.isclose: "write abs(a - b) <= tolerance",
 }
 UNREPEATABLE = {
     "random": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",

@@ -10,7 +10,7 @@ from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import Type, Unknown
 
 _MISSING = object()
-Read = tuple[types.FunctionType | types.ModuleType, str, Any]
+Read = tuple[types.FunctionType | types.ModuleType | type, str, Any]
 
 
 class Scope:
@@ -73,8 +73,8 @@ class Scope:
 
     def member(self, node: ast.Attribute, owner: Any) -> Any:
         """A value of a module."""
-        value = getattr(owner, node.attr, _MISSING) if isinstance(owner, types.ModuleType) else _MISSING
-        if value is _MISSING and isinstance(owner, type):
+        value = getattr(owner, node.attr, _MISSING)
+        if isinstance(owner, type) and not isinstance(value, int | float | tuple):  # numbers of a class, of an Enum
             raise refuse(node, f"{ast.unparse(node)} is not compiled", "write it with numbers")
         if value is _MISSING:
             name = getattr(owner, "__name__", "it")
@@ -90,7 +90,7 @@ def unchanged(reads: list[Read]) -> bool:
 
 
 def _now(owner: Any, name: str) -> Any:
-    return getattr(owner, name, _MISSING) if isinstance(owner, types.ModuleType) else _outer(owner, name)
+    return _outer(owner, name) if isinstance(owner, types.FunctionType) else getattr(owner, name, _MISSING)
 
 
 def _same(value: Any, before: Any) -> bool:

@@ -6,8 +6,7 @@ import typing
 from collections.abc import Callable
 from typing import Any
 
-from proofmass.blocks.language import operations
-from proofmass.blocks.language.calls import Calls
+from proofmass.blocks.language.loops import Loops
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import Scope
 from proofmass.blocks.language.values import (
@@ -28,7 +27,7 @@ class RestartError(Exception):
     """Something was learned that concerns what was written already."""
 
 
-class Statements(Calls):
+class Statements(Loops):
     """Reads the statements of a function; `refused` is what cannot be compiled."""
 
     def __init__(self, scope: Scope, compiled: bool, known: "Known", called: Callable[..., Typed]) -> None:
@@ -77,14 +76,14 @@ class Statements(Calls):
         if len(node.targets) > 1:
             value = self.kept(value[0]), value[1]
         for target in node.targets:
-            self._set(target, value)
+            self.set(target, value)
 
     def _annassign(self, node: ast.AnnAssign) -> None:
         if node.value is not None:
             made, kind = self.expression(node.value)
             words: dict[str, Type] = {"float": float, "int": int, "bool": bool}
             wanted = words.get(ast.unparse(node.annotation), kind)
-            self._set(node.target, (self.converted(node, made, kind, wanted, "the variable"), wanted))
+            self.set(node.target, (self.converted(node, made, kind, wanted, "the variable"), wanted))
 
     def _augassign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Subscript):
@@ -98,9 +97,9 @@ class Statements(Calls):
         if isinstance(node.target, ast.Attribute):
             raise refuse(node, "a field cannot be changed", "return a new State(...) from update")
         left = self.number(ast.copy_location(ast.Name(node.target.id, ast.Load()), node.target))
-        self._set(node.target, self.operated(node, type(node.op), left, self.number(node.value)))
+        self.set(node.target, self.operated(node, type(node.op), left, self.number(node.value)))
 
-    def _set(self, target: ast.expr, value: Typed) -> None:
+    def set(self, target: ast.expr, value: Typed) -> None:
         made, kind = value
         if isinstance(target, ast.Name):
             self.lines.append(ast.Assign([ast.Name(target.id, ast.Store())], self._into(target, made, kind)))
@@ -113,7 +112,7 @@ class Statements(Calls):
             fresh: list[ast.expr] = [ast.Name(name, ast.Store()) for name in names]
             self.lines.append(ast.Assign([ast.Tuple(fresh, ast.Store())], made))
             for part, name, of in zip(target.elts, names, parts, strict=True):
-                self._set(part, (ast.Name(name, ast.Load()), of))
+                self.set(part, (ast.Name(name, ast.Load()), of))
         elif isinstance(target, ast.Subscript):
             vector, of = self._vector(target)
             made = self.kept(made)
@@ -164,7 +163,7 @@ class Statements(Calls):
         self.scope.assigned.add(name)
         return made
 
-    # -- decisions and loops ---------------------------------------------------------------------------------------
+    # -- decisions -------------------------------------------------------------------------------------------------
 
     def _if(self, node: ast.If) -> bool:
         test = self.test(node.test)
@@ -180,73 +179,8 @@ class Statements(Calls):
         self.lines.append(ast.If(test, then, other))
         return ended and other_ended
 
-    def _for(self, node: ast.For) -> None:
-        if node.orelse:
-            raise refuse(node, "else of a loop", "set a variable before `break`")
-        made, kind = self._gone_through(node.iter)
-        before = set(self.scope.assigned)
-        name = self.scope.fresh()
-        self.lines.append(ast.For(ast.Name(name, ast.Store()), made, [], []))
-        loop = self.lines[-1]
-        head, _ = self.apart(lambda: self._set(node.target, (ast.Name(name, ast.Load()), kind)))
-        body, _ = self.block(node.body)
-        assert isinstance(loop, ast.For)
-        loop.body = [*head, *body]
-        self.scope.assigned = before
-
-    def _gone_through(self, node: ast.expr) -> Typed:
-        """What a loop goes through, and the type of its variable."""
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
-            target = self.expression(node.func)[1]
-            value = getattr(target, "value", None)
-            if value is range and 1 <= len(node.args) <= 3:
-                read = [self.number(part) for part in node.args]
-                if any(kind is float for _, kind in read):
-                    raise refuse(node, "a range of numbers", "range is of integers: write int(...)")
-                given = [self.as_integer(*part) for part in read]
-                given = [ast.Constant(0), *given] if len(given) == 1 else given
-                given = [*given, ast.Constant(1)][:3]
-                if not (isinstance(given[2], ast.Constant) and given[2].value):
-                    given[2] = self.kept(self.checked(operations.STRIDE, given[2]))
-                if not all(isinstance(part, ast.Constant) and abs(int(str(part.value))) < 1000 for part in given):
-                    given = [self.kept(part) for part in given]
-                    given[1] = self.checked(operations.RANGE_END, *given)
-                return self.applied(range, *given), int
-            if value is enumerate and len(node.args) == 1:
-                made, entry = self.sequence(node.args[0])
-                return self.applied(enumerate, made), TupleOf((int, entry))
-            if value is zip and node.args:
-                parts = [self.sequence(part) for part in node.args]
-                return self.applied(zip, *(made for made, _ in parts)), TupleOf(tuple(kind for _, kind in parts))
-        return self.sequence(node)
-
-    def _while(self, node: ast.While) -> None:
-        if node.orelse:
-            raise refuse(node, "else of a loop", "set a variable before `break`")
-        before, turns = set(self.scope.assigned), self.scope.fresh()
-        lines, test = self.apart(lambda: self.test(node.test))
-        turn, more = self.apart(lambda: self.checked(operations.TURN, ast.Name(turns, ast.Load())))
-        body, _ = self.block(node.body)
-        turn.append(ast.Assign([ast.Name(turns, ast.Store())], more))
-        self.lines.append(ast.Assign([ast.Name(turns, ast.Store())], ast.Constant(0)))
-        if self.compiled:  # the first fault ends it: it may turn for ever on what failed
-            leave = ast.BoolOp(ast.Or(), [ast.UnaryOp(ast.Not(), test), ast.Name(self.scope.fault, ast.Load())])
-            body, test = [*turn, *lines, ast.If(leave, [ast.Break()], []), *body], ast.Constant(True)
-        else:
-            body = [*turn, *body]
-        self.lines.append(ast.While(test, body, []))
-        self.scope.assigned = before
-
     def _pass(self, node: ast.Pass) -> None:
         self.lines.append(node)
-
-    def _break(self, node: ast.Break) -> bool:
-        self.lines.append(node)
-        return True
-
-    def _continue(self, node: ast.Continue) -> bool:
-        self.lines.append(node)
-        return True
 
     def _expr(self, node: ast.Expr) -> None:
         if isinstance(node.value, ast.Constant):

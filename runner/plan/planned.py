@@ -11,7 +11,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import size_of
+from proofmass.blocks.declaration.instance import shape_of, size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Schedule
 from proofmass.graphs.model.flatten import FlatGraph
@@ -149,10 +149,30 @@ class Plan(Filled):
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
     measures: tuple[PlannedMeasure, ...]  # by name
 
+    def same_sizes(self, other: "Plan") -> bool:
+        """Return whether a loop of one of two plans that differ in numbers alone can run the other.
+
+        A buffer may be longer for another number: of flicker noise, the wider its band is.
+        """
+        changed = (name for name, block in self.blocks.items() if block is not other.blocks[name])
+        return all(self._sizes(name) == other._sizes(name) for name in changed)
+
+    def _sizes(self, name: str) -> list[Any]:
+        """Return the lengths of a block's buffers, outputs and lists among its constants."""
+        block, constants = self.blocks[name], self.constants[name]
+        lists = [] if isinstance(constants, Driven) else [_lengths(value) for value in constants or ()]
+        buffers = [len(self.buffers[name, buffer]) for buffer in type(block).buffers]
+        return [buffers, [shape_of(block, port) for port in type(block).outputs.values()], lists]
+
     @cached_property
     def ahead(self) -> tuple[Endpoint, ...]:
         """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
+
+
+def _lengths(value: Any) -> Any:
+    """Return the lengths of lists in lists, as deep as they go."""
+    return [_lengths(entry) for entry in value] if isinstance(value, tuple) else None
 
 
 def _ends(path: str) -> Iterator[str]:

@@ -58,9 +58,9 @@ def plan(graph: Graph, *, wide: bool = False) -> Plan:
 
 
 def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
-    """The plan with some blocks of the same kinds and sizes, but other numbers; order, wiring and methods stay.
+    """The plan with some blocks of the same kinds, but other numbers; order, wiring and methods stay.
 
-    Raises `ModelError` where constants cannot be computed.
+    `Plan.same_sizes` says whether one loop runs both. Raises `ModelError` where constants cannot be computed.
     """
     changed = dataclasses.replace(planned, blocks={**planned.blocks, **blocks})
     made, problems = _made(changed, blocks)

@@ -26,7 +26,16 @@ from proofmass.runner.program.form import (
     Value,
     Variable,
 )
-from proofmass.runner.program.structure import Lowered, is_record, is_scalar, leaves, like, mapped, rebuilt
+from proofmass.runner.program.structure import (
+    Lowered,
+    is_record,
+    is_scalar,
+    leaves,
+    like,
+    mapped,
+    rebuilt,
+    shape_of,
+)
 
 _DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations that are not done in vain
 _MANY = 12  # operations that are not done in vain
@@ -328,9 +337,17 @@ class Expressions:
             if not -len(whole) <= known < len(whole):
                 raise refuse(node, f"there is no entry {known} among {len(whole)}")
             return whole[known]
-        if not whole or not all(is_scalar(part) for part in whole):
+        parts = [list(leaves(part)) for part in whole]
+        alike = len(set(map(shape_of, whole))) == 1
+        if not whole or not all(is_scalar(leaf) for part in parts for leaf in part):
             raise refuse(node, f"{_described(whole)} has no entries that an index may choose")
-        parts = numbers.agreed(self.builder, *whole)
+        if not alike and not all(map(is_scalar, whole)):
+            raise refuse(node, f"{_described(whole)} has entries of several types", "make all its entries of one type")
+        return rebuilt(whole[0], [self._entry(index, column) for column in zip(*parts, strict=True)])
+
+    def _entry(self, index: Operand, entries: Sequence[Any]) -> Operand:
+        """The number that an index chooses."""
+        parts = numbers.agreed(self.builder, *entries)
         chosen = parts[0]
         for number, part in enumerate(parts[1:], 1):
             chosen = self.builder.compute("select", self._is(index, number, len(parts)), part, chosen)

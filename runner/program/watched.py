@@ -6,6 +6,7 @@ the same rate takes into such arithmetic need not be looked at, since the block'
 
 from typing import Any
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language.forms import form_of
 from proofmass.graphs.checks.schedule import outputs_of
@@ -25,10 +26,12 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
         block, stride = plan.blocks[node[0]], plan.stride(node)
         if type(block).outputs[node[1]].shape or type(block).has_formats():
             continue
-        for argument in type(block).output_functions[node[1]].arguments:
+        behaviour = type(block).output_functions[node[1]]
+        for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
             driver = plan.schedule.drivers.get((node[0], argument))
             if (
-                driver in floats - solved
+                meaning is Meaning.INPUT
+                and driver in floats - solved
                 and plan.stride(driver) == stride
                 and passes_on(block, node[1], argument, plan.constants[node[0]])
             ):
@@ -45,11 +48,14 @@ def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     }
     state = type(block).state_class()
     x = state and state(*(_Number() for _ in fields(state)))
-    given = {name: _Number() for name in output.arguments} | {"x": x, argument: _NotFinite()}
+    numbers: dict[str, Any] = {
+        name: x if meaning is Meaning.STATE else _NotFinite() if name == argument else _Number()
+        for name, meaning in zip(output.arguments, output.meanings, strict=True)
+    }
     form = form_of(type(block), output, compiled=True)
     function = output.function if form is None else form.function
     try:
-        found = function(known(**held), *map(given.get, output.arguments))
+        found = function(known(**held), *numbers.values())
         return isinstance(found[0] if form and form.fails else found, _NotFinite)
     except Exception:  # it looks at a number, gives it to a library, or raises
         return False

@@ -63,7 +63,7 @@ def failed(planned: Plan, fault: TickError) -> Problem:
         hint = fault.value.hint
     if isinstance(fault.value, OverflowError):
         hint = "take a wider format, or let it saturate or wrap"
-    own = _own_line(block, fault.value)
+    own = own_line(block, fault.value)
     if own:
         hint = f"{own} raises it"
     expected = ""
@@ -90,7 +90,7 @@ def failed(planned: Plan, fault: TickError) -> Problem:
     return planned.graph.placed(problem)
 
 
-def _own_line(block: Block | None, error: Any) -> str:
+def own_line(block: Block | None, error: Any) -> str:
     """File and line of a user's own block that raised an error; empty where it was not one."""
     if block is None or not isinstance(error, Exception) or not is_own(type(block)):
         return ""

@@ -38,7 +38,6 @@ class Settings(NamedTuple):
 
 
 ALONE = Settings()
-SIDE_BY_SIDE = Settings(wide=True)
 
 
 def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
@@ -46,9 +45,7 @@ def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
     return _function(program, llvm_text(program), settings, frozenset())
 
 
-def load_lanes(
-    program: Program, lanes: int, of_entry: LanesOf, settings: Settings = SIDE_BY_SIDE
-) -> Callable[..., Any]:
+def load_lanes(program: Program, lanes: int, of_entry: LanesOf, settings: Settings) -> Callable[..., Any]:
     """The program for several runs side by side; numbers that differ are given as addresses of rows."""
     return _function(program, lane_text(program, lanes, of_entry), settings, of_entry.numbers)
 

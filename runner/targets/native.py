@@ -58,7 +58,8 @@ class CompiledLoop:
         compiled: CompiledPlan | None = None,
     ) -> None:
         self.plan, self.seed, self.run = plan, seed, run
-        compiled = compiled or CompiledPlan(plan)
+        if compiled is None or not plan.same_sizes(compiled.plan):
+            compiled = CompiledPlan(plan)
         written = self._written = compiled.written
         self._loop = compiled.loop
         memory = memory or start(plan)
@@ -82,8 +83,11 @@ class CompiledLoop:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in self.arrays(rows)))
         self.tick = last
-        finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())
-        return finite and not self._state[INTEGERS][self._refused]
+        return self.sound(self._state[FLOATS], self._state[INTEGERS])
+
+    def sound(self, numbers: Array, integers: Array) -> bool:
+        """Whether every number was finite and fitted its format, by the arrays of what moves."""
+        return bool(np.isfinite(numbers[self._watched]).all()) and not integers[self._refused]
 
     def arrays(self, rows: Rows) -> list[Array]:
         """Everything that the program reads and writes, in the order of its parameters."""

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,11 @@ from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop, settled_before
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
-from proofmass.runner.targets.machine_code import load_lanes
+from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import Array, block_values, dtype_of, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
+_WIDE = Settings(wide=True)  # vectors as wide as the processor has them
 _LINE = 64  # bytes of a cache line, and of the widest vector
 _RUN = 3  # the place of the run's number among the arguments: first, last, seed, run
 
@@ -34,7 +35,7 @@ class CompiledLanes:
         self.plan, self.lanes = plan, lanes
         self.settled = settled_before(plan, varied)  # blocks of which a run brings constants, start and buffers
         written = self.written = write_tick(plan, varied, lanes=True)
-        self.loop = load_lanes(written.program, lanes, _differing(plan, written, varied, self.settled))
+        self.loop = load_lanes(written.program, lanes, _differing(plan, written, varied, self.settled), _WIDE)
         memory = start(plan)
         self.constants = _rows(written.constants, written.constant_values, lanes)
         self.state = _rows(written.memory, {key: moving(memory, key) for key in written.memory.kinds}, lanes)
@@ -153,6 +154,16 @@ class Lanes:
         """Of each run, a wire that a measure reads, or a field of a state."""
         kind, place = self._compiled.written.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
+
+    def scalars(self) -> Iterable[Moving]:
+        """Return the wires, fields of states and counts that runs have in lanes."""
+        return self._compiled.written.memory.kinds.keys()
+
+    def vectors(self) -> Iterator[tuple[VectorOf, Array]]:
+        """Yield each buffer and each wire with a shape: a row for each run."""
+        for node, rows in self._vectors.items():
+            if node not in self._compiled.plan.recorded:
+                yield node, np.moveaxis(rows, 1, 2).reshape(-1, rows.shape[1])[: self._count]
 
     def _of_runs(self, rows: Array) -> Array:
         return rows.reshape(-1)[: self._count]

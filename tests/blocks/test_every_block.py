@@ -13,8 +13,9 @@ import pytest
 from proofmass.blocks.declaration.catalog import all_blocks, facts, family_of, find
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.families import families, homes
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.contract.contract import STILL, check_block
+from proofmass.runner.contract.declared import outside
 from proofmass.runner.output.describe import block_text
 
 ROOT = Path(__file__).parents[2]
@@ -63,21 +64,16 @@ def test_one_block_one_file_one_test_file(kind: type[Block]) -> None:
 
 
 @every_block
-def test_everything_is_documented_with_units(kind: type[Block]) -> None:
-    known = facts(kind)
-    assert known["doc"].endswith(".")
-    assert "=" in known["equation"] or ":" in known["equation"]
-    assert known["outputs"], "a block without outputs does nothing"
-    for group in ("parameters", "inputs", "outputs"):
-        for name, fact in known[group].items():
-            assert fact["doc"].strip(), f"{name} has no doc"
-            assert re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name)
-    block = kind()
-    for port in (*kind.inputs.values(), *kind.outputs.values()):
-        assert unit_of(block, port)
-    for name, parameter in kind.parameters.items():
-        if parameter.kind is float:
-            assert unit_of(block, parameter), f"{name} has no unit"
+def test_what_is_declared_keeps_the_contract_of_blocks(kind: type[Block]) -> None:
+    assert [problem for check in STILL.values() for problem in check(kind).problems] == []
+    assert "=" in facts(kind)["equation"] or ":" in facts(kind)["equation"]
+
+
+@pytest.mark.exhaustive
+@every_block
+def test_every_block_keeps_the_contract_when_it_is_run(kind: type[Block]) -> None:
+    report = check_block(kind)
+    assert report.passed, report
 
 
 @every_block
@@ -127,19 +123,7 @@ def test_bad_values_are_refused_with_key_and_value(kind: type[Block]) -> None:
 @every_block
 def test_bounds_are_kept_on_both_sides(kind: type[Block]) -> None:
     for name, parameter in kind.parameters.items():
-        if parameter.kind not in (int, float):
-            continue
-        step = 1 if parameter.kind is int else 1e-9
-        outside = {
-            parameter.above: 0,
-            parameter.below: 0,
-            parameter.at_least: -step,
-            parameter.at_most: step,
-        }
-        for bound, further in outside.items():
-            if bound is None:
-                continue
-            value = parameter.kind(bound + further * max(abs(bound), 1))
+        for bound, value in outside(parameter).items():
             with pytest.raises(ModelError, match=re.escape(f"{kind.__name__}.{name}")) as caught:
                 kind(**{name: value})
             assert f"{bound:g}" in str(caught.value)

@@ -18,7 +18,7 @@ KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 
 
 @functools.cache
-def compiled(function: Any) -> Callable[..., Any]:
+def compiled(function: Any, settings: Settings = Settings(level=1)) -> Callable[..., Any]:  # noqa: B008
     """The function, compiled anew for each kind of arguments. NumPy arrays are worked on in place."""
     made: dict[Hashable, Any] = {}
 
@@ -26,7 +26,7 @@ def compiled(function: Any) -> Callable[..., Any]:
         example = tuple(map(_example, arguments))
         shape = shape_of(example)
         if shape not in made:
-            made[shape] = _made(function, example)
+            made[shape] = _made(function, example, settings)
         loop, result = made[shape]
         parts = list(_parts(arguments))
         floats = np.array([part for part in parts if isinstance(part, float)] or [0.0])
@@ -59,7 +59,7 @@ def _parts(argument: Any) -> Any:
         yield argument
 
 
-def _made(function: Any, example: Any) -> Any:
+def _made(function: Any, example: Any, settings: Settings) -> Any:
     """The loaded function, and the structure of its result."""
     builder = Builder("entry")
     floats, integers = builder.array(FLOAT, None, "floats"), builder.array(INTEGER, None, "integers")
@@ -79,7 +79,7 @@ def _made(function: Any, example: Any) -> Any:
         builder.store(into, place, as_kind(builder, leaf, into.entry))
     written = program(builder.function())
     verify(written)
-    return load(written, Settings(level=1)), result
+    return load(written, settings), result
 
 
 def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> list[np.ndarray]:

@@ -1,31 +1,24 @@
-"""Compiles C of programs by gcc and calls it."""
+"""Compiles C of programs by gcc, as strictly as it can, and calls it."""
 
 import ctypes
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from proofmass.runner.contract.foreign import C99
 from proofmass.runner.program.form import Program
-from proofmass.runner.targets.c99 import c99_text
 
-GCC = shutil.which("gcc")
-needs_gcc = pytest.mark.skipif(GCC is None, reason="needs gcc")
-_STRICT = ("-std=c99", "-ffp-contract=off", "-pedantic-errors", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared")
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+_STRICT = ("-pedantic-errors", "-Wall", "-Wextra", "-Werror")
 _MADE = ("variable", "parameter", "but-set-variable", "function")  # what may be unused
 _UNUSED = (*(f"-Wno-unused-{what}" for what in _MADE), "-Wno-tautological-compare")
 
 
 def compiled_by_gcc(made: Program, folder: Path, level: str = "-O1") -> Any:
     """The entry of a program, compiled by gcc."""
-    (folder / "program.c").write_text(c99_text(made, "entry"))
-    files = ["-o", str(folder / "program.so"), str(folder / "program.c")]
-    command = [GCC or "", *_STRICT, *_UNUSED, level, *files, "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return ctypes.CDLL(str(folder / "program.so")).entry
+    return C99().compiled(made, folder, (*_STRICT, *_UNUSED, level))
 
 
 def run_in_c(function: Any, arrays: list[Any], *numbers: int) -> None:

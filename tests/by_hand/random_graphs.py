@@ -22,16 +22,20 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Place
-from tests.by_hand.around import SIZES, random_block
+from proofmass.runner.contract.around import SIZES
+from proofmass.runner.contract.drawn import random_block
 from tests.by_hand.parts import cut
 
 RATES = ("9600 Hz", "4800 Hz", "3200 Hz", "6400 Hz", "9600/7 Hz")  # ratios 2, 3, 3/2, 3/4, 7, 7/2, 14/3 ...
 RESONATORS = (DiscreteMassSpringDamper, FixedMassSpringDamper)  # stable from some 16 kHz on
 # Not those with events: where a step ends at one, plain Python takes seconds for a graph.
 KINDS = [kind for kind in all_blocks().values() if not kind.events and kind not in RESONATORS]
+ALL_KINDS = list(all_blocks().values())
 
 
-def random_graphs(seeds: Sequence[int], folder: Path, largest: int = 8) -> list[Graph]:
+def random_graphs(
+    seeds: Sequence[int], folder: Path, largest: int = 8, kinds: Sequence[type[Block]] = KINDS
+) -> list[Graph]:
     """A graph per seed, of 3 to `largest` blocks and those that they need.
 
     The kinds are dealt from shuffled decks, so that none is rare.
@@ -41,7 +45,7 @@ def random_graphs(seeds: Sequence[int], folder: Path, largest: int = 8) -> list[
     graphs = []
     for seed in seeds:
         if len(deck) < largest:
-            deck += dice.sample(KINDS, len(KINDS))
+            deck += dice.sample(kinds, len(kinds))
         count = dice.randint(3, largest)
         graphs.append(_Dealt(random.Random(seed), folder).graph(str(seed), deck[:count]))
         del deck[:count]

@@ -59,12 +59,16 @@ class SideBySide:
         return inside
 
     def _plan(self, values: Mapping[str, Array], number: int) -> Plan | None:
-        """Return the plan of a sensor, with the blocks that are computed before it runs; None if planning fails."""
+        """Return the plan of a sensor, with the blocks that are computed before it runs.
+
+        None if planning fails, or if it has buffers of other lengths than the lanes have.
+        """
         try:
             blocks = self.study.blocks({name: float(values[name][number]) for name in self._settled})
-            return varied(self.plan, blocks)
+            plan = varied(self.plan, blocks)
         except ModelError:
             return None
+        return plan if plan.same_sizes(self.plan) else None
 
 
 def _node(name: str) -> Endpoint:

@@ -30,3 +30,12 @@ def test_a_phase_stays_exact_for_as_long_as_it_runs() -> None:
 def test_a_start_outside_is_refused() -> None:
     with pytest.raises(ModelError, match="to less than 1"):
         WrappingIntegrator(lowest=0.0, highest=1.0, initial=1.0)
+
+
+def test_more_turns_than_a_number_can_count_end_the_run() -> None:
+    """In one tick, or one after the other; integers of any size never come of it."""
+    block = WrappingIntegrator(lowest=0.0, highest=1.0)
+    assert response(block, [2.0**52, 0.0], "wraps") == [0, 2**52]
+    for inputs in ([1e200, 0.0], [-1e17, 0.0], [2.0**52, 2.0**52, 2.0**52, 0.0]):
+        assert math.isnan(response(block, inputs)[-1])
+        assert response(block, inputs, "wraps")[-1] == 0

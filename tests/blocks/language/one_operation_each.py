@@ -132,6 +132,64 @@ def halved_until_odd(a: int, b: int):
     return a
 
 
+def every_comparison(a: int, b: int):
+    return (a < b) + 2 * (a <= b) + 4 * (a > b) + 8 * (a >= b) + 16 * (a == b) + 32 * (a != b)
+
+
+def inverted(a: int, b: int):
+    return ~a
+
+
+def one_of_some(a: int, b: int):
+    return a in (b, 7, 9223372036854775807) and b not in (1, 2)
+
+
+def least_of_three(a: int, b: int):
+    return min((a, b, -5)) - max((a, b))
+
+
+def sum_of_two(a: int, b: int):
+    return sum((a, b))
+
+
+def product_of_two(a: int, b: int):
+    return math.prod((a, b))
+
+
+def least_multiple(a: int, b: int):
+    return math.lcm(a, b)
+
+
+def factorial_of(a: int, b: int):
+    return math.factorial(a)
+
+
+def first_divisor(a: int, b: int):
+    for divisor in range(2, 9):
+        if a % divisor == 0:
+            break
+    else:
+        return -1
+    return divisor
+
+
+def halved_while_it_goes(a: int, b: int):
+    while a % 2 == 0 and a != 0:
+        a = a // 2
+        if a == b:
+            break
+    else:
+        a = a - 1
+    return a
+
+
+def numbered_from(a: int, b: int):
+    total = 0
+    for number, entry in enumerate((a, b, 2), b):
+        total += number * (entry % 5)
+    return total
+
+
 def added_numbers(a: float, b: float):
     return a + b
 
@@ -266,6 +324,42 @@ def in_degrees(a: float, b: float):
 
 def is_finite(a: float, b: float):
     return math.isfinite(a) and not math.isnan(b)
+
+
+def every_comparison_of_numbers(a: float, b: float):
+    return (a < b) + 2 * (a <= b) + 4 * (a > b) + 8 * (a >= b) + 16 * (a == b) + 32 * (a != b)
+
+
+def rounded_towards_zero(a: float, b: float):
+    return math.trunc(a)
+
+
+def close(a: float, b: float):
+    return math.isclose(a, b)
+
+
+def close_as_told(a: float, b: float):
+    return math.isclose(a, b, abs_tol=abs(b) + 1e-300, rel_tol=0.5 * a)
+
+
+def product_of_numbers(a: float, b: float):
+    return math.prod((a, b, 0.1))
+
+
+def largest_of_numbers(a: float, b: float):
+    return max((a, b, 0.0)) - min((a, b, 1.0))
+
+
+def one_of_some_numbers(a: float, b: float):
+    return a + 0.0 in (b, 1, 0.5)
+
+
+def below_infinity(a: float, b: float):
+    return float("-inf") < a < float("inf") or float("nan") == b
+
+
+def times_a_power_of_two(a: int, b: float):
+    return math.ldexp(b, a)
 
 
 def less_than_a_number(a: int, b: float):

@@ -45,6 +45,8 @@ def python(function: Callable[..., Number], a: Number, b: Number) -> Outcome:
     least = {"to_the_power": 2, "shifted_left": 1}.get(function.__name__, 0)
     if least and abs(a) >= least and b > 64:
         return b"", True  # Python would try, for hours
+    if function.__name__ == "factorial_of" and a > 20:
+        return b"", True  # so here
     try:
         value = function(a, b)
     except (ArithmeticError, ValueError, IndexError):

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
+from proofmass.blocks.language.functions import lowered
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
@@ -48,6 +49,26 @@ def level(p, x: State, line, input: float) -> float:
 @Mine.update
 def update(p, x: State, line, input: float) -> State:
     {update}
+
+
+class Odd(NamedTuple):
+    word: str
+
+
+def starred(*values: float) -> float:
+    return values[0]
+
+
+def gathered(a: float, *, b: float = 1.0, **more: float) -> float:
+    return a
+
+
+def nothing(a: float) -> None:
+    a = a + 1.0
+
+
+def unknown(a: float) -> tuple[float, ...]:
+    raise ValueError(a)
 '''
 GRAPH = """
 name = "mine"
@@ -73,7 +94,7 @@ def problems(folder: Path, output: str = "", update: str = "", helper: str = "")
     lines = path.read_text().splitlines()
     for problem in found:
         assert problem.file == str(path)
-        assert problem.got[:6] in lines[problem.line - 1]
+        assert problem.got.lstrip("(")[:4] in lines[problem.line - 1]
     return [f"{problem.key}: {problem.message}; {problem.hint}" for problem in found]
 
 
@@ -88,7 +109,7 @@ OUTPUTS = {
     "os.system('ls')\nreturn 1.0": "os.system() reaches outside the block",
     "global COUNTED\nreturn 1.0": "global is not compiled; what a block remembers is its state",
     "return [u for u in line][0]": "a comprehension",
-    "return sum(line)": "sum() is not compiled; add the entries up in a loop",
+    "return sum(line)": "sum() of numbers is not compiled; add the entries up in a loop",
     "return (lambda u: u)(input)": "a lambda",
     "import math\nreturn math.sqrt(input)": "an import within a function",
     "text = f'{input}'\nreturn input": "a text",
@@ -103,20 +124,80 @@ OUTPUTS = {
     "u = x.count\nu = u * 0.5\nreturn u": "u is an integer elsewhere, and a number here",
     "return TABLE[0]": "a list is no value of a block's function; a table is a tuple of numbers",
     "return 123456789012345678901": "an integer of more than 64 bits",
-    "return float('nan')": "a text is no value",
     "return input if input > 0.0 else x.count": "the value is a number in one case and an integer in another",
     "line[0] = 1.0\nreturn 1.0": "it is only read here; buffers are changed in `update`",
     "return line[input]": "an index is an integer, and is given a number",
     "return (1.0, 2.0)[2]": "there is no entry 2 in a tuple of 2",
-    "return input is None": "is and in are not compiled; compare with == and or",
+    "return input is None": "is is not compiled; compare with ==",
     "return input & 1": "bits of a number; the operators of bits are of integers",
     "return round(input, 2)": "round() is not compiled",
-    "return max(line)": "max() of a list is not compiled; compare its entries in a loop",
-    "while True:\n    pass\nelse:\n    return 1.0\nreturn 2.0": "else of a loop",
     "return level(p, x, line, input)": "level calls itself; write a loop",
     "return 'text'": "a text is no value of a block's function",
     "return None": "nothing is returned, and a number elsewhere or in the declaration",
     "return x": "what is returned is a number, and is given a State",
+}
+# Constructs, one after the other:
+OUTPUTS |= {
+    "return [input][0]": "a list; declare a Buffer",
+    "return {1.0}": "a set; write a tuple",
+    "return {1: input}[1]": "a dict; write a tuple and an integer index",
+    "return (u := input)": "an assignment within an expression; give it a line of its own",
+    "return (yield input)": "yield; a block's function computes and returns",
+    "yield from line\nreturn 1.0": "yield; a block's function computes and returns",
+    "del input\nreturn 1.0": "del is not compiled; leave the variable be",
+    "def inner(a):\n    return a\nreturn 1.0": "a function within a function is not compiled; define it at the top",
+    "class Inner:\n    pass\nreturn 1.0": "a class within a function is not compiled; define it at the top",
+    "u = 1.0\ndef inner():\n    nonlocal u\nreturn u": "a function within a function",
+    "async def inner():\n    pass\nreturn 1.0": "async is not compiled; a block's function computes and returns",
+    "match x.count:\n    case 1:\n        pass\nreturn 1.0": "match is not compiled; write if and elif",
+    "return helped(*line)": "* in a call; write the arguments one by one",
+    "return State(*x).level": "* in a call; write the fields: count, level",
+    "return starred(input)": "starred has * among its arguments; name them one by one",
+    "return gathered(input)": "gathered has * among its arguments; name them one by one",
+    "return line": "a list of values",
+    "return input + line": "a list of values, where a number is needed",
+    "a, b = input\nreturn a": "2 variables of a number",
+    "u = nothing(input)\nreturn 1.0": "the function returns nothing; return a value from it",
+    "return sum((x, x))": "sum() of what is a State; its entries must be numbers",
+    "for i, u in enumerate(line, 0.5):\n    pass\nreturn 1.0": "enumerate from a number; it counts in integers",
+    "return input @ input": "@ is of matrices; write loops over the entries",
+    "return 1.0 if x.count in (1, 2) in (3, 4) else 0.0": "in within a chain of comparisons; join them by `and`",
+    "return 1.0 if input in line else 0.0": "in, of what is a list of values; write a loop over its entries",
+    "return line[1:][0]": "a part of a list; write a loop over its entries",
+    "for u in input:\n    pass\nreturn 1.0": "a loop over a number; loops go over range(...), tuples and buffers",
+    "return (0.5, x)[x.count]": "a tuple of 2 has no entries that an index may choose; make all its entries of",
+    "return ~input": "~ of a number; ~ is of integers",
+    "return input(1.0)": "a number cannot be called",
+    "return input._replace(a=1.0)": "a number has no _replace",
+    "return 1.0 if math.isclose(input) else 0.0": "math.isclose is of two numbers; write math.isclose(a, b",
+    "return math.ldexp(input, 0.5)": "math.ldexp with a number as exponent; write int(...)",
+    "return Odd(1.0).word": "the field word has no type that can be compiled; declare it float, int or bool",
+}
+# Functions that Python has and compiled code has not, each with what to write:
+OUTPUTS |= {
+    "return input('?')": "a number cannot be called",
+    "u = eval('1.0')\nreturn 1.0": "eval() is not compiled; write the expression",
+    "exec('1.0')\nreturn 1.0": "exec() is not compiled; write the statements",
+    "return sorted(line)[0]": "sorted() is not compiled; compare the entries in a loop",
+    "u = map(abs, line)\nreturn 1.0": "map() is not compiled; write a loop",
+    "u = filter(abs, line)\nreturn 1.0": "filter() is not compiled; write a loop",
+    "return 1.0 if any(line) else 0.0": "any() is not compiled; write a loop, or conditions with or",
+    "return 1.0 if all(line) else 0.0": "all() is not compiled; write a loop, or conditions with and",
+    "return 1.0 if isinstance(input, float) else 0.0": "isinstance() is not compiled; a port or field has one type",
+    "u = list(line)\nreturn 1.0": "list() is not compiled; declare a Buffer",
+    "u = dict(a=1)\nreturn 1.0": "dict() is not compiled; write a tuple and an integer index",
+    "u = str(input)\nreturn 1.0": "str() is not compiled; functions of a block work with numbers",
+    "for u in reversed(line):\n    pass\nreturn 1.0": "reversed() is not compiled; write range(len(entries) - 1",
+    "return math.lgamma(input)": "math.lgamma() is not compiled; Python has its own",
+    "return math.fsum(line)": "math.fsum() is not compiled; add the entries up in a loop",
+    "return math.dist((input,), (1.0,))": "math.dist() is not compiled; write math.sqrt of the sum of squares",
+    "return math.frexp(input)[0]": "math.frexp() is not compiled; Python gives it as a tuple of two types",
+    "return math.modf(input)[0]": "math.modf() is not compiled; write a - float(math.trunc(a))",
+    "return math.remainder(input, 2.0)": "math.remainder() is not compiled; write a - b * float(round(a / b))",
+    "return math.nextafter(input, 2.0)": "math.nextafter() is not compiled; write a * (1.0 + 2.0**-52)",
+    "return math.ulp(input)": "math.ulp() is not compiled; write abs(a) * 2.0**-52",
+    "return float(math.comb(5, 2))": "math.comb() is not compiled; compute it in `constants`",
+    "return float(math.perm(5, 2))": "math.perm() is not compiled; compute it in `constants`",
 }
 UPDATES = {
     "return (1, 2.0)": "what is returned is a State, and is given a tuple of 2; return State(...)",
@@ -157,6 +238,23 @@ def test_a_function_that_is_called_is_looked_into_and_all_is_told_at_once(tmp_pa
         "Mine.level: print() is not compiled",
         "Mine.level: random.random() would make a run another each time",
     ]
+
+
+def test_a_helper_that_raises_in_place_of_a_list(tmp_path: Path) -> None:
+    [problem] = problems(tmp_path, "u = unknown(input)\nreturn 1.0")
+    assert problem == "Mine.unknown: raise in a function of a list of values; return a tuple"
+
+
+def test_a_function_of_this_package_has_to_say_what_it_returns() -> None:
+    def asked(a: float) -> float:
+        return silent(a)
+
+    def silent(a: float):  # type: ignore[no-untyped-def]
+        return a
+
+    silent.__module__ = "proofmass.silent"
+    form = lowered(asked, (float,), float, compiled=True)
+    assert [problem.message for problem in form.problems] == ["silent() says no type of what it returns"]
 
 
 @pytest.mark.parametrize("command", ["check", "run"])

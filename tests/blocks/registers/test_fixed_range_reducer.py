@@ -16,14 +16,15 @@ import math
 from typing import Any
 
 import mpmath
-import numba
 import numpy as np
 import pytest
 
 from proofmass.blocks import FixedRangeReducer
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.fixed.digital import digital_block
+from proofmass.runner.targets.machine_code import ALONE
 from tests.by_hand import cordic as cordic_by_hand
+from tests.by_hand.compiled import compiled
 from tests.by_hand.cordic import swept
 from tests.by_hand.fixed_point import drive_fixed
 
@@ -51,35 +52,38 @@ def test_every_exponent_of_smaller_words(bits: int, range_bits: int) -> None:
     assert np.array_equal(swept(block, "remainder", exponents), remainder)
 
 
-@numba.njit
-def differences(
-    octave: Any, remainder: Any, constants: Any, c1: int, c2: int, bits: int, first: int, high: int, low: int
-) -> Any:
-    """Count of exponents whose octave or remainder is not that of A = high 2^2M + low; A grows by C1 with each.
+def differences_of(octave: Any, remainder: Any) -> Any:
+    """What counts differences of two functions."""
 
-    No product but F C2 < 2^(2M): in 64 bits this is arithmetic of big integers.
-    """
-    wrong = 0
-    for z in range(first, -first):
-        expected = ((low >> bits) * c2) >> bits
-        if octave(constants, None, z) != high or remainder(constants, None, z) != expected:
-            wrong += 1
-        low += c1
-        if low >= 1 << 2 * bits:
-            low -= 1 << 2 * bits
-            high += 1
-    return wrong
+    def differences(constants: Any, c1: int, c2: int, bits: int, first: int, high: int, low: int) -> int:
+        """Count of exponents whose octave or remainder is not that of A = high 2^2M + low; A grows by C1 with each.
+
+        No product but F C2 < 2^(2M): in 64 bits this is arithmetic of big integers.
+        """
+        wrong = 0
+        for z in range(first, -first):
+            expected = ((low >> bits) * c2) >> bits
+            if octave(constants, None, z) != high or remainder(constants, None, z) != expected:
+                wrong += 1
+            low += c1
+            if low >= 1 << 2 * bits:
+                low -= 1 << 2 * bits
+                high += 1
+        return wrong
+
+    return differences
 
 
 @pytest.mark.parametrize(("bits", "range_bits"), [(20, 6), (22, 6), (24, 4)])
 def test_every_exponent_of_larger_words(bits: int, range_bits: int) -> None:
     """2^27, 2^29 and 2^29 of them, against a sum that is carried on from one to the next."""
     made = digital_block("block", FixedRangeReducer(fraction_bits=bits, range_bits=range_bits), 1.0)
-    octave, remainder = (numba.njit(made.steps[name].code.function) for name in ("octave", "remainder"))
+    count = compiled(differences_of(*(made.steps[name].code.function for name in ("octave", "remainder"))), ALONE)
     first = -(2 ** (bits + range_bits))
-    constants = [cordic_by_hand.scaled(value, bits) for value in (1 / mpmath.log(2), mpmath.log(2))]
-    high, low = divmod(first * constants[0], 2 ** (2 * bits))
-    assert differences(octave, remainder, made.constants, constants[0], constants[1], bits, first, high, low) == 0
+    c1, c2 = (cordic_by_hand.scaled(value, bits) for value in (1 / mpmath.log(2), mpmath.log(2)))
+    high, low = divmod(first * c1, 2 ** (2 * bits))
+    assert count(made.constants, c1, c2, bits, first, high, low) == 0
+    assert count(made.constants, c1, c2 + 1, bits, first, high, low) > 0
 
 
 def test_no_word_overflows() -> None:

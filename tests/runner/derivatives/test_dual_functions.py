@@ -12,11 +12,11 @@ from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, unit_of
+from proofmass.runner.contract.drawn import random_block
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import dual_math, for_duals
 from proofmass.runner.derivatives.dual_plan import dual_constants
 from proofmass.runner.plan.constants import constants_of
-from tests.by_hand.around import random_block
 
 PERIOD = 1e-4
 QUANTISERS = {

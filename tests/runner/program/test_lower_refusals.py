@@ -10,7 +10,7 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.source import define
 from proofmass.runner.program import lower as lowering
-from proofmass.runner.program.form import FLOAT, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, Value
 from proofmass.runner.program.lower import lower
 from tests.by_hand.lowered import run
 
@@ -130,6 +130,54 @@ def starred(*values: float) -> float:
     return values[0]
 
 
+def entry_set(a: float) -> float:
+    (a, a)[0] = 1.0  # type: ignore[index]
+    return a
+
+
+def entry_changed(a: float) -> float:
+    (a, a)[0] += 1.0  # type: ignore[index]
+    return a
+
+
+def another_list(n: int, cells: list[float], others: list[float]) -> float:
+    some = cells
+    if n > 0:
+        some = others
+    return some[0]
+
+
+def unknown_part(n: int, cells: list[float]) -> float:
+    return cells[n:][0]
+
+
+def part_of_a_part(cells: list[float]) -> float:
+    return cells[::2][0]
+
+
+def one_or_the_other(n: int) -> Any:
+    return (1.0, 2.0) if n > 0 else (1.0, 2.0, 3.0)
+
+
+def entries_of_several_types(n: int) -> Any:
+    return (Pair(1.0), (2.0,))[n]
+
+
+def among_a_list(a: float, cells: list[float]) -> bool:
+    return a in cells
+
+
+def calling(a: float) -> float:
+    total = 0.0
+    for b in range(20):
+        total += a / (b + 1)
+    return total
+
+
+def chain_of_calls(a: float) -> bool:
+    return calling(a) < calling(a + 1.0) < calling(a + 2.0) < 3.0
+
+
 REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (unknown, (1.0,), "there is no missing"),
     (listed, (1.0,), "a list"),
@@ -137,7 +185,7 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (wrong_field, (1.0,), "a Pair has no third"),
     (wrong_fields, (1.0,), "Pair is given other fields than it has"),
     (wrong_entry, (1.0,), "there is no entry 3 among 3"),
-    (mixed_entries, (1,), "a tuple of 2 has no entries that an index may choose"),
+    (mixed_entries, (1,), "a tuple of 2 has entries of several types"),
     (unassigned, (1.0,), "c may have no value here"),
     (not_ours, (1.0,), "gamma() is not compiled"),
     (bits_of_numbers, (1.0,), "bits of a number"),
@@ -152,6 +200,15 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (field_set, (Pair(1.0),), "a field cannot be changed"),
     (no_step, (3,), "a range of step 0"),
     (starred, (1.0,), "* among the arguments"),
+    (entry_set, (1.0,), "it cannot be changed"),
+    (entry_changed, (1.0,), "it cannot be changed"),
+    (another_list, (1, [1.0], [2.0]), "some is another list elsewhere"),
+    (unknown_part, (1, [1.0]), "a part of a list whose ends are not known"),
+    (part_of_a_part, ([1.0, 2.0],), "a part of a list"),
+    (one_or_the_other, (1,), "a tuple of 2 in one case and a tuple of 3 in another"),
+    (entries_of_several_types, (1,), "a tuple of 2 has entries of several types"),
+    (among_a_list, (1.0, [1.0]), "in is of tuples"),
+    (chain_of_calls, (1.0,), "a chain of comparisons that calls functions"),
     (helper, (1.0, 2.0, 3.0), "helper has 2 arguments, not 3"),
 ]
 
@@ -166,6 +223,13 @@ def test_what_is_refused_says_where_and_why(function: Any, given: Any, message: 
     first = function.__code__.co_firstlineno
     assert first <= problem.line <= first + 8
     assert problem.hint
+
+
+def test_an_empty_tuple_has_no_entry() -> None:
+    tree = ast.parse("def empty(n):\n    return ()[n]").body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    with pytest.raises(ModelError, match="a tuple of 0 has no entries that an index may choose"):
+        lower(define(tree, __file__, {"__name__": __name__}), [Value(INTEGER)])
 
 
 def test_assertions_are_refused() -> None:

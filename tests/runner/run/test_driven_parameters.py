@@ -12,9 +12,10 @@ from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.contract.around import graph_around
+from proofmass.runner.contract.drawn import random_block, random_value
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.simulate import simulate
-from tests.by_hand.around import graph_around, random_block, random_value
 
 SAMPLES = 400
 # Not of blocks with events, which take minutes in plain Python; tests/runner/planning/test_events.py has one.

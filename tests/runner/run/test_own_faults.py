@@ -10,10 +10,13 @@ import pytest
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.contract.foreign import FOREIGN, Foreign
+from proofmass.runner.contract.outcomes import Sensor, foreign_differences, outcome
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.simulate import RunError, simulate
+from proofmass.runner.targets.native import CompiledPlan
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 ENGINES: list[EngineName] = ["python", "compiled"]
@@ -151,6 +154,19 @@ def test_compiled_code_notes_each_fault_in_its_tick(tmp_path: Path) -> None:
     simulate(graph_of(tmp_path, *FAULTS), samples=60, engine="compiled")
     with pytest.raises(RunError, match="failed in tick 60"):
         simulate(graph_of(tmp_path, *FAULTS), samples=61, engine="compiled")
+
+
+@pytest.mark.parametrize("compiler", FOREIGN, ids=lambda compiler: compiler.name)
+def test_c_and_webassembly_note_each_fault_in_its_tick(compiler: Foreign, tmp_path: Path) -> None:
+    names = ["raised", "whole", "beyond", "entry", "shift", "root"]
+    for name in names:
+        planned = plan(graph_of(tmp_path, name))
+        loop, sensor = CompiledPlan(planned), Sensor(planned)
+        if compiler.lacks(loop.written.program):
+            pytest.skip(compiler.lacks(loop.written.program))
+        expected = outcome(sensor, 200)
+        assert (expected.ticks, FAULTS[name][3] in expected.fault) == (60, True)
+        assert list(foreign_differences(compiler, loop, [sensor], [expected])) == []
 
 
 def test_lanes_note_the_faults_of_each_run(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.runner.contract.around import graph_around
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.vectors import simulated
 from proofmass.runner.rtl.machine.compose import compose, fits_hardware
@@ -16,7 +17,6 @@ from proofmass.runner.rtl.machine.reference import reference_of
 from proofmass.runner.rtl.model import cxxrtl
 from proofmass.runner.rtl.model.cxxrtl import Model
 from proofmass.runner.rtl.text.machine_verilog import machine_text
-from tests.by_hand.around import graph_around
 
 pytest.importorskip("pyosys")
 

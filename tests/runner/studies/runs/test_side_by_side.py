@@ -86,3 +86,36 @@ def test_an_interruption_ends_them(study: Study) -> None:
 )
 def test_lanes_are_filled_several_times(runs: int, lanes: int) -> None:
     assert lanes_for(runs) == lanes
+
+
+FLICKER = """
+name = "flicker"
+rate = "1 kHz"
+samples = 20
+seed = 3
+[blocks.noise]
+kind = "FlickerNoise"
+lowest_frequency = "1 Hz"
+level = 0.1
+[measures.last]
+signal = "noise.value"
+statistic = "last"
+[study]
+runs = 16
+[study.spread]
+"noise.lowest_frequency" = { uniform = "900 mHz" }
+"""
+
+
+@pytest.mark.defect(
+    "C5",
+    before="flicker noise of a spread band: an error inside proofmass in lanes, memory beyond its buffer alone",
+    after="a sensor with buffers of another length has a loop of its own",
+)
+def test_sensors_whose_buffers_have_other_lengths(tmp_path: Path) -> None:
+    study = study_of(tmp_path / "study.toml", FLICKER)
+    alone = run_study(study, engine="python")
+    assert len({study.blocks(study.drawn(number)[0])["noise"] for number in range(16)}) == 16
+    assert len(set(alone["last"][:, 0].tolist())) == 16
+    for lanes in (0, 8):
+        assert run_study(study, engine="compiled", lanes=lanes).digest == alone.digest

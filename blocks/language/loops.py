@@ -1,0 +1,142 @@
+"""Loops: what they go through, how they end, and how often they may turn."""
+
+import ast
+from dataclasses import dataclass
+
+from proofmass.blocks.language import operations
+from proofmass.blocks.language.calls import Calls
+from proofmass.blocks.language.refusals import refuse
+from proofmass.blocks.language.scope import Scope
+from proofmass.blocks.language.values import TupleOf
+from proofmass.blocks.language.writing import Typed, assign
+
+
+@dataclass
+class _Loop:
+    """A loop that is being read."""
+
+    flag: str  # the variable that says whether it came to its end, "" for one without `else`
+    left: set[str] | None = None  # variables that have a value wherever `break` leaves it; None where nothing does
+
+
+class Loops(Calls):
+    """Reads loops."""
+
+    def __init__(self, scope: Scope, compiled: bool) -> None:
+        super().__init__(scope, compiled)
+        self._loops: list[_Loop] = []  # those that are being read, the innermost last
+
+    def block(self, body: list[ast.stmt]) -> tuple[list[ast.stmt], bool]:
+        """Statements written anew, and whether what stands behind them is never reached."""
+        raise NotImplementedError
+
+    def set(self, target: ast.expr, value: Typed) -> None:
+        """Write what gives a variable, an entry or several of them a value."""
+        raise NotImplementedError
+
+    def _for(self, node: ast.For) -> bool:
+        made, kind = self._gone_through(node.iter)
+        offset = self._offset(node.iter)
+        before = set(self.scope.assigned)
+        name = self.scope.fresh()
+        self._begin_loop(node)
+        loop = ast.For(ast.Name(name, ast.Store()), made, [], [])
+        self.lines.append(loop)
+        turn: Typed = ast.Name(name, ast.Load()), kind
+        head, _ = self.apart(lambda: self.set(node.target, self._numbered(node, turn, offset) if offset else turn))
+        body, _ = self.block(node.body)
+        loop.body = [*head, *body]
+        self.scope.assigned = before
+        return self._end_loop(node)
+
+    def _begin_loop(self, node: ast.For | ast.While) -> None:
+        flag = self.scope.fresh() if node.orelse else ""
+        if flag:
+            self.lines.append(assign(flag, ast.Constant(True)))
+        self._loops.append(_Loop(flag))
+
+    def _end_loop(self, node: ast.For | ast.While) -> bool:
+        """Write the statements of `else`; return whether nothing behind the loop is reached."""
+        loop, before = self._loops.pop(), set(self.scope.assigned)
+        if not loop.flag:
+            return False
+        lines, ended = self.block(node.orelse)
+        self.lines.append(ast.If(ast.Name(loop.flag, ast.Load()), lines, []))
+        self.scope.assigned = before if loop.left is None or not ended else loop.left
+        return ended and loop.left is None
+
+    def _offset(self, node: ast.expr) -> ast.expr | None:
+        """The second argument of enumerate."""
+        if not (isinstance(node, ast.Call) and len(node.args) == 2 and isinstance(node.func, ast.Name)):
+            return None
+        if getattr(self.expression(node.func)[1], "value", None) is not enumerate:
+            return None
+        made, kind = self.number(node.args[1])
+        if kind is float:
+            raise refuse(node, "enumerate from a number", "it counts in integers: write int(...)")
+        return self.kept(self.as_integer(made, kind))
+
+    def _numbered(self, node: ast.For, turn: Typed, offset: ast.expr) -> Typed:
+        """What enumerate gives when it begins elsewhere than at zero."""
+        made, kind = turn
+        assert isinstance(kind, TupleOf)
+        place: Typed = ast.Subscript(made, ast.Constant(0), ast.Load()), int
+        number, _ = self.operated(node, ast.Add, place, (offset, int))
+        return ast.Tuple([number, ast.Subscript(made, ast.Constant(1), ast.Load())], ast.Load()), kind
+
+    def _gone_through(self, node: ast.expr) -> Typed:
+        """What a loop goes through, and the type of its variable."""
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+            target = self.expression(node.func)[1]
+            value = getattr(target, "value", None)
+            if value is range and 1 <= len(node.args) <= 3:
+                read = [self.number(part) for part in node.args]
+                if any(kind is float for _, kind in read):
+                    raise refuse(node, "a range of numbers", "range is of integers: write int(...)")
+                given = [self.as_integer(*part) for part in read]
+                given = [ast.Constant(0), *given] if len(given) == 1 else given
+                given = [*given, ast.Constant(1)][:3]
+                if not (isinstance(given[2], ast.Constant) and given[2].value):
+                    given[2] = self.kept(self.checked(operations.STRIDE, given[2]))
+                if not all(isinstance(part, ast.Constant) and abs(int(str(part.value))) < 1000 for part in given):
+                    given = [self.kept(part) for part in given]
+                    given[1] = self.checked(operations.RANGE_END, *given)
+                return self.applied(range, *given), int
+            if value is enumerate and len(node.args) in (1, 2):
+                made, entry = self.sequence(node.args[0])
+                return self.applied(enumerate, made), TupleOf((int, entry))
+            if value is zip and node.args:
+                parts = [self.sequence(part) for part in node.args]
+                return self.applied(zip, *(made for made, _ in parts)), TupleOf(tuple(kind for _, kind in parts))
+        return self.sequence(node)
+
+    def _while(self, node: ast.While) -> bool:
+        before, turns = set(self.scope.assigned), self.scope.fresh()
+        self._begin_loop(node)
+        lines, test = self.apart(lambda: self.test(node.test))
+        turn, more = self.apart(lambda: self.checked(operations.TURN, ast.Name(turns, ast.Load())))
+        body, _ = self.block(node.body)
+        turn.append(ast.Assign([ast.Name(turns, ast.Store())], more))
+        self.lines.append(ast.Assign([ast.Name(turns, ast.Store())], ast.Constant(0)))
+        if self.compiled or lines:
+            leave: ast.expr = ast.UnaryOp(ast.Not(), test)
+            if self.compiled:  # the first fault ends it: it may turn for ever on what failed
+                leave = ast.BoolOp(ast.Or(), [leave, ast.Name(self.scope.fault, ast.Load())])
+            body, test = [*turn, *lines, ast.If(leave, [ast.Break()], []), *body], ast.Constant(True)
+        else:
+            body = [*turn, *body]
+        self.lines.append(ast.While(test, body, []))
+        self.scope.assigned = before
+        return self._end_loop(node)
+
+    def _break(self, node: ast.Break) -> bool:
+        loop = self._loops[-1]
+        if loop.flag:
+            self.lines.append(assign(loop.flag, ast.Constant(False)))
+        loop.left = set(self.scope.assigned) if loop.left is None else loop.left & self.scope.assigned
+        self.lines.append(node)
+        return True
+
+    def _continue(self, node: ast.Continue) -> bool:
+        self.lines.append(node)
+        return True

@@ -1,0 +1,71 @@
+"""Functions of `math` on integers: divisors, multiples, roots, factorials, where 64 bits hold them."""
+
+import math
+
+from proofmass.blocks.language.arithmetic import LOWEST, floor_divide, floor_divide_fails, modulo, multiply_fails
+
+
+def greatest_divisor(a: int, b: int) -> int:
+    """Greatest common divisor."""
+    return -_divisor_below_zero(a, b)
+
+
+def _divisor_below_zero(a: int, b: int) -> int:
+    """Greatest common divisor less than zero: by Euclid on numbers below zero, of which there is one more."""
+    a, b = min(a, -a), min(b, -b)
+    while b != 0:
+        a, b = b, modulo(a, b)
+    return a
+
+
+def greatest_divisor_fails(a: int, b: int) -> bool:
+    """Whether it is 2^63."""
+    return (a == LOWEST and b in (0, LOWEST)) or (b == LOWEST and a == 0)
+
+
+def least_multiple(a: int, b: int) -> int:
+    """Least common multiple."""
+    if a == 0 or b == 0:
+        return 0
+    return abs(floor_divide(a, _divisor_below_zero(a, b)) * b)
+
+
+def least_multiple_fails(a: int, b: int) -> bool:
+    """Whether 64 bits do not hold the least common multiple."""
+    if a == 0 or b == 0:
+        return False
+    divisor = _divisor_below_zero(a, b)
+    if floor_divide_fails(a, divisor):
+        return True
+    times = floor_divide(a, divisor)
+    return multiply_fails(times, b) or times * b == LOWEST
+
+
+def factorial(n: int) -> int:
+    """Product of the integers from 1 to n."""
+    product = 1
+    for k in range(2, min(n, 20) + 1):
+        product *= k
+    return product
+
+
+def factorial_fails(n: int) -> bool:
+    """Whether there is none, or 64 bits do not hold it."""
+    return n < 0 or n > 20
+
+
+def integer_root(a: int) -> int:
+    """Square root, rounded down."""
+    if a <= 0:
+        return 0
+    root = int(math.sqrt(float(a)))
+    while root > a // root:
+        root -= 1
+    while root + 1 <= a // (root + 1):
+        root += 1
+    return root
+
+
+def integer_root_fails(a: int) -> bool:
+    """Whether there is none."""
+    return a < 0
