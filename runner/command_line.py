@@ -6,13 +6,14 @@ import sys
 import click
 
 from proofmass.runner.commands.analysis_declarations import ANALYSES
+from proofmass.runner.commands.comparison_declarations import COMPARISONS
 from proofmass.runner.commands.declarations import cli
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
 
 __all__ = ["cli", "main"]
 
-for command in ANALYSES:
+for command in (*ANALYSES, *COMPARISONS):
     cli.add_command(command)
 
 
