@@ -48,11 +48,12 @@ def differences(first: Graph, second: Graph) -> list[Difference]:
     """Return how a graph differs from another, in the order of a graph file; nothing where they mean the same."""
     before, after = flatten(first), flatten(second)
     names = _Names(_renamed(before, after))
-    found = [*_top(before, after), *_values(first, second, names)]
+    followed = _followed(first, second, names)
+    found = [*_top(before, after), *_values(first, second, names, followed)]
     found += [Difference("blocks", old, new) for old, new in names.blocks.items()]
     formulas = {names.signal(target): text for target, text in _formulas(first).items()}, _formulas(second)
     before = names.flat(before)
-    found += _blocks(before, after, formulas, _followed(first, second, names))
+    found += _blocks(before, after, formulas, followed)
     return [*found, *_wires(before, after), *_rest(before, after)]
 
 
@@ -92,12 +93,13 @@ def _top(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
     yield from _changed("seed", str(before.seed), str(after.seed))
 
 
-def _values(first: Graph, second: Graph, names: _Names) -> Iterator[Difference]:
+def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[Difference]:
     before = {names.signal(name): value for name, value in _written(first).items()}
     for name, (old, new) in _both(before, _written(second)):
         same = old and new and old.number == new.number and old.dimension == new.dimension
         if not same or old.formula != new.formula:
-            yield from _changed(f"values.{name}", old.written if old else "", new.written if new else "")
+            causes = followed.get(name, "").removeprefix(name)
+            yield from _changed(f"values.{name}", old.written if old else "", new.written if new else "", causes)
 
 
 def _written(graph: Graph) -> dict[str, Value]:
