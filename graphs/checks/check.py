@@ -16,6 +16,7 @@ from proofmass.blocks.declaration.units import Unit, UnitError, unit
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
+from proofmass.graphs.checks.requirements import bad_requirements
 from proofmass.graphs.checks.schedule import Schedule, schedule
 from proofmass.graphs.model.exports import exposed, open_inputs
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
@@ -57,7 +58,7 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
     order = None
     problems = list(_size(flat))
     if not problems:
-        names = chain(_signals(flat), bad_exports(flat), bad_loops(flat))
+        names = chain(_signals(flat), bad_exports(flat), bad_loops(flat), bad_requirements(flat))
         found = chain(_rates(flat), _Wiring(flat).problems(), names)
         problems = list(islice(found, 2 * PROBLEMS))
     if not problems:

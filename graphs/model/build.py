@@ -19,6 +19,7 @@ from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_measures
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
+from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.graphs.model.values import Value as NamedValue
 from proofmass.graphs.model.values import read_values
@@ -45,6 +46,7 @@ class Graph(Value):
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
     `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
     parameters, `{"sensor.mass": "= mass"}`; rates and the duration may be formulas too.
+    `requirements` are what `verify` looks at, `{"bias": {"quantity": "bias", "at_most": "1 mV"}}`.
     `measures` are numbers that a run reduces signals to,
     `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`.
 
@@ -69,6 +71,7 @@ class Graph(Value):
         measures: Mapping[str, Measure | Mapping[str, Any]] = MappingProxyType({}),
         exports: Mapping[str, str] = MappingProxyType({}),
         loops: Mapping[str, Loop | Mapping[str, Any]] = MappingProxyType({}),
+        requirements: Mapping[str, Requirement | Mapping[str, Any]] = MappingProxyType({}),
         values: Mapping[str, NamedValue | str | float] = MappingProxyType({}),
         formulas: Mapping[str, Formula | str] = MappingProxyType({}),
         subgraphs: Mapping[str, Value] = MappingProxyType({}),
@@ -80,6 +83,8 @@ class Graph(Value):
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         reader.problems += [*_bad_texts(name, description), *_bad_run(samples, duration, seed)]
         reader.problems += _bad_blocks(blocks, rates)
+        own_requirements, wrong = read_requirements(requirements)
+        reader.problems += wrong
         own_values, wrong = read_values(values, _taken(exports))
         reader.problems += wrong
         of_rates = {f"{name}.{RATE}": rate for name, rate in rates.items() if is_formula(rate)}
@@ -117,6 +122,7 @@ class Graph(Value):
             exports=exports,
             integration=own_integration,
             loops=own_loops,
+            requirements=own_requirements,
             values=own_values,
             formulas=own_formulas,
             place=place,

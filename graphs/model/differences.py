@@ -183,7 +183,14 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
     measures = [{name: line_of(measure._asdict()) for name, measure in flat.measures.items()} for flat in flats]
     integrations = [{k: str(v) for k, v in flat.integration.changed().items()} for flat in flats]
     exports = [dict(flat.exports) for flat in flats]
-    tables = {"measures": measures, "loops": list(map(_loops, flats)), "integration": integrations, "exports": exports}
+    asked = [{name: line_of(r.as_written()) for name, r in flat.root.requirements.items()} for flat in flats]
+    tables = {
+        "measures": measures,
+        "requirements": asked,
+        "loops": list(map(_loops, flats)),
+        "integration": integrations,
+        "exports": exports,
+    }
     for table, entries in tables.items():
         for name, (old, new) in _both(*entries):
             yield from _changed(f"{table}.{name}", old or "", new or "")

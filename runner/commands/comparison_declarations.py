@@ -1,11 +1,11 @@
-"""The commands that compare; what they do is imported when they are called."""
+"""The commands that compare and verify; what they do is imported when they are called."""
 
 from pathlib import Path
 from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import blocks_option, json_option
+from proofmass.runner.commands.options import blocks_option, engine_option, graph_argument, json_option, set_option
 
 _ANY = click.Path(exists=True, path_type=Path)
 _FILE = click.Path(dir_okay=False, path_type=Path)
@@ -49,4 +49,37 @@ def diff(**options: Any) -> int:
     return show_differences(DiffRequest(**options))
 
 
-COMPARISONS = (diff,)
+@click.command()
+@graph_argument
+@click.option(
+    "--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors for yields (default: as the study says)."
+)
+@click.option("--record", is_flag=True, help="Record measures and margins as golden results, beside the graph.")
+@click.option(
+    "--golden",
+    type=_FILE,
+    metavar="FILE",
+    help="Compare with these golden results, or record them there (default: GRAPH.golden.json, if it is there).",
+)
+@click.option("--junit", type=_FILE, metavar="FILE", help="Write the findings as JUnit XML.")
+@click.option("--html", "page", type=_FILE, metavar="FILE", help="Write the findings as one HTML file.")
+@engine_option()
+@set_option
+@blocks_option
+@json_option
+def verify(**options: Any) -> int:
+    """Check a graph against its requirements and golden results.
+
+    Requirements are those of the table [requirements] and of the loops; a run, margins and the study are computed where
+    one asks for them. Exit code 1 if one is missed.
+
+    \b
+    proofmass verify sensor.toml --junit findings.xml
+    proofmass verify sensor.toml --record
+    """
+    from proofmass.runner.commands.verify_command import VerifyRequest, verify_graph
+
+    return verify_graph(VerifyRequest(**options))
+
+
+COMPARISONS = (diff, verify)

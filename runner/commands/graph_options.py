@@ -18,9 +18,14 @@ from proofmass.runner.commands.own_blocks import own_blocks
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
     """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
     graph = read_graph(path, own_blocks(own))
-    values = dict(_change(graph, text) for text in changes)
-    graph = with_parameters(graph, values) if values else graph
+    graph = changed(graph, changes)
     return graph.changed(probes=(*graph.probes, *_new_probes(graph, probes)))
+
+
+def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:
+    """Return the graph with what `--set` says; raises `ModelError` or `click.UsageError`."""
+    values = dict(_change(graph, text) for text in changes)
+    return with_parameters(graph, values) if values else graph
 
 
 def _change(graph: Graph, text: str) -> tuple[str, Any]:
