@@ -37,7 +37,7 @@ gain_margin = "6 dB"
 
 [requirements]
 above = { quantity = "last", at_least = "2 V" }
-REQ-2.1 = { quantity = "last", at_most = "1.999 V", text = "Never <more> & more." }
+"REQ-2.1" = { quantity = "last", at_most = "1.999 V", text = "Never <more> & more." }
 none = { quantity = "swing", at_most = "1 V" }
 margin = { quantity = "main.gain_margin", at_least = "26.02 dB", at_most = "26.03 dB", at = "5 ms" }
 stable = { quantity = "main.stable", at_least = "stable" }
