@@ -36,15 +36,14 @@ def _method(solver: Solver) -> str:
 
 
 def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
-    """Facts to repeat a run: what ran, where, when; no engine where results of earlier runs are shown."""
-    libraries = ENGINES[engine].libraries if engine else ("numpy",)
+    """Facts to repeat a run: what ran, where, when."""
     return {
         "graph_hash": graph_hash(graph),
         "engine": engine,
         **({"integration": integration} if integration else {}),
         "proofmass": version("proofmass"),
         "python": platform.python_version(),
-        **{library: version(library) for library in libraries},
+        **{library: version(library) for library in ENGINES[engine].libraries},
         "platform": platform.platform(),
         "processor": _processor(engine),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -53,7 +52,7 @@ def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, st
 
 def _processor(engine: str) -> str:
     """What the loop was compiled for; the kind of machine where nothing was compiled, which spares an import."""
-    if not engine or not ENGINES[engine].machine_code:
+    if not ENGINES[engine].machine_code:
         return platform.machine()
     # for start-up time: plain Python needs no compiler
     from llvmlite.binding import get_host_cpu_name
