@@ -10,10 +10,10 @@ from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
-from proofmass.graphs.model.measures import measure_unit
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.requirements import TABLE, YIELD, Requirement
+from proofmass.graphs.model.statistics import STATISTICS
 
 _VERDICT = "stable"
 
@@ -76,7 +76,7 @@ def _unit(flat: FlatGraph, quantity: str) -> str:
     if quantity in flat.measures:
         measure = flat.measures[quantity]
         found = find_output(flat, measure.signal)
-        return "1" if isinstance(found, Missing) else measure_unit(measure.statistic, unit_of(*found))
+        return "1" if isinstance(found, Missing) else STATISTICS[measure.statistic].unit_for(unit_of(*found))
     if is_margin(flat, quantity):
         return MARGIN_MEASURES[split(quantity)[1]]
     if is_yield(flat, quantity):

@@ -9,9 +9,10 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.loops import REQUIREMENTS
-from proofmass.graphs.model.measures import TAU, Measure
+from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.requirements import Requirement
+from proofmass.graphs.model.statistics import TIMES
 from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.graphs.model.values import Value
 
@@ -118,7 +119,7 @@ def _probe(signal: str, every: int) -> str:
 
 def _measure(measure: Measure) -> str:
     begin = f", from = {quoted(f'{measure.start} s')}" if measure.start else ""
-    options = {key: f"{value} s" if key == TAU else value for key, value in measure.options}
+    options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
 

@@ -23,14 +23,10 @@ BLOCK_KEYS = {  # of every block, beside its parameters
     "kind": "Kind of the block; `proofmass blocks` lists them.",
     "rate": "Rate of this block, where it differs from the graph's.",
 }
-MEASURE_KEYS = {
+OWN_MEASURE_KEYS = {  # beside the options of its statistic
     "signal": 'Output that is reduced to one number, "block.output".',
     "statistic": "How the signal is reduced to one number.",
     "from": "From which time on; from the start when nothing is said.",
-    "percent": "Of a percentile: the part of the values that lies below it, in per cent.",
-    "tau": 'Of an Allan deviation: the averaging time, "1 s".',
-    "target": "Of a settling time: where the signal settles.",
-    "within": "Of a settling time: how far from the target it may be.",
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',

@@ -9,9 +9,10 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.formulas.parser import LENGTH
 from proofmass.graphs.model.build import LONGEST_TEXT
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
-from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, REQUIREMENT_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, PART_KEYS, REQUIREMENT_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, LARGEST_SEED, NAME, TEXT_LENGTH, WIRES
-from proofmass.graphs.model.measures import OPTIONS, STATISTICS
+from proofmass.graphs.model.measures import MEASURE_KEYS
+from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import Schema, study_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
@@ -141,12 +142,8 @@ def _measures() -> Schema:
         "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
-        "percent": _quantity({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 100}),
-        "tau": _quantity({"type": "number", "minimum": 0}),
-        "target": _quantity({"type": "number"}),
-        "within": _quantity({"type": "number", "exclusiveMinimum": 0}),
+        **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
-    options = {key for keys in OPTIONS.values() for key in keys}
     measure = {
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_KEYS.items()},
@@ -156,11 +153,11 @@ def _measures() -> Schema:
             {
                 "if": {"properties": {"statistic": {"const": statistic}}, "required": ["statistic"]},
                 "then": {
-                    "required": list(OPTIONS.get(statistic, ())),
-                    "properties": dict.fromkeys(sorted(options - set(OPTIONS.get(statistic, ()))), False),
+                    "required": list(row.options),
+                    "properties": dict.fromkeys(sorted(OPTIONS.keys() - row.options.keys()), False),
                 },
             }
-            for statistic in STATISTICS
+            for statistic, row in STATISTICS.items()
         ],
     }
     return {
@@ -168,6 +165,14 @@ def _measures() -> Schema:
         "propertyNames": {"pattern": f"^{NAME.pattern}$"},
         "additionalProperties": measure,
     }
+
+
+def _option(statistic: Statistic, key: str) -> Schema:
+    """Return the schema of an option: a time, or a number within the bounds of the block's parameter."""
+    if key in TIMES or statistic.block is None:
+        return _quantity({"type": "number", "minimum": 0})
+    parameter = facts(statistic.block)["parameters"][key]
+    return _quantity({"type": _JSON_TYPES[parameter["type"]]} | _bounds(parameter))
 
 
 def _parts(rate: Schema) -> dict[str, Schema]:
@@ -211,7 +216,7 @@ def _loop() -> Schema:
 
 def _parameter(parameter: Mapping[str, Any]) -> Schema:
     about = {"description": _description(parameter), "default": parameter["default"]}
-    bounds = {word: parameter[fact] for fact, word in _BOUNDS.items() if fact in parameter}
+    bounds = _bounds(parameter)
     if "choices" in parameter:
         return about | {"enum": parameter["choices"]}
     if parameter["type"] == "list":
@@ -223,6 +228,10 @@ def _parameter(parameter: Mapping[str, Any]) -> Schema:
     if parameter["type"] == "str":
         return about | value | {"maxLength": TEXT_LENGTH}
     return about | (value if parameter["type"] == "bool" else _formulated(value))
+
+
+def _bounds(parameter: Mapping[str, Any]) -> Schema:
+    return {word: parameter[fact] for fact, word in _BOUNDS.items() if fact in parameter}
 
 
 def _description(parameter: Mapping[str, Any]) -> str:

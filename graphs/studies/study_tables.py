@@ -16,9 +16,9 @@ from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
-from proofmass.graphs.model.measures import measure_unit
 from proofmass.graphs.model.names import Missing, find_any
 from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.graphs.studies.correlation import Correlation, correlation_of, read_coefficient
 from proofmass.graphs.studies.designs import DESIGNS
 from proofmass.graphs.studies.distributions import Spread
@@ -254,7 +254,7 @@ class StudyTables:
         for name, measure in self.flat.measures.items():
             block, port = split(measure.signal)
             unit = unit_of(self.flat.blocks[block], type(self.flat.blocks[block]).outputs[port])
-            units[name] = measure_unit(measure.statistic, unit)
+            units[name] = STATISTICS[measure.statistic].unit_for(unit)
         if self.margins:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
         return units

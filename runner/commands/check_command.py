@@ -24,6 +24,7 @@ def check_graph(path: Path, own: Path | None, as_json: bool) -> int:
 
         problems += unready(graph, study)
         if not _wrong(problems) and any(loop.requirements for loop in flatten(graph).loops.values()):
+            # start-up time: NumPy, for which a wrong graph does not wait
             from proofmass.runner.commands.missed_margins import missed_margins
 
             problems += missed_margins(graph)

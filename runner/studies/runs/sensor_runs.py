@@ -18,6 +18,7 @@ from proofmass.runner.plan.measuring import refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.program.tick import write_tick
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
 from proofmass.runner.run.engines import choose, lanes_for
@@ -26,6 +27,8 @@ from proofmass.runner.run.result import Array
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
+from proofmass.runner.studies.runs.side_by_side import SideBySide
+from proofmass.runner.targets.content import content_of
 
 if TYPE_CHECKING:
     from proofmass.runner.studies.runs.side_by_side import SideBySide
@@ -54,7 +57,6 @@ class SensorRuns:
         self.together = self._side_by_side() if self.lanes else None
 
     def _side_by_side(self) -> "SideBySide":
-        from proofmass.runner.studies.runs.side_by_side import SideBySide
 
         names = self.study.settings({**self.study.drawn(0)[0], **self._unset})
         return SideBySide(self.study, self.plan, self.ticks, self.lanes, names)
@@ -66,8 +68,6 @@ class SensorRuns:
 
     def code(self) -> str:
         """Return a hash of the functions that compute a run, of whichever version of the blocks."""
-        from proofmass.runner.program.tick import write_tick
-        from proofmass.runner.targets.content import content_of
 
         return content_of(write_tick(self.plan).program)
 

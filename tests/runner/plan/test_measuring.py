@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.graphs.model.measures import STATISTICS
+from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.graphs.studies.build import Study
 from proofmass.runner.plan.measuring import refuse_late
 from proofmass.runner.planning.plan import plan
