@@ -44,6 +44,7 @@ def diff(**options: Any) -> int:
     proofmass diff results new_results --tolerance 1e-9
     proofmass diff drift new_drift --html changes.html
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.diff_command import DiffRequest, show_differences
 
     return show_differences(DiffRequest(**options))
@@ -77,6 +78,7 @@ def verify(**options: Any) -> int:
     proofmass verify sensor.toml --junit findings.xml
     proofmass verify sensor.toml --record
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.verify_command import VerifyRequest, verify_graph
 
     return verify_graph(VerifyRequest(**options))

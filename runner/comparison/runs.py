@@ -142,6 +142,7 @@ def _traces(before: Path, after: Path, tolerance: Tolerance) -> Iterator[TraceCh
             path = before if there[1] else after
             raise _refused(path.parent, f"has no {path.name}", "run it with --out and without --format csv alone")
         return
+    # for start-up time: only traces need it
     import h5netcdf
 
     with h5netcdf.File(before, "r") as first, h5netcdf.File(after, "r") as second:

@@ -142,6 +142,7 @@ def _mean_change(name: str, unit: str, age: float, one: Array, other: Array, *, 
 
 def _paired(apart: Array) -> float:
     """Probability of Student's test of differences; certain where they are all the same."""
+    # for start-up time: graphs and runs are compared without it
     from scipy.stats import ttest_1samp
 
     if np.ptp(apart) == 0.0:
@@ -151,6 +152,7 @@ def _paired(apart: Array) -> float:
 
 def _independent(one: Array, other: Array) -> tuple[Interval, float]:
     """Interval of the difference of two means and the probability of Welch's test."""
+    # for start-up time: graphs and runs are compared without it
     from scipy.stats import ttest_ind
 
     if np.ptp(one) == 0.0 and np.ptp(other) == 0.0:
@@ -179,6 +181,7 @@ def _kept(result: StudyResult, name: str) -> Array:
 
 def _yield_probability(one: Array, other: Array, *, paired: bool) -> float:
     """McNemar's exact test of sensors that changed sides, or Fisher's of two samples."""
+    # for start-up time: graphs and runs are compared without it
     from scipy.stats import binomtest, fisher_exact
 
     if paired:
