@@ -56,8 +56,8 @@ def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
         except Refusal as error:
             path = (TABLE, name, *([error.key] if error.key else ["quantity"]))
             got = error.got or shown(requirement.quantity)
-            more = {"got": got, "expected": error.expected, "hint": error.hint}
-            yield Problem(message=str(error), key=".".join(path), path=path, **more)
+            key, expected = ".".join(path), error.expected
+            yield Problem(message=str(error), key=key, path=path, got=got, expected=expected, hint=error.hint)
 
 
 def is_margin(flat: FlatGraph, quantity: str) -> bool:

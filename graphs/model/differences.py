@@ -155,18 +155,15 @@ def _blocks(
             yield Difference(f"{key}.kind", type(old).__name__, type(new).__name__)
         else:
             for parameter in type(old).parameters:
-                own = [table.get(f"{name}.{parameter}", "") for table in formulas]
-                texts = [number_text(block, parameter) for block in (old, new)]
-                if own[0] != own[1]:
-                    texts = [
-                        f"{formula} ({text})" if formula else text for formula, text in zip(own, texts, strict=True)
-                    ]
-                yield from _changed(f"{key}.{parameter}", *texts, followed.get(f"{name}.{parameter}", ""))
+                path = f"{name}.{parameter}"
+                one, other = (table.get(path, "") for table in formulas)
+                was, now = number_text(old, parameter), number_text(new, parameter)
+                if one != other:
+                    was, now = (f"{f} ({text})" if f else text for f, text in ((one, was), (other, now)))
+                yield from _changed(f"{key}.{parameter}", was, now, followed.get(path, ""))
         if old is not None and new is not None:
-            rates = [
-                _rate(None if flat.rates.get(name) == flat.rate else flat.rates.get(name)) for flat in (before, after)
-            ]
-            yield from _changed(f"{key}.rate", *rates, followed.get(f"{name}.rate", ""))
+            follows = followed.get(f"{name}.rate", "")
+            yield from _changed(f"{key}.rate", _own_rate(before, name), _own_rate(after, name), follows)
 
 
 def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
@@ -233,6 +230,12 @@ def number_text(block: Block, name: str) -> str:
         )
     unit = short_unit(unit_of(block, parameter))
     return f"{value!r}" + (f" {unit}" if not same_unit(unit or "1", "1") else "")
+
+
+def _own_rate(flat: FlatGraph, name: str) -> str:
+    """The rate of a block that has another than the graph."""
+    rate = flat.rates.get(name)
+    return "" if rate == flat.rate else _rate(rate)
 
 
 def _rate(rate: Any) -> str:

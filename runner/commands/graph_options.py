@@ -17,8 +17,7 @@ from proofmass.runner.commands.own_blocks import own_blocks
 
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
     """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
-    graph = read_graph(path, own_blocks(own))
-    graph = changed(graph, changes)
+    graph = changed(read_graph(path, own_blocks(own)), changes)
     return graph.changed(probes=(*graph.probes, *_new_probes(graph, probes)))
 
 

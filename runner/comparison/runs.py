@@ -73,7 +73,7 @@ class RunComparison:
     @property
     def same(self) -> bool:
         """Return whether all numbers stay within the tolerance; the graphs may differ."""
-        return all(change.same for change in (*self.traces, *self.measures))
+        return all(trace.same for trace in self.traces) and all(measure.same for measure in self.measures)
 
     def as_data(self) -> dict[str, Any]:
         """Return the comparison as plain data."""
@@ -93,16 +93,16 @@ def is_run(folder: Path) -> bool:
 
 def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparison:
     """Compare the runs in two folders; raises `ModelError` where there is none, `OSError`."""
-    summaries = [_summary(folder) for folder in (before, after)]
-    graphs = [_graph(summary) for summary in summaries]
+    first, second = _summary(before), _summary(after)
+    graphs = _graph(first), _graph(second)
     graph = differences(graphs[0], graphs[1]) if graphs[0] and graphs[1] else []
     facts = [
-        Difference(key, *(str(summary.get(key, "")) for summary in summaries))
+        Difference(key, str(first.get(key, "")), str(second.get(key, "")))
         for key in _DEPENDS
-        if summaries[0].get(key) != summaries[1].get(key)
+        if first.get(key) != second.get(key)
     ]
     traces = tuple(_traces(before / TRACES, after / TRACES, tolerance))
-    measures = tuple(_measures(*(summary.get("measures", {}) for summary in summaries), tolerance))
+    measures = tuple(_measures(first.get("measures", {}), second.get("measures", {}), tolerance))
     return RunComparison(tuple(graph), tuple(facts), traces, measures)
 
 
@@ -126,13 +126,12 @@ def _graph(summary: Mapping[str, Any]) -> Graph | None:
 
 def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: Tolerance) -> Iterator[MeasureChange]:
     for name in sorted({*before, *after}):
-        rows = [table.get(name) for table in (before, after)]
-        values = [row["value"] if row else None for row in rows]
+        rows = before.get(name), after.get(name)
         unit = next(row["unit"] for row in rows if row)
-        same = values[0] == values[1] and all(rows)
-        if None not in values and not same:
-            same = abs(values[1] - values[0]) <= tolerance.of(abs(values[0]))
-        yield MeasureChange(name, unit, *values, bool(same))
+        was, now = (row["value"] if row else None for row in rows)
+        known = was is not None and now is not None
+        same = abs(now - was) <= tolerance.of(abs(was)) if known else all(rows) and was == now
+        yield MeasureChange(name, unit, was, now, same)
 
 
 def _traces(before: Path, after: Path, tolerance: Tolerance) -> Iterator[TraceChange]:

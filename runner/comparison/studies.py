@@ -60,7 +60,7 @@ class StudyComparison:
     @property
     def same(self) -> bool:
         """Return whether nothing moved."""
-        return not any(change.moved for change in (*self.means, *self.yields))
+        return not any(mean.moved for mean in self.means) and not any(part.moved for part in self.yields)
 
     def as_data(self) -> dict[str, Any]:
         """Return the comparison as plain data."""
@@ -82,12 +82,13 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
         _, *places = np.intersect1d(before.numbers, after.numbers, assume_unique=True, return_indices=True)  # type: ignore[assignment]
     means = list(_means(before, after, places, paired=paired))
     yields = list(_yields(before, after, places, paired=paired))
-    adjusted = _holm([change.probability for change in (*means, *yields)])
-    decided = [
-        replace(change, probability=p, moved=p < 1.0 - LEVEL)
-        for change, p in zip((*means, *yields), adjusted, strict=True)
-    ]
-    return StudyComparison(tuple(found), paired, tuple(decided[: len(means)]), tuple(decided[len(means) :]))  # type: ignore[arg-type]
+    adjusted = iter(_holm([*(mean.probability for mean in means), *(part.probability for part in yields)]))
+    return StudyComparison(
+        tuple(found),
+        paired,
+        tuple(replace(mean, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for mean in means),
+        tuple(replace(part, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for part in yields),
+    )
 
 
 def study_differences(before: Study, after: Study) -> Iterator[Difference]:
@@ -168,9 +169,9 @@ def _yields(before: StudyResult, after: StudyResult, places: tuple[Any, Any], *,
     for name in [*shared, *([ALL] if shared else [])]:
         kept = [_kept(result, name)[place] for result, place in zip((before, after), places, strict=True)]
         if min(map(len, kept)):
-            yield YieldChange(
-                name, *(float(column.mean()) for column in kept), _yield_probability(*kept, paired=paired)
-            )
+            one, other = kept
+            probability = _yield_probability(one, other, paired=paired)
+            yield YieldChange(name, float(one.mean()), float(other.mean()), probability)
 
 
 def _kept(result: StudyResult, name: str) -> Array:

@@ -9,7 +9,7 @@ from proofmass.graphs.model.differences import Difference
 from proofmass.graphs.studies.ages import age_text
 from proofmass.runner.comparison.runs import MeasureChange, RunComparison, TraceChange
 from proofmass.runner.comparison.studies import MeanChange, StudyComparison, YieldChange
-from proofmass.runner.output.page import save_page
+from proofmass.runner.output.page import save_page, text_rows
 from proofmass.runner.output.page import table as page_table
 from proofmass.runner.output.text_table import text_table
 
@@ -82,16 +82,13 @@ def text_of(tables: Sequence[Table]) -> Iterator[str]:
 
 def save_tables(path: Path, title: str, verdict: str, tables: Sequence[Table]) -> Path:
     """Write the tables as one HTML file."""
-    sections = [
-        (table.title, page_table(table.heads, map(_cells, table.rows), set(range(len(table.heads))) - set(table.left)))
-        for table in tables
-        if table.rows
-    ]
+    sections = [(table.title, _page_table(table)) for table in tables if table.rows]
     return save_page(path, title, f"<p>{escape(verdict)}</p>", sections, "")
 
 
-def _cells(row: Sequence[str]) -> str:
-    return "".join(f"<td>{escape(cell)}</td>" for cell in row)
+def _page_table(table: Table) -> str:
+    numbers = set(range(len(table.heads))) - set(table.left)
+    return page_table(table.heads, text_rows(table.rows, numbers), numbers)
 
 
 def _cut(text: str) -> str:

@@ -118,8 +118,8 @@ def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requ
     for name, loop in flat.loops.items():
         for margin, limit in loop.requirements.items():
             least = margin != "sensitivity_peak"
-            limits = {"at_least" if least else "at_most": limit}
-            yield f"{name}.{margin}", Requirement(f"{name}.{margin}", f"Margin of the loop {name}.", **limits)
+            key, text = f"{name}.{margin}", f"Margin of the loop {name}."
+            yield key, Requirement(key, text, at_least=limit) if least else Requirement(key, text, at_most=limit)
 
 
 def _finding(measurements: Measurements, name: str, requirement: Requirement, limits: Asked) -> Finding:

@@ -8,11 +8,12 @@ from xml.etree import ElementTree
 
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.page import save_page, table
+from proofmass.runner.output.page import save_page, table, text_rows
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.verification.verify import Finding
 
 HEADS = ("", "id", "quantity", "value", "required", "unit", "text")
+_NUMBERS = (3, 4)
 _LONGEST = 60  # characters of a text in a terminal
 
 
@@ -50,9 +51,9 @@ def save_junit(path: Path, name: str, findings: Sequence[Finding]) -> Path:
 
 def save_findings_page(path: Path, name: str, findings: Sequence[Finding]) -> Path:
     """Write the findings as a page."""
-    rows = ("".join(f"<td>{escape(cell)}</td>" for cell in _row(finding)) for finding in findings)
+    rows = text_rows(map(_row, findings), _NUMBERS)
     opening = f"<p>{escape(summary(findings))}</p>"
-    return save_page(path, name or "Requirements", opening, [("Requirements", table(HEADS, rows, (3, 4)))], "")
+    return save_page(path, name or "Requirements", opening, [("Requirements", table(HEADS, rows, _NUMBERS))], "")
 
 
 def _row(finding: Finding) -> tuple[str, ...]:
