@@ -27,6 +27,25 @@ def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:
     return with_parameters(graph, values) if values else graph
 
 
+def sweeps(texts: tuple[str, ...]) -> dict[str, list[object]]:
+    """Return the values of each `--sweep`; raises `click.UsageError`."""
+    lists: dict[str, list[object]] = {}
+    for text in texts:
+        key, equals, values = text.partition("=")
+        if not equals or not values.strip():
+            raise click.UsageError(f"--sweep {text}: write NAME=VALUE,VALUE, for example adc.bits=10,12,14")
+        lists[key.strip()] = [_value(value) for value in values.split(",")]
+    return lists
+
+
+def _value(text: str) -> Any:
+    """A number or true or false, or else the text itself, as a quantity without quotes."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return text.strip()
+
+
 def _change(graph: Graph, text: str) -> tuple[str, Any]:
     """Key and value of one `--set`."""
     key, equals, value = text.partition("=")
@@ -38,10 +57,7 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
         message = f"is driven by {driver}: a value would change nothing"
         hint = f"change {split(driver)[0]}, or remove the wire"
         raise ModelError([Problem(message=message, key=key, hint=hint)])
-    try:
-        return key, tomllib.loads(f"value = {value}")["value"]
-    except (ValueError, RecursionError):
-        return key, value.strip()
+    return key, _value(value)
 
 
 def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
