@@ -4,16 +4,14 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert
+from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
-from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.requirements import TABLE, YIELD, Requirement
-from proofmass.graphs.model.statistics import STATISTICS
 
 _VERDICT = "stable"
 
@@ -50,7 +48,10 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
     """Requirements of what is not there, and limits that do not suit it."""
+    broken = (flat.measures.keys() | flat.root.derived.keys()) - measure_units(flat).keys()
     for name, requirement in flat.root.requirements.items():
+        if requirement.quantity in broken:
+            continue  # what is wrong with a measure is said where it is
         try:
             asked(flat, requirement)
         except Refusal as error:
@@ -69,20 +70,19 @@ def is_margin(flat: FlatGraph, quantity: str) -> bool:
 def is_yield(flat: FlatGraph, quantity: str) -> bool:
     """Return whether a quantity is the part of sensors that keep the limits of the study, or one of them."""
     head = quantity.partition(".")[0]
-    return head == YIELD and quantity not in flat.measures
+    return head == YIELD and quantity not in flat.measures and quantity not in flat.root.derived
 
 
 def _unit(flat: FlatGraph, quantity: str) -> str:
-    if quantity in flat.measures:
-        measure = flat.measures[quantity]
-        found = find_output(flat, measure.signal)
-        return "1" if isinstance(found, Missing) else STATISTICS[measure.statistic].unit_for(unit_of(*found))
+    units = measure_units(flat)
+    if quantity in units:
+        return units[quantity]
     if is_margin(flat, quantity):
         return MARGIN_MEASURES[split(quantity)[1]]
     if is_yield(flat, quantity):
         return "1"
     margins = [f"{loop}.{margin}" for loop in flat.loops for margin in MARGIN_MEASURES]
-    names = [*flat.measures, *margins, YIELD]
+    names = [*flat.measures, *flat.root.derived, *margins, YIELD]
     raise Refusal(f"there is no quantity {shown(quantity)[1:-1]}", did_you_mean(quantity, names, "the quantities"))
 
 

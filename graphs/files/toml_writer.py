@@ -45,8 +45,10 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     inner = {of: f.text for of, f in graph.formulas.items() if "." in of and _block_of(of) not in graph.blocks}
     if inner:
         yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
-    if graph.measures:
-        yield from ("", f"[{path}measures]", *(f"{name} = {_measure(m)}" for name, m in graph.measures.items()))
+    if graph.measures or graph.derived:
+        derived = (f"{name} = {quoted(formula.text)}" for name, formula in graph.derived.items())
+        signals = (f"{name} = {_measure(m)}" for name, m in graph.measures.items())
+        yield from ("", f"[{path}measures]", *signals, *derived)
     if graph.requirements:
         requirements = (f"{quoted(n) if '.' in n else n} = {_table(r)}" for n, r in graph.requirements.items())
         yield from ("", f"[{path}requirements]", *requirements)

@@ -94,6 +94,7 @@ class Graph:
     wires: tuple[Wire, ...]
     probes: tuple[Probe, ...]
     measures: Mapping[str, Measure]
+    derived: Mapping[str, Formula]  # measures of measures
     exports: Mapping[str, str]
     integration: Integration
     loops: Mapping[str, Loop]

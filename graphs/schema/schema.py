@@ -163,7 +163,7 @@ def _measures() -> Schema:
     return {
         "type": "object",
         "propertyNames": {"pattern": f"^{NAME.pattern}$"},
-        "additionalProperties": measure,
+        "additionalProperties": {"anyOf": [measure, {"$ref": "#/$defs/formula"}]},
     }
 
 

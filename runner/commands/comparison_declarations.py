@@ -7,7 +7,7 @@ import click
 
 from proofmass.runner.commands.options import blocks_option, engine_option, graph_argument, json_option, set_option
 
-_ANY = click.Path(exists=True, path_type=Path)
+_ANY = click.Path(path_type=Path)
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
 

@@ -32,17 +32,18 @@ def run_sweep(graph: Graph, swept: tuple[str, ...], measures: tuple[str, ...], o
 
 def _measures(graph: Graph, wanted: Sequence[str]) -> list[str]:
     """The measures that are shown; raises `ModelError` where there are none, or not these."""
-    if not graph.measures:
+    names = [*graph.measures, *graph.derived]
+    if not names:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
         raise ModelError([Problem(message="the graph has no measures: a sweep would show nothing", hint=hint)])
     problems = [
-        Problem(message="there is no such measure", key=name, hint=did_you_mean(name, graph.measures, "the measures"))
+        Problem(message="there is no such measure", key=name, hint=did_you_mean(name, names, "the measures"))
         for name in wanted
-        if name not in graph.measures
+        if name not in names
     ]
     if problems:
         raise ModelError(problems)
-    return list(wanted or graph.measures)
+    return list(wanted or names)
 
 
 def _write(result: Sweep, names: Sequence[str], out: Path) -> list[str]:

@@ -129,9 +129,14 @@ def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: To
         rows = before.get(name), after.get(name)
         unit = next(row["unit"] for row in rows if row)
         was, now = (row["value"] if row else None for row in rows)
-        known = was is not None and now is not None
-        same = abs(now - was) <= tolerance.of(abs(was)) if known else all(rows) and was == now
-        yield MeasureChange(name, unit, was, now, same)
+        yield MeasureChange(name, unit, was, now, all(rows) and _close(was, now, tolerance))
+
+
+def _close(was: float | None, now: float | None, tolerance: Tolerance) -> bool:
+    """Whether a measure stays within the tolerance; None has no value."""
+    if was is None or now is None:
+        return was == now
+    return abs(now - was) <= tolerance.of(abs(was))
 
 
 def _traces(before: Path, after: Path, tolerance: Tolerance) -> Iterator[TraceChange]:

@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.model.derived import Derived
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.graphs.model.rates import write_rate
@@ -147,6 +148,7 @@ class Plan(Filled):
     solvers: tuple[Solver, ...]
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
     measures: tuple[PlannedMeasure, ...]  # by name
+    derived: tuple[Derived, ...] = ()  # measures that follow from these, each after those that it needs
 
     @cached_property
     def ahead(self) -> tuple[Node, ...]:

@@ -80,7 +80,7 @@ class Measurements:
     def value(self, requirement: Requirement) -> float:
         """Return the value of what is required; raises `ModelError`."""
         quantity, flat = requirement.quantity, self.flat
-        if quantity in flat.measures:
+        if quantity in flat.measures or quantity in flat.root.derived:
             return self.run.measures[quantity].value
         if is_yield(flat, quantity):
             return self._yield(quantity)
