@@ -10,10 +10,11 @@ from proofmass.runner.commands.comparison_declarations import COMPARISONS
 from proofmass.runner.commands.declarations import cli
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
+from proofmass.runner.commands.live_declarations import live
 
 __all__ = ["cli", "main"]
 
-for command in (*ANALYSES, *COMPARISONS):
+for command in (*ANALYSES, *COMPARISONS, live):
     cli.add_command(command)
 
 

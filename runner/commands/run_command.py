@@ -34,6 +34,7 @@ class RunRequest:
     probes: tuple[str, ...]
     out: Path | None
     formats: tuple[str, ...]
+    live: bool
     resume: bool
     swept: tuple[str, ...]
     zipped: bool
@@ -48,10 +49,12 @@ class RunRequest:
             raise click.UsageError("give --duration or --samples, not both")
         if self.resume and self.out is None:
             raise click.UsageError("--resume needs --out, the folder of the interrupted run")
-        if self.swept and (self.resume or self.show_source or self.engine == "cxxrtl"):
-            raise click.UsageError("--sweep goes with neither --resume nor --show-source nor --engine cxxrtl")
+        if self.swept and (self.resume or self.show_source or self.live or self.engine == "cxxrtl"):
+            raise click.UsageError("--sweep goes without --resume, --show-source, --live and --engine cxxrtl")
         if (self.zipped or self.measures) and not self.swept:
             raise click.UsageError("--zip and --measure need --sweep")
+        if self.live and self.out is None:
+            raise click.UsageError("--live needs --out, the folder to write to")
         if self.formats and self.out is None:
             raise click.UsageError("--format needs --out, the folder to write to")
 
@@ -69,7 +72,7 @@ def run_graph(request: RunRequest) -> int:
     if result.interrupted:
         return _interrupted(result, request.out)
     if request.out is not None:
-        names = write_run(result, request.out, request.formats or ("netcdf",))
+        names = write_run(result, request.out, request.formats or ("netcdf",), live=request.live)
         print_files(request.out, names, request.as_json)
     return DONE
 

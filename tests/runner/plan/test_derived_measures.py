@@ -44,7 +44,7 @@ def test_values_and_units() -> None:
     measures = simulate(GRAPH, engine="python").measures
     assert measures["high"].value == pytest.approx(1000.0)
     found = {name: (measure.value, measure.unit) for name, measure in measures.items()}
-    assert found["scale_factor"] == (pytest.approx(1.9 / (2 * G0)), "V*s^2/m")
+    assert found["scale_factor"] == (pytest.approx(1.9 / (2 * G0)), "V/(m/s^2)")
     assert found["bias"] == (pytest.approx(0.05), "V")
     assert found["decibels"] == (pytest.approx(20 * math.log10(1 / 0.9)), "1")
     assert found["twice"][0] == pytest.approx(1.9 / G0)
@@ -72,13 +72,13 @@ def test_in_studies_of_both_engines() -> None:
 
 def test_a_calibration_may_leave_one() -> None:
     study = Study(
-        GRAPH,
+        read_graph_text(TEXT.replace('"mV"', '"V"')),
         runs=2,
         epochs={"ages": ["0 h", "1 h"]},
         recalibration={"every": "never", "carried": {"falling.gain": "twice"}},
     )
     result = run_study(study, engine="compiled")
-    assert result["low"][:, 1] == pytest.approx(-result["twice"][:, 0] * G0 * 1e3)
+    assert result["low"][:, 1] == pytest.approx(-result["twice"][:, 0] * G0)
     assert run_study(study, engine="python").digest == result.digest
 
 
