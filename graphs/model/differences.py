@@ -180,8 +180,8 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
     measures = [{name: line_of(measure._asdict()) for name, measure in flat.measures.items()} for flat in flats]
     integrations = [{k: str(v) for k, v in flat.integration.changed().items()} for flat in flats]
     exports = [dict(flat.exports) for flat in flats]
-    for table, flat in zip(measures, flats, strict=True):
-        table |= {name: formula.text for name, formula in flat.root.derived.items()}
+    for lines, flat in zip(measures, flats, strict=True):
+        lines |= {name: formula.text for name, formula in flat.root.derived.items()}
     asked = [{name: line_of(r.as_written()) for name, r in flat.root.requirements.items()} for flat in flats]
     tables = {
         "measures": measures,

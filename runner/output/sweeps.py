@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
 from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import BLUE, STYLE, pretty
+from proofmass.runner.output.plot import BLUE, STYLE
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.run.sweep import Sweep
 
