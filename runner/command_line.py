@@ -7,6 +7,7 @@ import click
 
 from proofmass.runner.commands.analysis_declarations import ANALYSES
 from proofmass.runner.commands.block_declarations import BLOCKS
+from proofmass.runner.commands.comparison_declarations import COMPARISONS
 from proofmass.runner.commands.declarations import cli
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
@@ -14,7 +15,7 @@ from proofmass.runner.commands.live_declarations import live
 
 __all__ = ["cli", "main"]
 
-for command in (*ANALYSES, live, *BLOCKS):
+for command in (*ANALYSES, *BLOCKS, *COMPARISONS, live):
     cli.add_command(command)
 
 

@@ -16,7 +16,9 @@ from proofmass.blocks.declaration.units import Unit, UnitError, unit
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
+from proofmass.graphs.checks.requirements import bad_requirements
 from proofmass.graphs.checks.schedule import Schedule, schedule
+from proofmass.graphs.model.derived import bad_derived
 from proofmass.graphs.model.exports import exposed, open_inputs
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Given, Graph, split
@@ -57,7 +59,7 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
     order = None
     problems = list(_size(flat))
     if not problems:
-        names = chain(_signals(flat), bad_exports(flat), bad_loops(flat))
+        names = chain(_signals(flat), bad_exports(flat), bad_loops(flat), bad_derived(flat), bad_requirements(flat))
         found = chain(_rates(flat), _Wiring(flat).problems(), names)
         problems = list(islice(found, 2 * PROBLEMS))
     if not problems:
@@ -86,7 +88,7 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
         elif where == "loops":
             names = [graph.loops[rest[0]].open_at]
         elif where == "measures":
-            names = [graph.measures[rest[0]].signal]
+            names = [graph.measures[rest[0]].signal] if rest[0] in graph.measures else []
         elif where == "exports":
             names = [graph.exports.get(rest[0], rest[0])]
         return {name.partition(".")[0] for name in names}

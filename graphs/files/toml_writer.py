@@ -11,6 +11,7 @@ from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.requirements import Requirement
 from proofmass.graphs.model.statistics import TIMES
 from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.graphs.model.values import Value
@@ -44,8 +45,13 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     inner = {of: f.text for of, f in graph.formulas.items() if "." in of and _block_of(of) not in graph.blocks}
     if inner:
         yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
-    if graph.measures:
-        yield from ("", f"[{path}measures]", *(f"{name} = {_measure(m)}" for name, m in graph.measures.items()))
+    if graph.measures or graph.derived:
+        derived = (f"{name} = {quoted(formula.text)}" for name, formula in graph.derived.items())
+        signals = (f"{name} = {_measure(m)}" for name, m in graph.measures.items())
+        yield from ("", f"[{path}measures]", *signals, *derived)
+    if graph.requirements:
+        requirements = (f"{quoted(n) if '.' in n else n} = {_table(r)}" for n, r in graph.requirements.items())
+        yield from ("", f"[{path}requirements]", *requirements)
     if graph.exports:
         yield from ("", f"[{path}exports]", *(f"{name} = {quoted(signal)}" for name, signal in graph.exports.items()))
     changed = graph.integration.changed()
@@ -118,6 +124,11 @@ def _measure(measure: Measure) -> str:
     options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
+
+
+def _table(requirement: Requirement) -> str:
+    entries = requirement.as_written().items()
+    return "{ " + ", ".join(f"{k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in entries) + " }"
 
 
 def _list(key: str, entries: list[str]) -> list[str]:

@@ -47,7 +47,8 @@ def coherent_unit(dimension: Dimension) -> str:
     if sum(map(abs, dimension)) <= 2 and max(dimension) <= 1:
         return Unit(Fraction(1), dimension).in_base_units()
     quotients = (f"{name}/{below}" for below in _BELOW for name in (*_NAMED, *BASE))
-    candidates = (*_NAMED, *quotients, *(f"{name}*{other}" for name in _NAMED for other in ("m", "s")))
+    reciprocals = (f"1/{name}" for name in _NAMED)
+    candidates = (*_NAMED, *reciprocals, *quotients, *(f"{name}*{other}" for name in _NAMED for other in ("m", "s")))
     fits = (name for name in candidates if unit(name).exponents == dimension)
     return next(fits, Unit(Fraction(1), dimension).in_base_units())
 
@@ -126,7 +127,7 @@ def size(value: float) -> float:
 
 
 _NAMED = ("N", "V", "ohm", "W", "J", "C", "F", "H", "T", "Pa", "S")
-_BELOW = ("m", "s", "V", "A", "K", "m^2", "s^2", "m^3", "sqrt(Hz)")
+_BELOW = ("m", "s", "V", "A", "K", "m^2", "s^2", "m^3", "sqrt(Hz)", "(m/s^2)")
 _WORDS = {"+": "a sum", "-": "a difference"}
 
 

@@ -19,6 +19,7 @@ from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_measures
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
+from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.graphs.model.values import Value as NamedValue
 from proofmass.graphs.model.values import read_values
@@ -45,8 +46,10 @@ class Graph(Value):
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
     `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
     parameters, `{"sensor.mass": "= mass"}`; rates and the duration may be formulas too.
+    `requirements` are what `verify` looks at, `{"bias": {"quantity": "bias", "at_most": "1 mV"}}`.
     `measures` are numbers that a run reduces signals to,
-    `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`.
+    `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`, or formulas of other measures,
+    `{"scale_factor": "= (plus - minus) / 2"}`.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
     """
@@ -66,9 +69,11 @@ class Graph(Value):
         samples: int | None = None,
         seed: int = 0,
         description: str = "",
-        measures: Mapping[str, Measure | Mapping[str, Any]] = MappingProxyType({}),
+        measures: Mapping[str, Measure | Mapping[str, Any] | str] = MappingProxyType({}),
+        derived: Mapping[str, Formula] = MappingProxyType({}),
         exports: Mapping[str, str] = MappingProxyType({}),
         loops: Mapping[str, Loop | Mapping[str, Any]] = MappingProxyType({}),
+        requirements: Mapping[str, Requirement | Mapping[str, Any]] = MappingProxyType({}),
         values: Mapping[str, NamedValue | str | float] = MappingProxyType({}),
         formulas: Mapping[str, Formula | str] = MappingProxyType({}),
         subgraphs: Mapping[str, Value] = MappingProxyType({}),
@@ -80,6 +85,8 @@ class Graph(Value):
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         reader.problems += [*_bad_texts(name, description), *_bad_run(samples, duration, seed)]
         reader.problems += _bad_blocks(blocks, rates)
+        own_requirements, wrong = read_requirements(requirements)
+        reader.problems += wrong
         own_values, wrong = read_values(values, _taken(exports))
         reader.problems += wrong
         of_rates = {f"{name}.{RATE}": rate for name, rate in rates.items() if is_formula(rate)}
@@ -97,7 +104,9 @@ class Graph(Value):
         own_rate = None if rate is None else reader.value(read_rate, rate, "rate")
         own_duration = None if duration is None else reader.value(read_duration, duration, "duration")
         own_wires, own_probes = reader.list(read_wire, wires, "wires"), reader.list(read_probe, probes, "probes")
-        own_measures = reader.table(lambda: read_measures(measures), dict[str, Measure]())
+        given_measures, own_derived, wrong = _split_measures(measures, derived)
+        reader.problems += wrong
+        own_measures = reader.table(lambda: read_measures(given_measures), dict[str, Measure]())
         own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
         if reader.problems:
             raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in reader.problems])
@@ -114,9 +123,11 @@ class Graph(Value):
             wires=own_wires,
             probes=own_probes,
             measures=own_measures,
+            derived=own_derived,
             exports=exports,
             integration=own_integration,
             loops=own_loops,
+            requirements=own_requirements,
             values=own_values,
             formulas=own_formulas,
             place=place,
@@ -289,6 +300,20 @@ def _settled(graph: Graph) -> Graph:
         }
         own = [replace(problem, path=written.get(problem.path, problem.path)) for problem in error.problems]
         raise ModelError([graph.placed(problem) for problem in own]) from None
+
+
+def _split_measures(given: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
+    """Measures of signals, and those that are formulas of others."""
+    formulas, problems = dict(derived), list[Problem]()
+    if not isinstance(given, Mapping):
+        return given, formulas, problems
+    for name, entry in given.items():
+        if is_formula(entry) and isinstance(name, str) and NAME.fullmatch(name):
+            try:
+                formulas[name] = Formula(entry)
+            except Refusal as error:
+                problems.append(error.problem(f"measures.{name}", entry, path=("measures", name)))
+    return {n: e for n, e in given.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
 
 
 def _read_formulas(given: object) -> tuple[dict[str, Formula], list[Problem]]:

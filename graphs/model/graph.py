@@ -17,6 +17,7 @@ from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
+from proofmass.graphs.model.requirements import Requirement
 from proofmass.graphs.model.values import Value
 
 DEFAULT_INTEGRATION = Integration()
@@ -94,9 +95,11 @@ class Graph:
     wires: tuple[Wire, ...]
     probes: tuple[Probe, ...]
     measures: Mapping[str, Measure]
+    derived: Mapping[str, Formula]  # measures of measures
     exports: Mapping[str, str]
     integration: Integration
     loops: Mapping[str, Loop]
+    requirements: Mapping[str, Requirement]
     values: Mapping[str, Value]
     formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
     place: Place = dataclasses.field(compare=False, repr=False)

@@ -15,6 +15,7 @@ TOP_KEYS = {
     "exports": 'Ports and parameters that the graph has as a part of others: a name for each, as in code = "adc.code".',
     "integration": "How continuous blocks are integrated between ticks: method, accuracy, events.",
     "loops": "Control loops: [loops.NAME] with open_at, and the margins that it must have.",
+    "requirements": "What a measure, a margin or a yield must keep, by ids; `proofmass verify` shows whether it does.",
     "study": "A Monte Carlo study of the graph: runs, spread, drift, epochs; `proofmass montecarlo` runs it.",
     "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph.",
 }
@@ -38,6 +39,13 @@ LOOP_KEYS = {
     "phase_margin": 'Least phase, as "30 deg", that makes the loop unstable.',
     "delay_margin": 'Least delay, as "100 us", that makes the loop unstable.',
     "sensitivity_peak": 'Largest amplification of a disturbance, as "6 dB".',
+}
+REQUIREMENT_KEYS = {
+    "text": "What is required, in words.",
+    "quantity": 'A measure, "bias"; a margin, "main.phase_margin"; "yield" of the study, or of a limit, "yield.bias".',
+    "at_least": "Smallest value that meets it, a number in the unit of the quantity or a text with its own.",
+    "at_most": "Largest value that meets it.",
+    "at": 'Of a margin: the time at which the loop is linearised, "0 s" when nothing is said, or "settled".',
 }
 STUDY_KEYS = {
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml".',

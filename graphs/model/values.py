@@ -112,7 +112,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: s
     What needs a value that is unknown, since it cannot be read, is unknown too.
     """
     needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
-    while chain := _circle(needs):
+    while chain := circle(needs):
         message = "the value depends on itself: " + " -> ".join(chain)
         got, hint = shown(formulas[chain[0]].text), "write one of them as a number"
         yield _problem(message, (chain[0],), got=got, hint=hint)
@@ -129,7 +129,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: s
             yield _problem(str(error), (name,), got=shown(formulas[name].text), hint=error.hint)
 
 
-def _circle(needs: Mapping[str, set[str]]) -> list[str]:
+def circle(needs: Mapping[str, set[str]]) -> list[str]:
     """Return names that need each other, the first of them again at the end; nothing without such."""
     try:
         TopologicalSorter(needs).prepare()

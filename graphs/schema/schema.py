@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.formulas.parser import LENGTH
 from proofmass.graphs.model.build import LONGEST_TEXT
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
-from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, PART_KEYS, REQUIREMENT_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, LARGEST_SEED, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
@@ -22,6 +22,10 @@ _QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$
 _NAME = NAME.pattern.partition(")")[2]  # without the limit of its length
 _SIGNAL = rf"{_NAME}(\.{_NAME})+"
 _PATH = rf"(?!.*[^.]{{65}}){_NAME}(\.{_NAME})*"
+_EXPORTS_OF_SIGNALS: Schema = {  # without values there are none to export
+    "if": {"not": {"required": ["values"]}},
+    "then": {"properties": {"exports": {"additionalProperties": {"pattern": f"^{_SIGNAL}$"}}}},
+}
 _FORMAT = r"^\s*\(\s*\d{1,4}\s*,\s*[+-]?\d{1,4}\s*\)(\s+unsigned)?\s*$"
 _BOUNDS = {
     "above": "exclusiveMinimum",
@@ -62,6 +66,10 @@ def schema(own: Own | None = None) -> Schema:
         },
         "probes": {"type": "array", "items": _probe()},
         "measures": _measures(),
+        "requirements": {
+            "type": "object",
+            "additionalProperties": _requirement(),
+        },
         "study": {"$ref": "#/$defs/study", "not": {"required": ["graph"]}},
         "exports": {
             "type": "object",
@@ -89,6 +97,7 @@ def schema(own: Own | None = None) -> Schema:
         "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
         "required": ["blocks"],
         "not": {"required": ["samples", "duration"]},
+        **_EXPORTS_OF_SIGNALS,
         "additionalProperties": False,
         "$defs": {
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
@@ -154,7 +163,7 @@ def _measures() -> Schema:
     return {
         "type": "object",
         "propertyNames": {"pattern": f"^{NAME.pattern}$"},
-        "additionalProperties": measure,
+        "additionalProperties": {"anyOf": [measure, {"$ref": "#/$defs/formula"}]},
     }
 
 
@@ -188,6 +197,7 @@ def _parts(rate: Schema) -> dict[str, Schema]:
             "properties": {key: {"$ref": f"#/properties/{key}"} for key in TOP_KEYS},
             "required": ["blocks"],
             "not": {"required": ["samples", "duration"]},
+            **_EXPORTS_OF_SIGNALS,
             "additionalProperties": False,
         },
     }
@@ -237,6 +247,20 @@ def _description(parameter: Mapping[str, Any]) -> str:
 def _quantity(number: Schema) -> Schema:
     """Return the schema of a number in the declared unit, or a string of a number and a unit."""
     return {"anyOf": [number, {"$ref": "#/$defs/quantity"}]}
+
+
+def _requirement() -> Schema:
+    values: dict[str, Schema] = {
+        key: {"type": ["number", "string"]} if key in ("at_least", "at_most") else {"type": "string"}
+        for key in REQUIREMENT_KEYS
+    }
+    return {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in REQUIREMENT_KEYS.items()},
+        "required": ["quantity"],
+        "anyOf": [{"required": [key]} for key in ("at_least", "at_most")],
+        "additionalProperties": False,
+    }
 
 
 def _formulated(number: Schema) -> Schema:

@@ -12,13 +12,13 @@ from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import same_unit
 from proofmass.graphs.model.dependence import Dependence, is_fixed
+from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
 from proofmass.graphs.model.names import Missing, find_any
 from proofmass.graphs.model.rates import read_duration
-from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.graphs.studies.correlation import Correlation, correlation_of, read_coefficient
 from proofmass.graphs.studies.designs import DESIGNS
 from proofmass.graphs.studies.distributions import Spread
@@ -250,11 +250,7 @@ class StudyTables:
     @cached_property
     def _units(self) -> dict[str, str]:
         """Unit of each measure, the margins of loops included where they are measured."""
-        units = {}
-        for name, measure in self.flat.measures.items():
-            block, port = split(measure.signal)
-            unit = unit_of(self.flat.blocks[block], type(self.flat.blocks[block]).outputs[port])
-            units[name] = STATISTICS[measure.statistic].unit_for(unit)
+        units = measure_units(self.flat)
         if self.margins:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
         return units

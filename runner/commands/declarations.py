@@ -74,6 +74,15 @@ def cli(traceback: bool) -> None:
 @click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
 @click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
 @click.option(
+    "--sweep",
+    "swept",
+    multiple=True,
+    metavar="NAME=VALUE,VALUE",
+    help="Run once for each of these values, for example adc.bits=10,12,14, and show the measures; repeatable.",
+)
+@click.option("--zip", "zipped", is_flag=True, help="Take the values of all --sweep together, the first ones first.")
+@click.option("--measure", "measures", multiple=True, metavar="NAME", help="Show this measure of a sweep; repeatable.")
+@click.option(
     "--show-source",
     is_flag=True,
     help="Print the program of the loop, with its lines of Python, instead of running it.",
@@ -87,6 +96,7 @@ def run(**options: Any) -> int:
     \b
     proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
+    proofmass run sensor.toml --sweep adc.bits=10,12,14 --measure noise
     """
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.run_command import RunRequest, run_graph

@@ -18,13 +18,36 @@ from proofmass.runner.commands.own_blocks import own_blocks
 
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
     """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
-    graph: Graph = read_graph(path, own_blocks(own))
+    graph = changed(read_graph(path, own_blocks(own)), changes)
+    return graph.changed(probes=(*graph.probes, *_new_probes(graph, probes)))
+
+
+def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:
+    """Return the graph with what `--set` says; raises `ModelError` or `click.UsageError`."""
     values = dict(_change(graph, text) for text in changes)
     if "integration" not in (*graph.blocks, *graph.subgraphs):
         steps = {key: values.pop(key) for key in tuple(values) if key.startswith("integration.")}
         graph = _with_integration(graph, steps) if steps else graph
-    graph = with_parameters(graph, values) if values else graph
-    return graph.changed(probes=(*graph.probes, *_new_probes(graph, probes)))
+    return with_parameters(graph, values) if values else graph
+
+
+def sweeps(texts: tuple[str, ...]) -> dict[str, list[object]]:
+    """Return the values of each `--sweep`; raises `click.UsageError`."""
+    lists: dict[str, list[object]] = {}
+    for text in texts:
+        key, equals, values = text.partition("=")
+        if not equals or not values.strip():
+            raise click.UsageError(f"--sweep {text}: write NAME=VALUE,VALUE, for example adc.bits=10,12,14")
+        lists[key.strip()] = [_value(value) for value in values.split(",")]
+    return lists
+
+
+def _value(text: str) -> Any:
+    """A number or true or false, or else the text itself, as a quantity without quotes."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return text.strip()
 
 
 def _change(graph: Graph, text: str) -> tuple[str, Any]:
@@ -38,10 +61,7 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
         message = f"is driven by {driver}: a value would change nothing"
         hint = f"change {split(driver)[0]}, or remove the wire"
         raise ModelError([Problem(message=message, key=key, hint=hint)])
-    try:
-        return key, tomllib.loads(f"value = {value}")["value"]
-    except (ValueError, RecursionError):
-        return key, value.strip()
+    return key, _value(value)
 
 
 def _with_integration(graph: Graph, changes: dict[str, Any]) -> Graph:

@@ -36,6 +36,9 @@ class RunRequest:
     formats: tuple[str, ...]
     live: bool
     resume: bool
+    swept: tuple[str, ...]
+    zipped: bool
+    measures: tuple[str, ...]
     show_source: bool
     quiet: bool
     own: Path | None
@@ -46,6 +49,10 @@ class RunRequest:
             raise click.UsageError("give --duration or --samples, not both")
         if self.resume and self.out is None:
             raise click.UsageError("--resume needs --out, the folder of the interrupted run")
+        if self.swept and (self.resume or self.show_source or self.live or self.engine == "cxxrtl"):
+            raise click.UsageError("--sweep goes without --resume, --show-source, --live and --engine cxxrtl")
+        if (self.zipped or self.measures) and not self.swept:
+            raise click.UsageError("--zip and --measure need --sweep")
         if self.live and self.out is None:
             raise click.UsageError("--live needs --out, the folder to write to")
         if self.formats and self.out is None:
@@ -57,6 +64,8 @@ def run_graph(request: RunRequest) -> int:
     graph = graph_of(request.graph, request.own, request.changes, request.probes)
     if request.show_source:
         return _show_source(graph)
+    if request.swept:
+        return _swept(graph, request)
     result = _simulated(graph, request)
     print_text(map(str, notes_of_a_run(flatten(graph))), err=True)
     show_run(result, request.as_json)
@@ -66,6 +75,24 @@ def run_graph(request: RunRequest) -> int:
         names = write_run(result, request.out, request.formats or ("netcdf",), live=request.live)
         print_files(request.out, names, request.as_json)
     return DONE
+
+
+def _swept(graph: Graph, request: RunRequest) -> int:
+    # for start-up time: only --sweep needs it
+    from proofmass.runner.commands.sweep_command import run_sweep
+
+    return run_sweep(
+        graph,
+        request.swept,
+        request.measures,
+        request.out,
+        zipped=request.zipped,
+        duration=request.duration,
+        samples=request.samples,
+        seed=request.seed,
+        engine=request.engine,
+        as_json=request.as_json,
+    )
 
 
 def _show_source(graph: Graph) -> int:

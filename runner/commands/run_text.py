@@ -10,6 +10,7 @@ from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.progress import time_text
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
+from proofmass.runner.plan.measuring import FORMULA
 from proofmass.runner.run.result import Result
 
 _HEAD = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
@@ -81,8 +82,11 @@ def _overflows(result: Result) -> Iterator[str]:
 def _measures(result: Result) -> Iterator[str]:
     for name, measure in result.measures.items():
         unit = f" {measure.unit}" if measure.unit != "1" else ""
-        of = f"{measure.statistic} of {measure.signal}"
-        if math.isnan(measure.value):
+        derived = measure.statistic == FORMULA
+        of = measure.signal if derived else f"{measure.statistic} of {measure.signal}"
+        if math.isnan(measure.value) and derived:
+            yield f"{name} has no value: {of}; one of its measures has none, or it divides by zero"
+        elif math.isnan(measure.value):
             yield f"{name} has no value: the run is too short for the {of}; run longer, or measure from earlier"
         else:
             yield f"{name} = {measure.value:.9g}{unit}: {of}"

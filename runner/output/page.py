@@ -94,6 +94,13 @@ def table(heads: Sequence[str], rows: Iterable[str], numbers: Iterable[int] = ()
     return f'<div class="wide"><table>{head}<tbody>\n{body}\n</tbody></table></div>'
 
 
+def text_rows(rows: Iterable[Sequence[str]], numbers: Iterable[int] = ()) -> Iterable[str]:
+    """Return rows of texts as rows for `table`, whose columns of numbers are set right."""
+    right = set(numbers)
+    cell = ("<td>", '<td class="number">')
+    return ("".join(f"{cell[i in right]}{escape(text)}</td>" for i, text in enumerate(row)) for row in rows)
+
+
 def facts(values: Iterable[tuple[str, str]]) -> str:
     """Return a table of names and values without the empty ones."""
     return table((), (f'<th>{escape(k)}</th><td class="long">{escape(v)}</td>' for k, v in values if v))

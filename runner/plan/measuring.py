@@ -1,6 +1,7 @@
 """Measures compiled into the plan: hidden blocks that reduce signals, whose last state is the measure."""
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -9,6 +10,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Schedule
+from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, Wire, split
 from proofmass.graphs.model.measures import MEASURES, Measure
@@ -17,6 +19,8 @@ from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.runner.plan.bindings import Binding, State, Tick
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
+
+FORMULA = "formula"  # in the place of the statistic of a measure that follows from others
 
 
 @dataclass(frozen=True)
@@ -83,8 +87,27 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
 
 
 def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
-    """The measures of a run that has ended with this memory."""
-    return {m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic) for m in plan.measures}
+    """The measures of a run that has ended with this memory, those of formulas last."""
+    found = {m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic) for m in plan.measures}
+    values = {name: measure.value for name, measure in found.items()}
+    for derived, value in zip(plan.derived, derived_values(plan, values), strict=True):
+        found[derived.name] = Measured(value, derived.unit, derived.formula.text, FORMULA)
+    return found
+
+
+def derived_values(
+    plan: Plan, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly
+) -> tuple[Any, ...]:
+    """Values of the measures that follow from others; numbers, or arrays of which `apply` knows."""
+    known = dict(measures)
+    for derived in plan.derived:
+        known[derived.name] = derived.value(known, apply)
+    return tuple(known[derived.name] for derived in plan.derived)
+
+
+def planned_derived(plan: Plan) -> tuple[PlannedMeasure, ...]:
+    """Measures of formulas as those of signals stand in a study: nothing reads them in the loop."""
+    return tuple(PlannedMeasure(d.name, d.formula.text, FORMULA, d.unit, ("", ""), False, 0) for d in plan.derived)
 
 
 def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:

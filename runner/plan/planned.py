@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Schedule
+from proofmass.graphs.model.derived import Derived
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
@@ -148,6 +149,7 @@ class Plan(Filled):
     solvers: tuple[Solver, ...]
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
     measures: tuple[PlannedMeasure, ...]  # by name
+    derived: tuple[Derived, ...] = ()  # measures that follow from these, each after those that it needs
 
     def same_sizes(self, other: "Plan") -> bool:
         """Return whether a loop of one of two plans that differ in numbers alone can run the other.

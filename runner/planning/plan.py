@@ -10,6 +10,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import scheduled
+from proofmass.graphs.model.derived import derived_measures
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.runner.fixed.digital import DigitalBlock, digital_block
@@ -54,6 +55,7 @@ def plan(graph: Graph, *, wide: bool = False) -> Plan:
         solvers=solvers,
         probes=tuple(_probe(wired, probe.signal, split(inner.signal), probe.every) for probe, inner in named),
         measures=planned_measures(flat, order),
+        derived=derived_measures(flat),
     )
 
 

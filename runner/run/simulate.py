@@ -123,6 +123,11 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
     return result
 
 
+def ticks_of(planned: Plan, options: RunOptions) -> int:
+    """Return how many ticks a run with these options has; raises `ModelError`."""
+    return _run(planned, options).ticks
+
+
 class _Run(NamedTuple):
     """A plan, and what was asked of its run, read."""
 

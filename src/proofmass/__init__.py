@@ -28,6 +28,7 @@ _HOMES = {
     "Spectrum": "runner.analysis.spectrum.welch",
     "Study": "graphs.studies.build",
     "StudyResult": "runner.studies.outcome.result",
+    "Sweep": "runner.run.sweep",
     "Tones": "runner.analysis.spectrum.tones",
     "Trace": "runner.run.result",
     "Wire": "graphs.model.graph",
@@ -45,6 +46,7 @@ _HOMES = {
     "run_study": "runner.studies.whole.study",
     "simulate": "runner.run.simulate",
     "spectrum": "runner.analysis.spectrum.welch",
+    "sweep": "runner.run.sweep",
     "tones": "runner.analysis.spectrum.tones",
     "write_graph": "graphs.files.toml_writer",
 }

@@ -17,6 +17,7 @@ from proofmass.runner.analysis.spectrum.welch import Spectrum as Spectrum, spect
 from proofmass.runner.run.faults import RunError as RunError
 from proofmass.runner.run.result import Result as Result, Trace as Trace
 from proofmass.runner.run.simulate import simulate as simulate
+from proofmass.runner.run.sweep import Sweep as Sweep, sweep as sweep
 from proofmass.runner.studies.outcome.result import StudyResult as StudyResult
 from proofmass.runner.studies.whole.ready import check as check
 from proofmass.runner.studies.whole.study import replay as replay, run_study as run_study

@@ -59,7 +59,7 @@ def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
     loops = {name: replace(loop, open_at=_renamed(flat, loop.open_at, gains)) for name, loop in flat.loops.items()}
     rates = {name: rate for name, rate in flat.rates.items() if name in blocks}
     return flat.as_graph().changed(
-        blocks=blocks, wires=tuple(wires), probes=kept, measures={}, loops=loops, rates=rates
+        blocks=blocks, wires=tuple(wires), probes=kept, measures={}, derived={}, loops=loops, rates=rates
     )
 
 

@@ -68,9 +68,9 @@ class StudyResult:
         """Return for each run whether it keeps all limits at all epochs; None without limits."""
         if not self.study.limits:
             return None
-        return np.asarray(np.logical_and.reduce([self._kept(name) for name in self.study.limits]))
+        return np.asarray(np.logical_and.reduce([self.kept(name) for name in self.study.limits]))
 
-    def _kept(self, name: str) -> Array:
+    def kept(self, name: str) -> Array:
         """Return for each run whether it keeps a limit at all epochs that count for it."""
         limit = self.study.limits[name]
         first = limit.counted(self.study.epochs)
@@ -108,7 +108,7 @@ class StudyResult:
         good = self.good()
         if good is None or not len(good):
             return {}
-        each = {name: float(self._kept(name).mean()) for name in self.study.limits}
+        each = {name: float(self.kept(name).mean()) for name in self.study.limits}
         return {**each, "all limits": float(good.mean())}
 
     def to_xarray(self) -> "xarray.Dataset":

@@ -6,15 +6,16 @@ runs side by side with it and their order change no bit of it.
 
 import dataclasses
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.plan.measuring import refuse_late, value_of
+from proofmass.runner.plan.measuring import derived_values, planned_derived, refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
@@ -47,7 +48,8 @@ class SensorRuns:
             raise ModelError(problems)
         self.study = study
         self.plan = plan(study.graph.changed(probes=()))
-        self.measures = (*self.plan.measures, *margin_measures(self.plan, study.margins))
+        margins = margin_measures(self.plan, study.margins)
+        self.measures = (*self.plan.measures, *margins, *planned_derived(self.plan))
         self.ticks = self.plan.ticks()
         refuse_late(self.plan, self.ticks)
         total = self.ticks * study.runs * study.points * len(study.epochs)
@@ -150,6 +152,9 @@ class SensorRuns:
         measured, sound = self.together.measured(flat, noise, stop)
         own = outcomes.values[:, epochs[0] : epochs[-1] + 1]
         own[..., : measured.shape[1]] = np.moveaxis(measured.reshape(*shape, -1), 0, 1)
+        if self.plan.derived:
+            columns = [own[..., column] for column in range(measured.shape[1])]
+            own[..., -len(self.plan.derived) :] = np.stack(self._derived(columns, on_arrays), axis=-1)
         for place in range(len(noise)) if self.study.margins else np.flatnonzero(~sound).tolist():
             at, run = divmod(place, shape[1])
             given = {name: float(each[place]) for name, each in flat.items()}
@@ -173,7 +178,12 @@ class SensorRuns:
             return SensorRun(number, epoch, None, _said(error.problems[0]))
         except TickError as fault:
             return SensorRun(number, epoch, None, _said(failed(self.plan, fault)))
-        return SensorRun(number, epoch, (*measured, *margins))
+        return SensorRun(number, epoch, (*measured, *margins, *self._derived(measured)))
+
+    def _derived(self, measured: Sequence[Any], apply: Callable[[str, list[Any]], Any] = plainly) -> tuple[Any, ...]:
+        """Return the measures that follow from others, whose numbers or columns are given."""
+        by_name = {measure.name: value for measure, value in zip(self.plan.measures, measured, strict=True)}
+        return derived_values(self.plan, by_name, apply)
 
     def _last(self, changed: Plan, run: int) -> Memory:
         engine = self._started(changed, run)

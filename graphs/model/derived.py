@@ -1,0 +1,95 @@
+"""Measures of measures: `scale_factor = "= (plus - minus) / 2"`, with units as in all formulas."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from graphlib import TopologicalSorter
+from typing import Any
+
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.units import unit
+from proofmass.graphs.formulas.formula import Formula
+from proofmass.graphs.formulas.operations import Dimension, coherent_unit
+from proofmass.graphs.formulas.tree import dimension_of, evaluated, plainly
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.measures import MEASURES
+from proofmass.graphs.model.names import Missing, find_output
+from proofmass.graphs.model.statistics import STATISTICS
+from proofmass.graphs.model.values import circle
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A measure that follows from others: its unit, and the factors that bring them into coherent units."""
+
+    name: str
+    formula: Formula
+    unit: str
+    factors: Mapping[str, float]
+
+    def value(self, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
+        """Return its value, from those of the others: numbers, or arrays of which `apply` knows; NaN of NaN."""
+        numbers = {name: measures[name] * factor for name, factor in self.factors.items()}
+        return evaluated(self.formula.tree, numbers, apply)
+
+
+def measure_units(flat: FlatGraph) -> dict[str, str]:
+    """Return the unit of each measure that is right, those of formulas too."""
+    units = _units(flat)
+    return units | {derived.name: derived.unit for derived in _derived(flat, units) if isinstance(derived, Derived)}
+
+
+def derived_measures(flat: FlatGraph) -> tuple[Derived, ...]:
+    """Return the measures of formulas of a graph that is right, each after those that it needs."""
+    return tuple(derived for derived in _derived(flat, _units(flat)) if isinstance(derived, Derived))
+
+
+def bad_derived(flat: FlatGraph) -> Iterator[Problem]:
+    """Yield what is wrong with measures of formulas."""
+    return (derived for derived in _derived(flat, _units(flat)) if isinstance(derived, Problem))
+
+
+def _units(flat: FlatGraph) -> dict[str, str]:
+    units = {}
+    for name, measure in flat.measures.items():
+        found = find_output(flat, measure.signal)
+        if not isinstance(found, Missing):
+            units[name] = STATISTICS[measure.statistic].unit_for(unit_of(*found))
+    return units
+
+
+def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Problem]:
+    formulas = flat.root.derived
+    known = {name: unit(text).exponents for name, text in units.items()}
+    factors = {name: float(unit(text).factor) for name, text in units.items()}
+    unknown = (flat.measures.keys() | formulas.keys()) - known.keys()
+    needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
+    while chain := circle(needs):
+        message = f"the measure depends on itself: {' -> '.join(chain)}"
+        yield _problem(message, chain[0], got=shown(formulas[chain[0]].text), hint="measure a signal in one of them")
+        needs = {name: others - set(chain) for name, others in needs.items() if name not in chain}
+    for name in TopologicalSorter(needs).static_order():
+        formula = formulas[name]
+        if formula.names & unknown:
+            continue  # what is wrong is said where it is
+        try:
+            dimension = _dimension(flat, formula, known)
+        except Refusal as error:
+            yield _problem(str(error), name, got=shown(formula.text), hint=error.hint)
+            continue
+        yield Derived(name, formula, coherent_unit(dimension), {n: factors[n] for n in formula.names if n in factors})
+        unknown = unknown - {name}
+        known[name], factors[name] = dimension, 1.0
+
+
+def _dimension(flat: FlatGraph, formula: Formula, known: Mapping[str, Dimension]) -> Dimension:
+    values = formula.names & flat.root.values.keys() - known.keys()
+    if values:
+        name = min(values)
+        hint = f"measure a signal that has it, or write {name} as a number"
+        raise Refusal(f"{name} is a value: a measure follows from measures alone", hint)
+    return dimension_of(formula.tree, known)
+
+
+def _problem(message: str, name: str, **more: Any) -> Problem:
+    return Problem(message=message, key=f"{MEASURES}.{name}", path=(MEASURES, name), **more)

@@ -1,0 +1,258 @@
+"""How two graphs differ in meaning: blocks, parameters, wires, rates, values, and what else a run depends on.
+
+Order, comments, layout, nesting and the way a quantity is written make no difference. Blocks, wires and rates are those
+of the flat graphs.
+"""
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.units import same_unit, short_unit
+from proofmass.graphs.model.dependence import Dependence
+from proofmass.graphs.model.flatten import FlatGraph, flatten, parts
+from proofmass.graphs.model.graph import Graph, Wire, split
+from proofmass.graphs.model.loops import REQUIREMENTS
+from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.values import Value
+
+
+@dataclasses.dataclass(frozen=True)
+class Difference:
+    """One thing that differs: a key as in a graph file, and what stands there in each graph, empty where nothing does.
+
+    `follows` names the values of which this is a consequence.
+    """
+
+    key: str
+    before: str = ""
+    after: str = ""
+    follows: str = ""
+
+    @property
+    def what(self) -> str:
+        """Return `added`, `removed`, `renamed` or `changed`."""
+        if self.before and self.after:
+            return "renamed" if self.key == "blocks" else "changed"
+        return "removed" if self.before else "added"
+
+    def as_data(self) -> dict[str, str]:
+        """Return the difference as plain data."""
+        data = {"key": self.key, "what": self.what, "before": self.before, "after": self.after}
+        return data | ({"follows": self.follows} if self.follows else {})
+
+
+def differences(first: Graph, second: Graph) -> list[Difference]:
+    """Return how a graph differs from another, in the order of a graph file; nothing where they mean the same."""
+    before, after = flatten(first), flatten(second)
+    names = _Names(_renamed(before, after))
+    followed = _followed(first, second, names)
+    found = [*_top(before, after), *_values(first, second, names, followed)]
+    found += [Difference("blocks", old, new) for old, new in names.blocks.items()]
+    formulas = {names.signal(target): text for target, text in _formulas(first).items()}, _formulas(second)
+    before = names.flat(before)
+    found += _blocks(before, after, formulas, followed)
+    return [*found, *_wires(before, after), *_rest(before, after)]
+
+
+class _Names:
+    """Blocks that bear other names, and the subgraphs of which that is true of all blocks alike."""
+
+    def __init__(self, blocks: Mapping[str, str]) -> None:
+        self.blocks = blocks
+        pairs = {(split(old)[0], split(new)[0]) for old, new in blocks.items() if split(old)[1] == split(new)[1]}
+        self.parts = {old: new for old, new in pairs if old and new}
+
+    def signal(self, text: str) -> str:
+        """Return a port or parameter under the new name of its block, a value under that of its subgraph."""
+        name, port = split(text)
+        return f"{self.blocks.get(name, self.parts.get(name, name))}.{port}" if name else text
+
+    def flat(self, flat: FlatGraph) -> FlatGraph:
+        """Return a flat graph under the new names."""
+        return dataclasses.replace(
+            flat,
+            blocks={self.blocks.get(name, name): block for name, block in flat.blocks.items()},
+            rates={self.blocks.get(name, name): rate for name, rate in flat.rates.items()},
+            wires=tuple(Wire(self.signal(wire.source), self.signal(wire.target)) for wire in flat.wires),
+            probes=tuple(probe._replace(signal=self.signal(probe.signal)) for probe in flat.probes),
+            measures={n: m._replace(signal=self.signal(m.signal)) for n, m in flat.measures.items()},
+            loops={n: dataclasses.replace(loop, open_at=self.signal(loop.open_at)) for n, loop in flat.loops.items()},
+            exports={name: self.signal(signal) for name, signal in flat.exports.items()},
+        )
+
+
+def _top(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
+    for key in ("name", "description"):
+        yield from _changed(key, getattr(before.root, key), getattr(after.root, key))
+    yield from _changed("rate", _rate(before.rate), _rate(after.rate))
+    lengths = [f"{g.samples} ticks" if g.samples is not None else _seconds(g.duration) for g in (before, after)]
+    yield from _changed("duration", *lengths)
+    yield from _changed("seed", str(before.seed), str(after.seed))
+
+
+def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[Difference]:
+    before = {names.signal(name): value for name, value in _written(first).items()}
+    for name, (old, new) in _both(before, _written(second)):
+        same = old and new and old.number == new.number and old.dimension == new.dimension
+        if not same or old.formula != new.formula:
+            causes = followed.get(name, "").removeprefix(name)
+            yield from _changed(f"values.{name}", old.written if old else "", new.written if new else "", causes)
+
+
+def _written(graph: Graph) -> dict[str, Value]:
+    return {path + name: value for path, part in parts(graph) for name, value in part.values.items()}
+
+
+def _formulas(graph: Graph) -> dict[str, str]:
+    """Return formulas by what they set; those of entries of a list are those of the list."""
+    found: dict[str, str] = {}
+    for path, part in parts(graph):
+        for target, formula in part.formulas.items():
+            whole = (path + target).partition("[")[0]
+            found[whole] = f"{found[whole]}, {formula.text}" if whole in found else formula.text
+    return found
+
+
+def _followed(first: Graph, second: Graph, names: _Names) -> dict[str, str]:
+    """Return for each parameter that follows from values which have changed the names of these."""
+    dependence = Dependence(second)
+    numbers = {names.signal(name): number for name, number in Dependence(first).numbers.items()}
+    causes = {name: {name} for name, number in dependence.numbers.items() if numbers.get(name, number) != number}
+    for step in dependence.steps:
+        own = set().union(*(causes.get(path, set()) for path in step.names.values()))
+        causes[step.target] = own or causes.get(step.target, set())
+    return {target.partition("[")[0]: ", ".join(sorted(own)) for target, own in causes.items() if own}
+
+
+def _renamed(before: FlatGraph, after: FlatGraph) -> dict[str, str]:
+    """Return blocks that bear another name: the same kind, numbers and rate, wired to the same."""
+    gone, new = before.blocks.keys() - after.blocks.keys(), after.blocks.keys() - before.blocks.keys()
+    renamed: dict[str, str] = {}
+    for old in sorted(gone):
+        alike = [
+            name
+            for name in sorted(new - set(renamed.values()))
+            if before.blocks[old] == after.blocks[name] and before.rates.get(old) == after.rates.get(name)
+        ]
+        if len(alike) > 1:
+            alike = [name for name in alike if split(name)[1] == split(old)[1]] or alike
+        if alike and (len(alike) == 1 or split(alike[0])[1] == split(old)[1]):
+            renamed[old] = alike[0]
+    return renamed
+
+
+def _blocks(
+    before: FlatGraph, after: FlatGraph, formulas: tuple[dict[str, str], dict[str, str]], followed: Mapping[str, str]
+) -> Iterator[Difference]:
+    for name, (old, new) in _both(before.blocks, after.blocks):
+        key = f"blocks.{name}"
+        if old is None or new is None:
+            yield Difference(key, *("" if block is None else block_text(block) for block in (old, new)))
+        elif type(old) is not type(new):
+            yield Difference(f"{key}.kind", type(old).__name__, type(new).__name__)
+        else:
+            for parameter in type(old).parameters:
+                path = f"{name}.{parameter}"
+                one, other = (table.get(path, "") for table in formulas)
+                was, now = number_text(old, parameter), number_text(new, parameter)
+                if one != other:
+                    was, now = (f"{f} ({text})" if f else text for f, text in ((one, was), (other, now)))
+                yield from _changed(f"{key}.{parameter}", was, now, followed.get(path, ""))
+        if old is not None and new is not None:
+            follows = followed.get(f"{name}.rate", "")
+            yield from _changed(f"{key}.rate", _own_rate(before, name), _own_rate(after, name), follows)
+
+
+def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
+    sources = [{wire.target: wire.source for wire in flat.wires} for flat in (before, after)]
+    for target, (old, new) in _both(*sources):
+        yield from _changed(f"wires: {target}", old or "", new or "")
+
+
+def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
+    flats = before, after
+    probes = [{probe.signal: f"every {probe.every}" for probe in flat.probes} for flat in flats]
+    for signal, (old, new) in _both(*probes):
+        yield from _changed(f"probes: {signal}", old or "", new or "")
+    measures = [{name: line_of(measure._asdict()) for name, measure in flat.measures.items()} for flat in flats]
+    integrations = [{k: str(v) for k, v in flat.integration.changed().items()} for flat in flats]
+    exports = [dict(flat.exports) for flat in flats]
+    for lines, flat in zip(measures, flats, strict=True):
+        lines |= {name: formula.text for name, formula in flat.root.derived.items()}
+    asked = [{name: line_of(r.as_written()) for name, r in flat.root.requirements.items()} for flat in flats]
+    tables = {
+        "measures": measures,
+        "requirements": asked,
+        "loops": list(map(_loops, flats)),
+        "integration": integrations,
+        "exports": exports,
+    }
+    for table, entries in tables.items():
+        for name, (old, new) in _both(*entries):
+            yield from _changed(f"{table}.{name}", old or "", new or "")
+
+
+def _loops(flat: FlatGraph) -> dict[str, str]:
+    found = {}
+    for name, loop in flat.loops.items():
+        found[f"{name}.open_at"] = loop.open_at
+        found |= {f"{name}.{key}": f"{value:g} {REQUIREMENTS[key]}" for key, value in loop.requirements.items()}
+    return found
+
+
+def line_of(table: Mapping[str, Any]) -> str:
+    """Return a table in one line, without what says nothing."""
+    return ", ".join(f"{key} {_plain(value)}" for key, value in table.items() if value not in ((), 0))
+
+
+def _plain(value: Any) -> str:
+    return ", ".join(f"{k} {v}" for k, v in value) if isinstance(value, tuple) else str(value)
+
+
+def block_text(block: Block) -> str:
+    """Return kind and numbers of a block in one line."""
+    changed = (name for name, p in type(block).parameters.items() if getattr(block, name) != p.default)
+    numbers = ", ".join(f"{name} = {number_text(block, name)}" for name in changed)
+    return type(block).__name__ + (f": {numbers}" if numbers else "")
+
+
+def number_text(block: Block, name: str) -> str:
+    """Return a parameter with its unit."""
+    parameter, value = type(block).parameters[name], getattr(block, name)
+    if parameter.kind is not float:
+        return (
+            str(list(value))
+            if isinstance(value, tuple)
+            else str(value).lower()
+            if value in (True, False)
+            else str(value)
+        )
+    unit = short_unit(unit_of(block, parameter))
+    return f"{value!r}" + (f" {unit}" if not same_unit(unit or "1", "1") else "")
+
+
+def _own_rate(flat: FlatGraph, name: str) -> str:
+    """The rate of a block that has another than the graph."""
+    rate = flat.rates.get(name)
+    return "" if rate == flat.rate else _rate(rate)
+
+
+def _rate(rate: Any) -> str:
+    return "" if rate is None else write_rate(rate)
+
+
+def _seconds(duration: Any) -> str:
+    return "" if duration is None else f"{duration} s"
+
+
+def _changed(key: str, before: str, after: str, follows: str = "") -> Iterator[Difference]:
+    if before != after:
+        yield Difference(key, before, after, follows)
+
+
+def _both(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[tuple[str, tuple[Any, Any]]]:
+    """Yield names of either table with what each has, None where it has nothing."""
+    return ((name, (first.get(name), second.get(name))) for name in sorted({*first, *second}))

@@ -1,0 +1,74 @@
+"""Requirements of a graph: an id, a text, a quantity of its runs, loops or study, and what it must keep."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
+from proofmass.graphs.model.keys import REQUIREMENT_KEYS
+from proofmass.graphs.model.limits import TEXT_LENGTH
+
+TABLE = "requirements"
+YIELD = "yield"
+_ID = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9_.-]{0,62}[A-Za-z0-9])?")
+_EXPECTED_ID = "at most 64 letters, digits, dots, hyphens and underscores"
+_EXAMPLE = 'write bias = { quantity = "bias", at_most = "1 mV", text = "The bias after start-up." }'
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """What a quantity must keep; limits are as they are written, numbers in its unit or texts with their own."""
+
+    quantity: str  # a measure, a margin "main.phase_margin", or "yield", "yield.bias"
+    text: str = ""
+    at_least: float | str | None = None
+    at_most: float | str | None = None
+    at: str = ""  # operating point of a margin
+
+    def as_written(self) -> dict[str, Any]:
+        """Return the entries that say something, as in a graph file."""
+        return {key: value for key, value in vars(self).items() if value not in (None, "")}
+
+
+def read_requirements(given: object) -> tuple[dict[str, Requirement], list[Problem]]:
+    """Return the requirements of a table by their ids, and its problems; quantities and units are checked later."""
+    if not isinstance(given, Mapping):
+        hint = f"write [requirements] and below it requirements; {_EXAMPLE}"
+        return {}, [_problem("must be a table", got=shown(given), hint=hint)]
+    read: dict[str, Requirement] = {}
+    problems: list[Problem] = []
+    for name, entry in given.items():
+        table = entry.as_written() if isinstance(entry, Requirement) else entry
+        wrong = list(_problems(name, table))
+        problems += wrong
+        if not wrong:
+            read[name] = Requirement(**table)
+    return dict(sorted(read.items())), problems
+
+
+def _problems(name: object, table: Any) -> Iterator[Problem]:
+    if not isinstance(name, str) or not _ID.fullmatch(name):
+        yield _problem("not an id", str(name), got=shown(name), expected=_EXPECTED_ID)
+        return
+    if not isinstance(table, Mapping):
+        yield _problem("must be a table", name, got=shown(table), hint=_EXAMPLE)
+        return
+    for key, value in table.items():
+        if key not in REQUIREMENT_KEYS:
+            hint = did_you_mean(str(key), REQUIREMENT_KEYS, "the keys")
+            yield _problem("unknown key", name, str(key), got=shown(key), hint=hint)
+        elif key in ("at_least", "at_most"):
+            if isinstance(value, bool) or not isinstance(value, int | float | str):
+                yield _problem("must be a number, or a text with a unit", name, key, got=shown(value))
+        elif not isinstance(value, str) or len(value) > 10 * TEXT_LENGTH:
+            yield _problem("must be a text", name, key, got=shown(value))
+    if "quantity" not in table:
+        yield _problem("has no quantity", name, expected=REQUIREMENT_KEYS["quantity"], hint=_EXAMPLE)
+    if not {"at_least", "at_most"} & table.keys():
+        yield _problem("asks nothing", name, expected="at_least or at_most, or both", hint=_EXAMPLE)
+
+
+def _problem(message: str, *path: str, **more: Any) -> Problem:
+    path = (TABLE, *path)
+    return Problem(message=message, key=".".join(path), path=path, **more)

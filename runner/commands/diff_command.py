@@ -1,0 +1,97 @@
+"""The command `diff`: two graphs, two runs or two studies, compared by what they mean."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from proofmass.blocks.declaration.catalog import Own
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_reader import read_graph, read_table
+from proofmass.graphs.model.differences import differences
+from proofmass.graphs.studies.study_reader import STUDY, is_study, read_study
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.comparison.runs import Tolerance, compare_runs, is_run
+from proofmass.runner.comparison.studies import compare_studies, study_differences
+from proofmass.runner.comparison.tables import Table, difference_table, run_tables, save_tables, study_tables, text_of
+from proofmass.runner.studies.kept.folder import STUDY_FILE, kept_result
+
+GRAPH, RUN, OF_STUDY = "graph", "run", "study"
+
+
+@dataclass(frozen=True)
+class DiffRequest:
+    """A call of `proofmass diff`."""
+
+    before: Path
+    after: Path
+    relative: float
+    absolute: float
+    page: Path | None
+    own: Path | None
+    as_json: bool
+
+
+def show_differences(request: DiffRequest) -> int:
+    """Compare, print and write, and return the exit code: 1 where something differs."""
+    own = own_blocks(request.own)
+    kinds = [_kind(path) for path in (request.before, request.after)]
+    if kinds[0] != kinds[1]:
+        got, hint = (
+            f"a {kinds[0]} and a {kinds[1]}",
+            "compare two graphs, two folders of runs, or two folders of studies",
+        )
+        raise ModelError([Problem(message="cannot be compared", file=str(request.after), got=got, hint=hint)])
+    data, tables, same = _compared(kinds[0], request, own)
+    verdict = f"{request.before} and {request.after}: " + _verdict(kinds[0], same=same)
+    if request.as_json:
+        print_json(data)
+    else:
+        print_text([*text_of(tables), verdict])
+    if request.page is not None:
+        save_tables(request.page, "Differences", verdict, tables)
+        print_file(request.page, request.as_json)
+    return DONE if same else WRONG_MODEL
+
+
+def _kind(path: Path) -> str:
+    if path.is_dir():
+        if (path / STUDY_FILE).is_file():
+            return OF_STUDY
+        if is_run(path):
+            return RUN
+        hint = "name a graph file, or a folder of proofmass run --out or proofmass montecarlo --out"
+        raise ModelError([Problem(message="holds no run and no study", file=str(path), hint=hint)])
+    return GRAPH
+
+
+def _compared(kind: str, request: DiffRequest, own: Own | None) -> tuple[dict[str, Any], list[Table], bool]:
+    """Return a comparison as plain data and as tables, and whether all is the same."""
+    if kind == RUN:
+        runs = compare_runs(request.before, request.after, Tolerance(request.absolute, request.relative))
+        return runs.as_data(), run_tables(runs), runs.same
+    if kind == OF_STUDY:
+        studies = compare_studies(kept_result(request.before, own), kept_result(request.after, own))
+        return studies.as_data(), study_tables(studies), studies.same
+    found = _of_files(request.before, request.after, own)
+    data = {"same": not found, "differences": [difference.as_data() for difference in found]}
+    return data, [difference_table("graph", found)], not found
+
+
+def _of_files(before: Path, after: Path, own: Own | None) -> list[Any]:
+    """Differences of two graph files, and of their studies where both have one."""
+    tables = [read_table(path)[0] for path in (before, after)]
+    if all(is_study(table) or STUDY in table for table in tables):
+        studies = [read_study(path, own) for path in (before, after)]
+        return [*differences(studies[0].graph, studies[1].graph), *study_differences(*studies)]
+    return differences(read_graph(before, own), read_graph(after, own))
+
+
+def _verdict(kind: str, *, same: bool) -> str:
+    words = {
+        GRAPH: ("they mean the same", "they differ"),
+        RUN: ("traces and measures are the same", "traces or measures differ"),
+        OF_STUDY: ("no mean and no yield moved", "means or yields moved"),
+    }
+    return words[kind][0 if same else 1]

@@ -1,0 +1,56 @@
+"""The option `--sweep` of `run`: a graph run at each point of a sweep."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.commands.answers import print_files, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.graph_options import sweeps
+from proofmass.runner.output.counts import count
+from proofmass.runner.output.sweeps import plot_sweep, save_sweep_csv, sweep_lines
+from proofmass.runner.run.sweep import Sweep, sweep
+
+
+def run_sweep(graph: Graph, swept: tuple[str, ...], measures: tuple[str, ...], out: Path | None, **options: Any) -> int:
+    """Run a graph at each point, show its measures, write table and curves, and return the exit code."""
+    as_json = options.pop("as_json")
+    names = _measures(graph, measures)
+    result = sweep(graph, sweeps(swept), **options)
+    if as_json:
+        print_json({"graph": graph.name, "units": result.measures, "points": result.rows(names)})
+    else:
+        engine = result.results[0].provenance["engine"]
+        print_text([f"{graph.name}: {count(len(result.results), 'point')}, {engine} engine", ""])
+        print_text(sweep_lines(result, names))
+    if out is not None:
+        print_files(out, _write(result, names, out), as_json)
+    return DONE
+
+
+def _measures(graph: Graph, wanted: Sequence[str]) -> list[str]:
+    """The measures that are shown; raises `ModelError` where there are none, or not these."""
+    names = [*graph.measures, *graph.derived]
+    if not names:
+        hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
+        raise ModelError([Problem(message="the graph has no measures: a sweep would show nothing", hint=hint)])
+    problems = [
+        Problem(message="there is no such measure", key=name, hint=did_you_mean(name, names, "the measures"))
+        for name in wanted
+        if name not in names
+    ]
+    if problems:
+        raise ModelError(problems)
+    return list(wanted or names)
+
+
+def _write(result: Sweep, names: Sequence[str], out: Path) -> list[str]:
+    # for start-up time: only a sweep with --out is drawn
+    from proofmass.runner.output.plot import save_figure
+
+    out.mkdir(parents=True, exist_ok=True)
+    save_sweep_csv(result, names, out / "sweep.csv")
+    save_figure(plot_sweep(result, names), out / "sweep.svg")
+    return ["sweep.csv", "sweep.svg"]

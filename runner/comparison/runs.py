@@ -1,0 +1,222 @@
+"""Two runs compared: graphs, traces within a tolerance, measures."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.differences import Difference, differences
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.run.result import Array, pieces
+
+SUMMARY, TRACES = "summary.json", "traces.nc"
+_DEPENDS = ("seed", "ticks", "base_rate", "proofmass")  # facts of a run that its numbers depend on, beside the graph
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far numbers may lie apart: in their unit, and relative to the largest of the trace or measure before."""
+
+    absolute: float = 0.0
+    relative: float = 0.0
+
+    def of(self, size: float) -> float:
+        """Return the allowed difference of numbers of some size."""
+        return self.absolute + self.relative * size
+
+
+@dataclass(frozen=True)
+class TraceChange:
+    """How the trace of a signal differs: from the time `first` on; `problem` says why it cannot be compared."""
+
+    signal: str
+    unit: str
+    rows: int = 0
+    largest: float = 0.0
+    rms: float = 0.0
+    size: float = 0.0  # largest absolute value before
+    first: float | None = None
+    problem: str = ""
+
+    @property
+    def same(self) -> bool:
+        """Return whether it stays within the tolerance."""
+        return self.first is None and not self.problem
+
+
+@dataclass(frozen=True)
+class MeasureChange:
+    """A measure before and after."""
+
+    name: str
+    unit: str
+    before: float | None
+    after: float | None
+    same: bool
+
+
+@dataclass(frozen=True)
+class RunComparison:
+    """Two runs: differences of their graphs and seeds, of their traces and measures."""
+
+    graph: tuple[Difference, ...]
+    facts: tuple[Difference, ...]
+    traces: tuple[TraceChange, ...]
+    measures: tuple[MeasureChange, ...]
+
+    @property
+    def same(self) -> bool:
+        """Return whether all numbers stay within the tolerance; the graphs may differ."""
+        return all(trace.same for trace in self.traces) and all(measure.same for measure in self.measures)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the comparison as plain data."""
+        return {
+            "same": self.same,
+            "graph": [difference.as_data() for difference in self.graph],
+            "facts": [difference.as_data() for difference in self.facts],
+            "traces": [asdict(trace) | {"same": trace.same} for trace in self.traces],
+            "measures": [asdict(measure) for measure in self.measures],
+        }
+
+
+def is_run(folder: Path) -> bool:
+    """Return whether a folder holds the files of a run."""
+    return (folder / SUMMARY).is_file()
+
+
+def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparison:
+    """Compare the runs in two folders; raises `ModelError` where there is none, `OSError`."""
+    first, second = _summary(before), _summary(after)
+    graphs = _graph(first), _graph(second)
+    graph = differences(graphs[0], graphs[1]) if graphs[0] and graphs[1] else []
+    facts = [
+        Difference(key, str(first.get(key, "")), str(second.get(key, "")))
+        for key in _DEPENDS
+        if first.get(key) != second.get(key)
+    ]
+    traces = tuple(_traces(before / TRACES, after / TRACES, tolerance))
+    measures = tuple(_measures(first.get("measures", {}), second.get("measures", {}), tolerance))
+    return RunComparison(tuple(graph), tuple(facts), traces, measures)
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    try:
+        data = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise _refused(folder, f"{SUMMARY} cannot be read: {error}") from None
+    if not isinstance(data, dict):
+        raise _refused(folder, f"{SUMMARY} is no summary of a run")
+    return data
+
+
+def _graph(summary: Mapping[str, Any]) -> Graph | None:
+    """The graph of a run; None where it has blocks that are not known here."""
+    try:
+        return read_graph_text(str(summary.get("graph_toml", "")), "summary.json")
+    except ModelError:
+        return None
+
+
+def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: Tolerance) -> Iterator[MeasureChange]:
+    for name in sorted({*before, *after}):
+        rows = before.get(name), after.get(name)
+        unit = next(row["unit"] for row in rows if row)
+        was, now = (row["value"] if row else None for row in rows)
+        yield MeasureChange(name, unit, was, now, all(rows) and _close(was, now, tolerance))
+
+
+def _close(was: float | None, now: float | None, tolerance: Tolerance) -> bool:
+    """Whether a measure stays within the tolerance; None has no value."""
+    if was is None or now is None:
+        return was == now
+    return abs(now - was) <= tolerance.of(abs(was))
+
+
+def _traces(before: Path, after: Path, tolerance: Tolerance) -> Iterator[TraceChange]:
+    there = [path.is_file() for path in (before, after)]
+    if not all(there):
+        if any(there):
+            path = before if there[1] else after
+            raise _refused(path.parent, f"has no {path.name}", "run it with --out and without --format csv alone")
+        return
+    # for start-up time: only traces need it
+    import h5netcdf
+
+    with h5netcdf.File(before, "r") as first, h5netcdf.File(after, "r") as second:
+        names = [name for name in first.variables if name not in first.dimensions]
+        names += [name for name in second.variables if name not in second.dimensions and name not in names]
+        for name in names:
+            yield _trace(name, first, second, tolerance)
+
+
+def _trace(name: str, first: Any, second: Any, tolerance: Tolerance) -> TraceChange:
+    for place, data in (("before", first), ("after", second)):
+        if name not in data.variables:
+            return TraceChange(name, "", problem=f"not recorded {place}")
+    before, after = first.variables[name], second.variables[name]
+    units = [str(variable.attrs.get("units", "")) for variable in (before, after)]
+    times = [_times(data, variable) for data, variable in ((first, before), (second, after))]
+    if units[0] != units[1]:
+        return TraceChange(name, units[0], problem=f"now in {units[1]}")
+    if before.shape != after.shape:
+        return TraceChange(name, units[0], problem=f"{before.shape[0]:,} rows before, {after.shape[0]:,} after")
+    if len(times[0]) and (times[0][1], times[0][-1]) != (times[1][1], times[1][-1]):
+        return TraceChange(name, units[0], problem="at other times")
+    return _compared(TraceChange(name, units[0], rows=before.shape[0]), before, after, times[0], tolerance)
+
+
+def _times(data: Any, variable: Any) -> Any:
+    """First, second and last time of a trace, and a way to any: what tells axes apart without reading them."""
+    return _Axis(data.variables[variable.dimensions[0]])
+
+
+class _Axis:
+    """Times of rows, read one at a time."""
+
+    def __init__(self, variable: Any) -> None:
+        self.variable = variable
+
+    def __len__(self) -> int:
+        return int(self.variable.shape[0])
+
+    def __getitem__(self, row: int) -> float:
+        return float(self.variable[min(row, len(self) - 1) if row >= 0 else len(self) + row])
+
+
+def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: Tolerance) -> TraceChange:
+    """Compare rows piece by piece; NaN equals NaN."""
+    entries, size = math.prod(before.shape[1:]), 0.0
+    for start, end in pieces(of.rows, entries) if tolerance.relative else ():
+        size = max(size, float(np.nanmax(np.abs(_numbers(before, start, end)), initial=0.0)))
+    allowed, largest, squares, first = tolerance.of(size), 0.0, 0.0, None
+    for start, end in pieces(of.rows, entries):
+        one, other = _numbers(before, start, end), _numbers(after, start, end)
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(other - one)
+        strange = np.isnan(apart)
+        if strange.any():  # both NaN, or both the same infinity
+            apart[strange] = np.where(
+                (one[strange] == other[strange]) | (np.isnan(one) & np.isnan(other))[strange], 0.0, np.inf
+            )
+        furthest = float(apart.max(initial=0.0))
+        if furthest > 0.0:
+            largest, squares = max(largest, furthest), squares + float(np.vdot(apart, apart))
+        if first is None and furthest > allowed:
+            first = times[start + int(np.argmax((apart > allowed).reshape(end - start, -1).any(axis=1)))]
+    rms = math.sqrt(squares / max(of.rows * entries, 1))
+    return TraceChange(of.signal, of.unit, of.rows, largest, rms, size, first)
+
+
+def _numbers(variable: Any, start: int, end: int) -> Array:
+    return np.asarray(variable[start:end], dtype=np.float64)
+
+
+def _refused(folder: Path, message: str, hint: str = "") -> ModelError:
+    return ModelError([Problem(message=message, file=str(folder), hint=hint)])

@@ -1,0 +1,101 @@
+"""A sweep as a table for the terminal, as CSV, and as curves of measures against the parameter that is swept."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
+from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.plot import BLUE, STYLE
+from proofmass.runner.output.text_table import text_table
+from proofmass.runner.run.sweep import Sweep
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def sweep_lines(sweep: Sweep, measures: Sequence[str]) -> list[str]:
+    """Return a line for each point: the values of the parameters, then the measures."""
+    head = [*sweep.values, *(_named(name, sweep.measures[name]) for name in measures)]
+    rows = [[_text(value) for value in row.values()] for row in sweep.rows(measures)]
+    return text_table([head, *rows], left=())
+
+
+def save_sweep_csv(sweep: Sweep, measures: Sequence[str], path: Path) -> Path:
+    """Write the table as CSV, numbers as they read back."""
+    head = [*sweep.values, *(f"{name} [{sweep.measures[name]}]" for name in measures)]
+    lines = [",".join(map(_field, head)), *(",".join(map(_field, row.values())) for row in sweep.rows(measures))]
+    with whole_file(path) as file:
+        file.write(("\n".join(lines) + "\n").encode())
+    return path
+
+
+def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
+    """Draw a panel for each measure against the first parameter, a curve for each combination of the others."""
+    # for start-up time: most sweeps are not drawn
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 0.8 + 2.2 * len(measures)), layout="constrained")
+        panels = figure.subplots(len(measures), 1, sharex=True, squeeze=False)[:, 0]
+        name, (places, unit) = next(iter(sweep.values)), axis_of(next(iter(sweep.values.values())))
+        for panel, measure in zip(panels, measures, strict=True):
+            for label, curve in _curves(sweep, measure):
+                panel.plot(
+                    places, curve, "o-", markersize=4.0, linewidth=1.2, label=label, color=None if label else BLUE
+                )
+            panel.set_ylabel(_named(measure, pretty(sweep.measures[measure])))
+            panel.grid(visible=True, alpha=0.4)
+        panels[-1].set_xlabel(_named(name, pretty(unit)))
+        if not unit and not all(isinstance(value, int | float) for value in next(iter(sweep.values.values()))):
+            panels[-1].set_xticks(places, [str(value) for value in next(iter(sweep.values.values()))])
+        if len(sweep.shape) > 1 and math.prod(sweep.shape[1:]) <= 12:
+            panels[0].legend(fontsize="small")
+        figure.suptitle(f"{sweep.results[0].graph.name}: {len(sweep.results)} points")
+    return figure
+
+
+def axis_of(values: Sequence[object]) -> tuple[list[float], str]:
+    """Return where values stand on an axis, and its unit: that of the first; in a row where they are no quantities.
+
+    >>> axis_of(["1 kHz", "500 Hz"]), axis_of(["held", "continuous"])
+    (([1.0, 0.5], 'kHz'), ([0.0, 1.0], ''))
+    """
+    if all(isinstance(value, int | float) for value in values):
+        return [float(value) for value in values if isinstance(value, int | float)], ""
+    try:
+        unit = split_quantity(str(values[0]))[1]
+        return [float(convert_exactly(str(value), unit or "1")) for value in values], unit
+    except (UnitError, OverflowError):
+        return [float(place) for place in range(len(values))], ""
+
+
+def _curves(sweep: Sweep, measure: str) -> Iterator[tuple[str, Any]]:
+    grid = sweep[measure].reshape(sweep.shape[0], -1)
+    if sweep.zipped or grid.shape[1] == 1:
+        yield "", grid[:, 0]
+        return
+    others = dict(list(sweep.values.items())[1:])
+    sizes = [len(values) for values in others.values()]
+    for column in range(grid.shape[1]):
+        places = np.unravel_index(column, sizes)
+        named = zip(others.items(), places, strict=True)
+        yield ", ".join(f"{name} = {values[place]}" for (name, values), place in named), grid[:, column]
+
+
+def _named(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit not in ("", "1") else name
+
+
+def _text(value: object) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+def _field(value: object) -> str:
+    text = repr(value) if isinstance(value, float) else str(value)
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text

@@ -1,0 +1,1 @@
+"""Requirements of graphs, and golden results, against what runs, loops and studies give."""

@@ -1,0 +1,131 @@
+"""Requirements of a graph against its run, loops and study; each is computed only where something asks for it."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.requirements import Asked, asked, is_yield
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.requirements import TABLE, Requirement
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.result import Result
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
+from proofmass.runner.studies.whole.study import run_study
+
+START = "0 s"
+_ALL = "all limits"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A requirement and what was found; `value` is NaN where there is none."""
+
+    id: str
+    text: str
+    quantity: str
+    unit: str
+    value: float
+    at_least: float
+    at_most: float
+
+    @property
+    def met(self) -> bool:
+        """Return whether the value keeps both limits; none keeps nothing."""
+        return self.at_least <= self.value <= self.at_most
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the finding as plain data, None for what is not finite."""
+        data = {key: _finite(value) for key, value in asdict(self).items()}
+        return data | {"met": self.met}
+
+
+class Measurements:
+    """The quantities of a graph and its study, computed when they are first asked for."""
+
+    def __init__(self, graph: Graph, study: Study | None, engine: EngineName = "auto", runs: int | None = None) -> None:
+        self.graph, self.study, self.engine, self.runs = graph, study, engine, runs
+        self._margins: dict[str, Mapping[str, float]] = {}
+
+    @cached_property
+    def run(self) -> Result:
+        """The run of the graph."""
+        return simulate(self.graph.changed(probes=()), engine=self.engine)
+
+    @cached_property
+    def result(self) -> StudyResult:
+        """The study; raises `ModelError` where the graph has none."""
+        if self.study is None:
+            hint = "add [study] with spread and limits to the file, or name the study's file"
+            problem = Problem(message="a yield is required, and there is no study", key=TABLE, hint=hint, path=(TABLE,))
+            raise ModelError([self.graph.placed(problem)])
+        return run_study(self.study, runs=self.runs, engine=self.engine)
+
+    def margins(self, at: str) -> Mapping[str, float]:
+        """Return the margins of all loops at an operating point, by names such as `main.phase_margin`."""
+        at = at or START
+        if at not in self._margins:
+            planned = plan(self.graph)
+            names = [measure.name for measure in margin_measures(planned, at)]
+            self._margins[at] = dict(zip(names, margins_at(planned, at), strict=True))
+        return self._margins[at]
+
+    def value(self, requirement: Requirement) -> float:
+        """Return the value of what is required; raises `ModelError`."""
+        quantity, flat = requirement.quantity, self.flat
+        if quantity in flat.measures or quantity in flat.root.derived:
+            return self.run.measures[quantity].value
+        if is_yield(flat, quantity):
+            return self._yield(quantity)
+        return self.margins(requirement.at)[quantity]
+
+    @cached_property
+    def flat(self) -> FlatGraph:
+        """The graph without subgraphs, which can run; raises `ModelError`."""
+        return plan(self.graph).graph
+
+    def _yield(self, quantity: str) -> float:
+        name = quantity.partition(".")[2] or _ALL
+        yields = self.result.yields()
+        if name not in yields:
+            message, expected = f"the study has no limit {name}", ", ".join(yields) or "[study.limits]"
+            raise ModelError([Problem(message=message, key=TABLE, got=quantity, expected=expected)])
+        return yields[name]
+
+
+def verify(measurements: Measurements) -> list[Finding]:
+    """Return a finding for each requirement of a graph, and for each margin that its loops must have.
+
+    Raises `ModelError` where a quantity cannot be had, `RunError` where the run fails.
+    """
+    flat = measurements.flat
+    return [
+        _finding(measurements, name, requirement, asked(flat, requirement))
+        for name, requirement in every_requirement(measurements.graph, flat)
+    ]
+
+
+def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requirement]]:
+    """Yield the requirements of a graph by id, and those of its loops, which have the name of the margin."""
+    yield from graph.requirements.items()
+    for name, loop in flat.loops.items():
+        for margin, limit in loop.requirements.items():
+            least = margin != "sensitivity_peak"
+            key, text = f"{name}.{margin}", f"Margin of the loop {name}."
+            yield key, Requirement(key, text, at_least=limit) if least else Requirement(key, text, at_most=limit)
+
+
+def _finding(measurements: Measurements, name: str, requirement: Requirement, limits: Asked) -> Finding:
+    value = measurements.value(requirement)
+    return Finding(name, requirement.text, requirement.quantity, limits.unit, value, limits.at_least, limits.at_most)
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

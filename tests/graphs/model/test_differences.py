@@ -1,0 +1,178 @@
+"""Differences of graphs: fifty mutations, each named with its key and nothing else; and what makes no difference."""
+
+import pytest
+
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.differences import Difference, differences
+from proofmass.graphs.model.flatten import flatten
+
+TEXT = """\
+name = "a loop"
+description = "A mass held in its place."
+rate = "100 kHz"
+duration = "50 ms"
+seed = 3
+wires = [
+    "push.output -> forces.first",
+    "actuator.output -> forces.second",
+    "forces.output -> sensor.force",
+    "sensor.displacement -> readout.displacement",
+    "readout.voltage -> noisy.first",
+    "noise.output -> noisy.second",
+    "noisy.output -> adc.voltage",
+    "adc.number -> controller.error",
+    "controller.output -> actuator.input",
+    "adc.number -> monitor.input",
+    "wander.output -> adc.reference",
+]
+probes = ["adc.code", { signal = "controller.output", every = 10 }]
+
+[values]
+mass = "1 mg"
+resonance = "200 Hz"
+stiffness = "= mass * (2 * pi * resonance)^2"
+gain = "0.2 uN"
+
+[measures]
+bias = { signal = "controller.output", statistic = "mean", from = "10 ms" }
+noise = { signal = "adc.number", statistic = "std" }
+
+[integration]
+accuracy = 1e-8
+
+[exports]
+code = "adc.code"
+
+[loops.main]
+open_at = "controller.output"
+phase_margin = "30 deg"
+gain_margin = "6 dB"
+
+[blocks]
+push = { kind = "Sine", amplitude = "1 uN", frequency = "5 Hz", unit = "N" }
+forces = { kind = "Sum", unit = "N" }
+readout = { kind = "DisplacementReadout", gain = "2 V/um" }
+noise = { kind = "WhiteNoise", density = "1 uV/sqrt(Hz)", unit = "V" }
+noisy = { kind = "Sum", unit = "V" }
+adc = { kind = "AnalogToDigital", bits = 16 }
+wander = { kind = "Ramp", offset = "5 V", slope = "1 mV/s", unit = "V" }
+actuator = { kind = "Gain", gain = -1, input_unit = "N", output_unit = "N" }
+controller = { kind = "PID", rate = "10 kHz", proportional = "= gain", derivative_gain = 0, output_unit = "N" }
+
+[blocks.sensor]
+kind = "MassSpringDamper"
+mass = "= mass"
+stiffness = "= stiffness"
+damping = "3e-4 kg/s"
+
+[blocks.monitor]
+values = { corner = "100 Hz" }
+exports = { input = "low.input" }
+blocks.low = { kind = "LowPass", corner_frequency = "= corner", input_unit = "1", output_unit = "1" }
+"""
+GRAPH = read_graph_text(TEXT)
+
+MUTATIONS: list[tuple[str, str, list[str]]] = [
+    ('"a loop"', '"another loop"', ["changed name"]),
+    ("in its place", "in place", ["changed description"]),
+    ('description = "A mass held in its place."\n', "", ["removed description"]),
+    ('rate = "100 kHz"', 'rate = "200 kHz"', ["changed rate"]),
+    ('"50 ms"', '"51 ms"', ["changed duration"]),
+    ('duration = "50 ms"', "samples = 5001", ["changed duration"]),
+    ('duration = "50 ms"\n', "", ["removed duration"]),
+    ("seed = 3", "seed = 4", ["changed seed"]),
+    ("1 mg", "2 mg",
+     ["changed values.mass", "changed blocks.sensor.mass < mass", "changed blocks.sensor.stiffness < mass"]),
+    ("200 Hz", "201 Hz", ["changed values.resonance", "changed blocks.sensor.stiffness < resonance"]),
+    ('resonance)^2"', 'resonance)^2 * 1"', ["changed values.stiffness"]),
+    ('resonance)^2"', 'resonance)^2 * 2"', ["changed values.stiffness", "changed blocks.sensor.stiffness < stiffness"]),
+    ('gain = "0.2 uN"\n', 'gain = "0.2 uN"\nspare = 1\n', ["added values.spare"]),
+    ('mass = "= mass"', 'mass = "1 mg"', ["changed blocks.sensor.mass"]),
+    ('mass = "= mass"', 'mass = "= mass / 1"', ["changed blocks.sensor.mass"]),
+    ('mass = "= mass"', 'mass = "3 mg"', ["changed blocks.sensor.mass"]),
+    ('"100 Hz"', '"90 Hz"',
+     ["changed values.monitor.corner", "changed blocks.monitor.low.corner_frequency < monitor.corner"]),
+    ("push.output -> forces.first", "noise.output -> forces.first", ["changed wires: forces.first"]),
+    ('    "wander.output -> adc.reference",\n', "", ["removed wires: adc.reference"]),
+    ('"wander.output -> adc.reference",', '"wander.output -> adc.reference",\n    "push.output -> forces.third",',
+     ["added wires: forces.third"]),
+    ("adc.number -> monitor.input", "adc.number -> readout.gain",
+     ["removed wires: monitor.low.input", "added wires: readout.gain"]),
+    ('"adc.code", {', "{", ["removed probes: adc.code"]),
+    ("every = 10", "every = 5", ["changed probes: controller.output"]),
+    (", every = 10 }", " }", ["changed probes: controller.output"]),
+    ('probes = ["adc.code"', 'probes = ["adc.number", "adc.code"', ["added probes: adc.number"]),
+    ('"mean"', '"rms"', ["changed measures.bias"]),
+    ('"10 ms"', '"20 ms"', ["changed measures.bias"]),
+    (', from = "10 ms"', "", ["changed measures.bias"]),
+    ('noise = { signal = "adc.number"', 'noise = { signal = "adc.code"', ["changed measures.noise"]),
+    ('noise = { signal = "adc.number", statistic = "std" }\n', "", ["removed measures.noise"]),
+    ('noise = { signal', 'error = { signal', ["added measures.error", "removed measures.noise"]),
+    ('statistic = "std"', 'statistic = "percentile", percent = 99', ["changed measures.noise"]),
+    ("1e-8", "1e-7", ["changed integration.accuracy"]),
+    ("1e-8", '1e-8\nmethod = "radau"', ["added integration.method"]),
+    ("[integration]\naccuracy = 1e-8\n", "", ["removed integration.accuracy"]),
+    ('code = "adc.code"\n', 'code = "adc.number"\n', ["changed exports.code"]),
+    ('code = "adc.code"\n', 'output = "adc.code"\n', ["removed exports.code", "added exports.output"]),
+    ('open_at = "controller.output"', 'open_at = "actuator.output"', ["changed loops.main.open_at"]),
+    ('"30 deg"', '"45 deg"', ["changed loops.main.phase_margin"]),
+    ('gain_margin = "6 dB"\n', "", ["removed loops.main.gain_margin"]),
+    ('gain_margin = "6 dB"', 'delay_margin = "1 us"',
+     ["added loops.main.delay_margin", "removed loops.main.gain_margin"]),
+    ("bits = 16", "bits = 12", ["changed blocks.adc.bits"]),
+    ('"1 uN", frequency', '"2 uN", frequency', ["changed blocks.push.amplitude"]),
+    ("5 Hz", "6 Hz", ["changed blocks.push.frequency"]),
+    ("gain = -1,", "gain = 1,", ["changed blocks.actuator.gain"]),
+    ('rate = "10 kHz"', 'rate = "20 kHz"', ["changed blocks.controller.rate"]),
+    ('rate = "10 kHz", ', "", ["removed blocks.controller.rate"]),
+    ('kind = "Ramp", offset = "5 V", slope = "1 mV/s"', 'kind = "Constant", value = "5 V"',
+     ["changed blocks.wander.kind"]),
+    ("1 uV/sqrt(Hz)", "2 uV/sqrt(Hz)", ["changed blocks.noise.density"]),
+    ("derivative_gain = 0", "derivative_gain = 0, limited = true", ["changed blocks.controller.limited"]),
+    ('damping = "3e-4 kg/s"', 'damping = "2e-4 kg/s"', ["changed blocks.sensor.damping"]),
+    ("wander", "drift", ["renamed blocks"]),
+    ("monitor", "watch", ["renamed blocks"]),
+    ("forces = {", 'idle = { kind = "Constant" }\nforces = {', ["added blocks.idle"]),
+]  # fmt: skip
+
+
+def said(difference: Difference) -> str:
+    return f"{difference.what} {difference.key}" + (f" < {difference.follows}" if difference.follows else "")
+
+
+def test_there_are_fifty() -> None:
+    assert len(MUTATIONS) >= 50
+
+
+@pytest.mark.parametrize(("old", "new", "expected"), MUTATIONS, ids=[f"{new[:30]}" for _, new, _ in MUTATIONS])
+def test_a_mutation_is_named(old: str, new: str, expected: list[str]) -> None:
+    assert old in TEXT
+    assert [said(d) for d in differences(GRAPH, read_graph_text(TEXT.replace(old, new)))] == expected
+
+
+def test_what_was_there_and_what_is_there_now() -> None:
+    changed = read_graph_text(TEXT.replace("2 V/um", "3 V/um").replace('mass = "= mass"', 'mass = "2 mg"'))
+    assert differences(GRAPH, changed) == [
+        Difference("blocks.readout.gain", "2000000.0 V/m", "3000000.0 V/m"),
+        Difference("blocks.sensor.mass", "= mass (1e-06 kg)", "2e-06 kg"),
+    ]
+    removed = read_graph_text(
+        TEXT.replace('actuator = { kind = "Gain"', 'act = { kind = "Gain"').replace("gain = -1", "gain = 9")
+    )
+    assert differences(GRAPH, removed)[:2] == [
+        Difference("blocks.act", "", "Gain: gain = 9.0, input_unit = N, output_unit = N"),
+        Difference("blocks.actuator", "Gain: gain = -1.0, input_unit = N, output_unit = N", ""),
+    ]
+
+
+def test_what_makes_no_difference() -> None:
+    assert differences(GRAPH, read_graph_text(write_graph(GRAPH))) == []
+    lines = TEXT.splitlines()
+    wires = lines[6:17]
+    again = "\n".join([*lines[:6], *reversed(wires), *lines[17:]])
+    again = again.replace("1 mg", "1000 ug").replace('"100 kHz"', '"10 us"').replace("2 V/um", "2e6 V/m")
+    assert differences(GRAPH, read_graph_text(f"# a comment\n{again}")) == []
+    flat = flatten(GRAPH).as_graph()
+    assert {d.what for d in differences(GRAPH, flat)} <= {"removed", "changed"}  # the values alone
+    assert not [d for d in differences(GRAPH, flat) if not d.key.startswith(("values", "blocks"))]

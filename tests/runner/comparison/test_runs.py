@@ -1,0 +1,103 @@
+"""Two runs compared: what differs, from when on, by how much, and within which tolerance."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.comparison.runs import Tolerance, compare_runs
+from proofmass.runner.output.export import save_netcdf, save_summary
+from proofmass.runner.run.simulate import simulate
+
+TEXT = """\
+name = "a ramp that is sampled"
+rate = "1 kHz"
+samples = 200
+wires = ["ramp.output -> gain.input", "gain.output -> adc.voltage"]
+probes = ["gain.output", { signal = "adc.number", every = 4 }]
+
+[measures]
+last = { signal = "gain.output", statistic = "last" }
+mean = { signal = "adc.number", statistic = "mean" }
+
+[blocks]
+ramp = { kind = "Ramp", slope = "1 V/s", unit = "V" }
+gain = { kind = "Gain", gain = 2, input_unit = "V", output_unit = "V" }
+adc = { kind = "AnalogToDigital", bits = 8, reference = "5 V" }
+"""
+
+
+def saved(folder: Path, text: str = TEXT) -> Path:
+    result = simulate(read_graph_text(text), engine="python")
+    folder.mkdir()
+    save_netcdf(result, folder / "traces.nc")
+    save_summary(result, folder / "summary.json")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def before(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return saved(tmp_path_factory.mktemp("runs") / "before")
+
+
+def test_equal_runs(before: Path, tmp_path: Path) -> None:
+    same = compare_runs(before, saved(tmp_path / "after", TEXT.replace("2,", "2.0,")), Tolerance())
+    assert same.same
+    assert not same.graph
+    assert not same.facts
+    assert {trace.signal: (trace.rows, trace.largest) for trace in same.traces} == {
+        "gain.output": (200, 0.0),
+        "adc.number": (50, 0.0),
+    }
+
+
+def test_a_gain_that_differs(before: Path, tmp_path: Path) -> None:
+    """2 and 2.02 times a ramp of 1 V/s: 20 mV/s apart, the most after 199 ms; allowed is a part of 398 mV."""
+    after = saved(tmp_path / "after", TEXT.replace("gain = 2", "gain = 2.02"))
+    found = compare_runs(before, after, Tolerance())
+    assert [difference.key for difference in found.graph] == ["blocks.gain.gain"]
+    by_name = {trace.signal: trace for trace in found.traces}
+    trace, times = by_name["gain.output"], np.arange(200) / 1000
+    assert trace.largest == pytest.approx(0.02 * 0.199, rel=1e-12)
+    assert trace.rms == pytest.approx(np.sqrt(np.mean((0.02 * times) ** 2)), rel=1e-12)
+    assert trace.first == 0.001
+    assert not found.same
+    partly = {t.signal: t for t in compare_runs(before, after, Tolerance(absolute=1.01e-3)).traces}
+    assert partly["gain.output"].first == 0.051
+    assert {t.signal: t.same for t in compare_runs(before, after, Tolerance(relative=0.0101)).traces}["gain.output"]
+    last = next(measure for measure in found.measures if measure.name == "last")
+    assert (last.before, last.after, last.same) == (pytest.approx(0.398), pytest.approx(0.40198), False)
+    assert json.dumps(found.as_data())
+
+
+def test_what_cannot_be_compared(before: Path, tmp_path: Path) -> None:
+    texts = {
+        "rows": TEXT.replace("samples = 200", "samples = 201"),
+        "signals": TEXT.replace('"gain.output", {', '"ramp.output", {'),
+        "units": TEXT.replace('output_unit = "V"', 'output_unit = "A"').replace(
+            '"gain.output -> adc', '"ramp.output -> adc'
+        ),
+        "times": TEXT.replace("1 kHz", "2 kHz"),
+    }
+    problems = {
+        name: {t.signal: t.problem for t in compare_runs(before, saved(tmp_path / name, text), Tolerance()).traces}
+        for name, text in texts.items()
+    }
+    assert problems["rows"] == {"gain.output": "200 rows before, 201 after", "adc.number": "50 rows before, 51 after"}
+    assert problems["signals"]["gain.output"] == "not recorded after"
+    assert problems["signals"]["ramp.output"] == "not recorded before"
+    assert problems["units"]["gain.output"] == "now in A"
+    assert problems["times"]["gain.output"] == "at other times"
+
+
+def test_folders_that_hold_something_else(before: Path, tmp_path: Path) -> None:
+    after = saved(tmp_path / "after")
+    (after / "traces.nc").unlink()
+    with pytest.raises(ModelError, match=r"has no traces\.nc"):
+        compare_runs(before, after, Tolerance())
+    (after / "summary.json").write_text("no summary")
+    with pytest.raises(ModelError, match=r"summary\.json cannot be read"):
+        compare_runs(before, after, Tolerance())

@@ -1,0 +1,195 @@
+"""Requirements and golden results against closed forms, at their edges, and as files."""
+
+import json
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.studies.study_reader import read_study_text
+from proofmass.runner.verification.golden import compared, read_golden, record
+from proofmass.runner.verification.verify import Finding, Measurements, verify
+from proofmass.runner.verification.written import findings_text, save_findings_page, save_junit
+
+TEXT = """\
+name = "an integrator in a loop"
+rate = "1 kHz"
+samples = 10
+wires = [
+    "input.output -> error.first",
+    "integrator.output -> error.second",
+    "error.output -> gain.input",
+    "gain.output -> integrator.input",
+]
+
+[measures]
+last = { signal = "input.output", statistic = "last" }
+swing = { signal = "input.output", statistic = "peak_to_peak" }
+
+[loops.main]
+open_at = "gain.output"
+gain_margin = "6 dB"
+
+[requirements]
+above = { quantity = "last", at_least = "2 V" }
+"REQ-2.1" = { quantity = "last", at_most = "1.999 V", text = "Never <more> & more." }
+swing = { quantity = "swing", at_most = "0 V" }
+margin = { quantity = "main.gain_margin", at_least = "26.02 dB", at_most = "26.03 dB", at = "5 ms" }
+stable = { quantity = "main.stable", at_least = "stable" }
+yield = { quantity = "yield", at_least = "40 %" }
+one = { quantity = "yield.last", at_most = 0.999 }
+
+[blocks]
+input = { kind = "Constant", value = "2 V", unit = "V" }
+error = { kind = "Difference", unit = "V" }
+gain = { kind = "Gain", gain = "100 1/s", input_unit = "V", output_unit = "V/s" }
+integrator = { kind = "DiscreteIntegrator", input_unit = "V/s", output_unit = "V" }
+
+[study]
+runs = 100
+spread = { "input.value" = { uniform = "1 V" } }
+limits = { last = { at_least = "2 V" } }
+"""
+STUDY = read_study_text(TEXT)
+
+
+@pytest.fixture(scope="module")
+def measurements() -> Measurements:
+    return Measurements(STUDY.graph, STUDY, "python")
+
+
+@pytest.fixture(scope="module")
+def findings(measurements: Measurements) -> dict[str, Finding]:
+    return {finding.id: finding for finding in verify(measurements)}
+
+
+def test_what_is_met_and_what_is_missed(findings: dict[str, Finding]) -> None:
+    """The loop is k T / (z - 1) with k T = 0.1: the gain may grow twentyfold, which is 26.02 dB."""
+    assert {name: finding.met for name, finding in findings.items()} == {
+        "above": True,
+        "REQ-2.1": False,
+        "swing": True,
+        "margin": True,
+        "stable": True,
+        "yield": True,
+        "one": True,
+        "main.gain_margin": True,
+    }
+    assert findings["above"].value == 2.0
+    assert findings["margin"].value == pytest.approx(20 * math.log10(20), rel=1e-9)
+    good = sum(STUDY.drawn(run)[0]["input.value"] >= 2.0 for run in range(100))
+    assert findings["yield"].value == findings["one"].value == good / 100
+
+
+def test_what_has_no_value_meets_nothing() -> None:
+    """An unstable loop has no margins; a gain of 2100 1/s is twenty-one times the 100 1/s of the others."""
+    unstable = STUDY.graph.with_parameters({"gain.gain": "2100 1/s"})  # type: ignore[attr-defined]
+    found = {finding.id: finding for finding in verify(Measurements(unstable, STUDY, "python"))}
+    assert math.isnan(found["main.gain_margin"].value)
+    assert not found["main.gain_margin"].met
+    assert not found["stable"].met
+    assert found["main.gain_margin"].as_data()["value"] is None
+    assert "no value" in "".join(findings_text([found["main.gain_margin"]]))
+
+
+def test_tables_and_files(findings: dict[str, Finding], tmp_path: Path) -> None:
+    some = list(findings.values())
+    lines = findings_text(some)
+    assert lines[-1] == "8 requirements, 1 missed"
+    assert [line.split()[0] for line in lines if "MISSED" in line or "met " in line].count("MISSED") == 1
+    suite = ElementTree.parse(save_junit(tmp_path / "junit.xml", "a <graph>", some)).getroot()[0]
+    assert (suite.attrib["name"], suite.attrib["tests"], suite.attrib["failures"]) == ("a <graph>", "8", "1")
+    failed = {case.attrib["name"]: case[0] for case in suite if len(case)}
+    assert failed.keys() == {"REQ-2.1"}
+    assert failed["REQ-2.1"].text == "Never <more> & more."
+    assert failed["REQ-2.1"].attrib["message"] == "last is 2 V, required <= 1.999"
+    page = save_findings_page(tmp_path / "page.html", "a <graph>", some).read_text()
+    assert "Never &lt;more&gt; &amp; more." in page
+    assert json.loads(json.dumps([finding.as_data() for finding in some], allow_nan=False))[0]["met"] is False
+
+
+def test_golden_results(measurements: Measurements, tmp_path: Path) -> None:
+    path = tmp_path / "graph.golden.json"
+    assert record(measurements, path) == 7  # two measures, four margins and the verdict
+    golden = read_golden(path)
+    assert all(finding.met for finding in compared(measurements, golden))
+    louder = Measurements(STUDY.graph.with_parameters({"gain.gain": "100.0001 1/s"}), None, "python")  # type: ignore[attr-defined]
+    missed = {finding.quantity for finding in compared(louder, golden) if not finding.met}
+    assert missed == {"main.gain_margin", "main.phase_margin", "main.delay_margin", "main.sensitivity_peak"}
+    data = json.loads(path.read_text())
+    for name in missed:
+        data["quantities"][name]["relative"] = 1e-5
+    path.write_text(json.dumps(data))
+    assert all(finding.met for finding in compared(louder, read_golden(path)))
+
+
+def test_golden_results_of_what_is_gone(measurements: Measurements, tmp_path: Path) -> None:
+    path = tmp_path / "graph.golden.json"
+    record(measurements, path)
+    without = read_graph_text(write_graph(STUDY.graph.changed(measures={}, requirements={})))
+    findings = {f.quantity: f for f in compared(Measurements(without, None, "python"), read_golden(path))}
+    assert {name for name, finding in findings.items() if not finding.met} == {"last", "swing"}
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"quantities": 3}', '{"quantities": {"a": {"value": true}}}'])
+def test_files_that_are_no_golden_results(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "graph.golden.json"
+    path.write_text(text)
+    with pytest.raises(ModelError, match="is no file of golden results"):
+        read_golden(path)
+
+
+def test_a_yield_without_a_study() -> None:
+    with pytest.raises(ModelError, match="a yield is required, and there is no study"):
+        verify(Measurements(STUDY.graph, None, "python"))
+
+
+MISTAKES = {
+    'above = { quantity = "lats", at_least = 2 }': ("there is no quantity lats", "did you mean last?"),
+    'above = { quantity = "main.gain", at_least = 2 }': (
+        "there is no quantity main.gain",
+        "did you mean main.gain_margin?",
+    ),
+    'above = { quantity = "last", at_least = "2 A" }': ("A is A, not m^2*kg/s^3/A", "give it in V"),
+    'above = { quantity = "last", at_least = 3, at_most = 2 }': ("nothing can meet it", ""),
+    'above = { quantity = "last", at_least = 3, at = "1 s" }': ("is for margins, which have an operating point", ""),
+    'above = { quantity = "main.stable", at_least = "firm" }': ("there is no such verdict", "the verdicts: unstable"),
+    'above = { quantity = "main.stable", at_least = 1, at = "soon" }': ("not a number followed by a unit", "1.5 s"),
+}
+
+
+@pytest.mark.parametrize("line", MISTAKES)
+def test_what_check_says(line: str) -> None:
+    text = TEXT.replace('above = { quantity = "last", at_least = "2 V" }', line)
+    (problem,) = check(read_graph_text(text, "graph.toml"))
+    message, hint = MISTAKES[line]
+    assert (problem.message, problem.line, problem.file) == (message, 20, "graph.toml")
+    assert problem.key.startswith("requirements.above")
+    assert hint in problem.hint
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ('above = { at_least = "2 V" }', "has no quantity"),
+        ('above = { quantity = "last" }', "asks nothing"),
+        ('above = { quantity = "last", at_last = 2 }', "unknown key"),
+        ('above = { quantity = "last", at_least = true }', "must be a number, or a text with a unit"),
+        ('above = "last >= 2 V"', "must be a table"),
+        ('"a b" = { quantity = "last", at_least = 2 }', "not an id"),
+    ],
+)
+def test_what_the_reader_says(line: str, message: str) -> None:
+    with pytest.raises(ModelError) as error:
+        read_graph_text(TEXT.replace('above = { quantity = "last", at_least = "2 V" }', line), "graph.toml")
+    assert error.value.problems[0].message == message
+    assert error.value.problems[0].line == 20
+
+
+def test_they_read_back() -> None:
+    assert read_graph_text(write_graph(STUDY.graph)) == STUDY.graph
