@@ -7,12 +7,13 @@ import click
 
 from proofmass.runner.commands.analysis_declarations import ANALYSES
 from proofmass.runner.commands.declarations import cli
+from proofmass.runner.commands.design_declarations import DESIGN
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
 
 __all__ = ["cli", "main"]
 
-for command in ANALYSES:
+for command in (*ANALYSES, *DESIGN):
     cli.add_command(command)
 
 

@@ -73,7 +73,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     reader.read(data.get("blocks", {}))
     given = {
         "name": "",
-        **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study")},
+        **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study", "tune")},
     }
     for key in ("wires", "probes"):
         if not isinstance(given.get(key, []), list):

@@ -13,6 +13,7 @@ from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PAR
 from proofmass.graphs.model.limits import BLOCKS, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import OPTIONS, STATISTICS
 from proofmass.graphs.schema.study_schema import Schema, study_schema
+from proofmass.graphs.schema.tune_schema import tune_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
 
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
@@ -50,6 +51,7 @@ def schema(own: Own | None = None) -> Schema:
         "probes": {"type": "array", "items": _probe()},
         "measures": _measures(),
         "study": {"$ref": "#/$defs/study", "not": {"required": ["graph"]}},
+        "tune": {"$ref": "#/$defs/tune"},
         "exports": {
             "type": "object",
             "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
@@ -82,6 +84,7 @@ def schema(own: Own | None = None) -> Schema:
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
             "study": study_schema(LARGEST_STUDY),
+            "tune": tune_schema(),
         },
     }
 

@@ -11,6 +11,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import LARGEST_SEED, Graph, Place, split
 from proofmass.graphs.studies.ageing import Drift
@@ -130,15 +131,7 @@ class Study:
 
     def blocks(self, values: Mapping[str, float]) -> dict[str, Block]:
         """The blocks that have these parameters; raises `ModelError` for a value out of bounds."""
-        changes: dict[str, dict[str, float]] = {}
-        for signal, value in values.items():
-            name, parameter = split(signal)
-            changes.setdefault(name, {})[parameter] = value
-        made = {}
-        for name, changed in changes.items():
-            block = self.flat.blocks[name]
-            made[name] = type(block)(**({p: getattr(block, p) for p in type(block).parameters} | changed))
-        return made
+        return changed_blocks(self.flat.blocks, values)
 
     def text(self) -> str:
         """Everything that decides over the bits of a run, a line each: what a ledger compares."""

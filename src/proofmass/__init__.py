@@ -30,6 +30,8 @@ _HOMES = {
     "StudyResult": "runner.studies.outcome.result",
     "Tones": "runner.analysis.spectrum.tones",
     "Trace": "runner.run.result",
+    "Tuned": "runner.design.tune.tune",
+    "Tuning": "graphs.tuning.tuning",
     "Wire": "graphs.model.graph",
     "allan": "runner.analysis.allan.deviations",
     "block": "blocks.declaration.declare",
@@ -41,11 +43,13 @@ _HOMES = {
     "read_graph": "graphs.files.toml_reader",
     "read_series": "runner.analysis.spectrum.series",
     "read_study": "graphs.studies.study_reader",
+    "read_tuning": "graphs.tuning.reader",
     "replay": "runner.studies.whole.study",
     "run_study": "runner.studies.whole.study",
     "simulate": "runner.run.simulate",
     "spectrum": "runner.analysis.spectrum.welch",
     "tones": "runner.analysis.spectrum.tones",
+    "tune": "runner.design.tune.tune",
     "write_graph": "graphs.files.toml_writer",
 }
 

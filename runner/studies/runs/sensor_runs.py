@@ -28,7 +28,7 @@ from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outco
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 
 if TYPE_CHECKING:
-    from proofmass.runner.studies.runs.side_by_side import SideBySide
+    from proofmass.runner.run.side_by_side import SideBySide
     from proofmass.runner.targets.native import CompiledPlan
 
 CHUNK = 1 << 18  # ticks between looks at Ctrl-C
@@ -52,10 +52,10 @@ class SensorRuns:
         self.together = self._side_by_side() if self.lanes else None
 
     def _side_by_side(self) -> "SideBySide":
-        from proofmass.runner.studies.runs.side_by_side import SideBySide
+        from proofmass.runner.run.side_by_side import SideBySide
 
         names = {**self.study.drawn(0)[0], **self._unset}
-        return SideBySide(self.study, self.plan, self.ticks, self.lanes, names)
+        return SideBySide(self.plan, self.study.seed, self.ticks, self.lanes, names)
 
     @cached_property
     def _unset(self) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Runs of a study in the lanes of vector instructions."""
+"""Runs of a plan with different parameters in the lanes of vector instructions."""
 
 import threading
 from collections.abc import Iterable, Mapping
@@ -7,8 +7,8 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import varied
@@ -17,17 +17,19 @@ from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 
 class SideBySide:
-    """Runs sensors of a study, `lanes` at a time; the bits are those of each run alone."""
+    """Runs a plan with varied parameters, `lanes` at a time; the bits are those of each run alone."""
 
-    def __init__(self, study: Study, plan: Plan, ticks: int, lanes: int, names: Iterable[str]) -> None:
-        self.study, self.plan, self.ticks, self.lanes = study, plan, ticks, lanes
+    def __init__(self, plan: Plan, seed: int, ticks: int, lanes: int, names: Iterable[str]) -> None:
+        self.plan, self.seed, self.ticks, self.lanes = plan, seed, ticks, lanes
         nodes = {name: _node(name) for name in names}
         self.compiled = CompiledLanes(plan, frozenset(nodes.values()), lanes)
         self._settled = [name for name, node in nodes.items() if node[0] in self.compiled.settled]
         self._free = {name: node for name, node in nodes.items() if name not in self._settled}
 
-    def measured(self, values: Mapping[str, Array], noise: Array, stop: threading.Event) -> tuple[Array, Array]:
-        """Return the measures, a row for each sensor, and which rows are valid; the others are re-run individually.
+    def measured(
+        self, values: Mapping[str, Array], noise: Array, stop: threading.Event | None = None
+    ) -> tuple[Array, Array]:
+        """Return the measures, a row for each run, and which rows are valid; the others are re-run individually.
 
         `values` has an array for each parameter by `block.parameter`, `noise` the numbers that noise follows from.
         Raises `StoppedError` soon after the event is set.
@@ -41,7 +43,7 @@ class SideBySide:
         if not able.any():
             return measured, able
         free = {node: values[name][able] for name, node in self._free.items()}
-        lanes = Lanes(self.compiled, self.study.seed, noise[able], free, plans)
+        lanes = Lanes(self.compiled, self.seed, noise[able], free, plans)
         lanes.advance(self.ticks, stop)
         if self.plan.measures:
             measured[able] = np.stack([lanes.value(WireOf(*measure.node)) for measure in self.plan.measures], axis=1)
@@ -62,8 +64,9 @@ class SideBySide:
     def _plan(self, values: Mapping[str, Array], number: int) -> Plan | None:
         """Return the plan of a sensor, with the blocks that are computed before it runs; None if planning fails."""
         try:
-            blocks = self.study.blocks({name: float(values[name][number]) for name in self._settled})
-            return varied(self.plan, blocks)
+            return varied(
+                self.plan, changed_blocks(self.plan.blocks, {n: float(values[n][number]) for n in self._settled})
+            )
         except ModelError:
             return None
 
