@@ -10,10 +10,11 @@ from proofmass.runner.commands.declarations import cli
 from proofmass.runner.commands.design_declarations import DESIGN
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
+from proofmass.runner.commands.fit_declarations import fit
 
 __all__ = ["cli", "main"]
 
-for command in (*ANALYSES, *DESIGN):
+for command in (*ANALYSES, fit, *DESIGN):
     cli.add_command(command)
 
 

@@ -39,7 +39,7 @@ def _goal() -> Schema:
     wanted: dict[str, Schema] = {"at_least": _LIMIT, "at_most": _LIMIT} | dict.fromkeys(
         ("soft", "minimise", "maximise"), _FLAG
     )
-    kinds = [key for key in ("loop", "noise", "scale_factor", "bias", "measure")]
+    kinds = ("loop", "noise", "scale_factor", "bias", "measure")
     needs = {"loop": ["figure"], "figure": ["loop"], "scale_factor": ["input"], "bias": ["input"], "band": ["noise"]}
     return _table(quantity | wanted, {**QUANTITY_KEYS, **GOAL_KEYS}) | {
         "oneOf": [{"required": [key]} for key in kinds],

@@ -122,9 +122,9 @@ class Tuned:
 def tune(graph: Graph | Tuning, *, progress: Progress | None = None, **tables: Any) -> Tuned:
     """Find parameters of a graph that meet goals.
 
-    `free` and `goals`, and if wanted `points`, `tolerances`, `at`, `starts`, `samples` and `seed`, are tables and numbers
-    as in `[tune]` of a graph file; or give a `Tuning`, as `read_tuning` returns it. Ctrl-C ends the search; the best
-    point so far is the result.
+    `free` and `goals`, and if wanted `points`, `tolerances`, `at`, `starts`, `samples` and `seed`, are tables and
+    numbers as in `[tune]` of a graph file; or give a `Tuning`, as `read_tuning` returns it. Ctrl-C ends the search;
+    the best point so far is the result.
 
         tune(graph, free={"pid.integral": {"at_least": "1 1/s", "at_most": "100 1/s"}},
              goals={"phase": {"loop": "main", "figure": "phase_margin", "at_least": "60 deg"},
