@@ -34,6 +34,7 @@ _HOMES = {
     "Tuned": "runner.design.tune.tune",
     "Tuning": "graphs.tuning.tuning",
     "Wire": "graphs.model.graph",
+    "WorstCases": "runner.design.worst.worst",
     "allan": "runner.analysis.allan.deviations",
     "block": "blocks.declaration.declare",
     "check": "runner.studies.whole.ready",
@@ -52,6 +53,7 @@ _HOMES = {
     "spectrum": "runner.analysis.spectrum.welch",
     "tones": "runner.analysis.spectrum.tones",
     "tune": "runner.design.tune.tune",
+    "worst": "runner.design.worst.worst",
     "write_graph": "graphs.files.toml_writer",
 }
 

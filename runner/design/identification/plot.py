@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 4  # outputs that are drawn
+_CLOSE = 120  # rows that are drawn closer
 _ROWS = 4000  # of a curve; of longer recordings this many rows are drawn
 
 
@@ -30,14 +31,20 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             measured, times = recording.outputs[output.signal], recording.times
             kept = slice(None, None, max(1, len(times) // _ROWS))
             factor, unit = prefix(output.unit, float(np.nanmax(np.abs(measured))) or 1.0)
-            upper = figure.add_subplot(grid[2 * number, :])
-            upper.plot(times[kept], measured[kept] * factor, ".", markersize=2.5, color=ORANGE, label="recorded")
-            upper.plot(times[kept], run[kept] * factor, color=BLUE, label="fitted")
+            upper = figure.add_subplot(grid[2 * number, :2])
+            upper.plot(times[kept], measured[kept] * factor, ".", markersize=2.5, color=ORANGE)
+            upper.plot(times[kept], run[kept] * factor, color=BLUE)
             upper.set_ylabel(f"{output.signal} [{unit}]")
-            upper.set_title(f"{100.0 * output.explained:.4g} % explained", loc="left", size=10)
-            upper.legend(loc="upper right")
+            upper.set_title(f"{output.signal}: {100.0 * output.explained:.4g} % explained", loc="left", size=10)
+            closer = figure.add_subplot(grid[2 * number, 2])
+            middle = max(0, len(times) // 2 - _CLOSE // 2)
+            part = slice(middle, middle + _CLOSE)
+            closer.plot(times[part], measured[part] * factor, ".", markersize=4.0, color=ORANGE, label="recorded")
+            closer.plot(times[part], run[part] * factor, color=BLUE, label="fitted")
+            closer.set_title("closer", loc="left", size=10)
+            closer.legend(loc="lower center", bbox_to_anchor=(0.6, 1.0), ncols=2)
             lower = figure.add_subplot(grid[2 * number + 1, :2], sharex=upper)
-            factor, unit = prefix(output.unit, output.rms or 1.0)
+            factor, unit = prefix(output.unit, float(np.nanmax(np.abs(run - measured))) or 1.0)
             lower.plot(times[kept], (run - measured)[kept] * factor, ".", markersize=2.5, color=INK)
             lower.set_ylabel(f"left [{unit}]")
             lower.set_xlabel("time [s]")

@@ -1,0 +1,1 @@
+"""How bad quantities can get within tolerances."""
