@@ -135,6 +135,16 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     help="Replace a block by its gain for a sine of this amplitude (its describing function); repeatable.",
 )
 @click.option("--limit-cycle", default="", metavar="BLOCK", help="Predict limit cycles by this describing function.")
+@click.option("--together", is_flag=True, help="Perturb all loops at once, each by its own factor.")
+@click.option(
+    "--with", "others", multiple=True, metavar="NAME", help="Perturb this loop together with --loop; repeatable."
+)
+@click.option(
+    "--over",
+    default="",
+    metavar="PARAMETER=LOW..HIGH[:N]|age",
+    help="Show margins over a parameter, or over a study's age.",
+)
 @plot_option("picture", "Draw Bode, Nyquist and step response")
 @set_option
 @blocks_option
@@ -150,6 +160,8 @@ def margins(**options: Any) -> int:
     proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
     proofmass margins modulator.toml --gain quantiser=0.7
     proofmass margins modulator.toml --limit-cycle quantiser
+    proofmass margins gyroscope.toml --together --plot together.png
+    proofmass margins sensor.toml --over "temperature.value=233 K..358 K"
     """
     from proofmass.runner.commands.margins_command import MarginsRequest, show_margins
 
