@@ -114,7 +114,8 @@ class _Tables(StudyTables):
             raise Refusal("nothing can meet it", got=shown(dict(table)), expected="at_least below at_most")
         if isinstance(quantity, LoopFigure) and quantity.figure == "settling_time" and flags["maximise"]:
             raise Refusal("a settling time has no upper end", key="maximise", got="true")
-        return Goal(quantity, **limits, **flags)
+        low, high = limits.get("at_least", -math.inf), limits.get("at_most", math.inf)
+        return Goal(quantity, low, high, **flags)
 
     def moment(self, at: object) -> str:
         """Read the operating point."""

@@ -26,7 +26,7 @@ class Free:
     def value(self, part: float) -> float:
         """Return the value at a part of the way from the lower to the upper bound."""
         if self.logarithmic:
-            return self.at_least * (self.at_most / self.at_least) ** part
+            return self.at_least * math.exp(part * math.log(self.at_most / self.at_least))
         return self.at_least + part * (self.at_most - self.at_least)
 
     def part(self, value: float) -> float:
@@ -122,7 +122,7 @@ class Tuning:
         """Return values and factors of parameters at each operating point and corner, by a name for people."""
         points = self.points or {"": {}}
         signs = list(itertools.product((-1.0, 1.0), repeat=len(self.tolerances)))
-        cases = {}
+        cases: dict[str, tuple[Mapping[str, float], Mapping[str, float]]] = {}
         for point, values in points.items():
             for number, corner in enumerate(signs):
                 factors = {n: 1.0 + s * t for s, (n, t) in zip(corner, self.tolerances.items(), strict=True)}

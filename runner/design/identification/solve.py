@@ -22,6 +22,7 @@ LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
 _FIRST_STEP = 1e-4  # of an unknown, before its standard error is known
 _STEP, _SMALLEST, _LARGEST = 0.1, 1e-7, 1e-2  # of a standard error; of an unknown
 _PASSES, _SETTLED = 4, 0.01  # of the estimate of the noise
+_WEAK = 3.0  # sizes of an unknown, by which it strays from its start where recordings do not hold it
 _FAILED = 1e6  # residual of a run that fails
 _minimise: Any = scipy.optimize.least_squares
 
@@ -82,7 +83,9 @@ class Solver:
             if name == signal
         ]
         values = np.concatenate(parts)
-        return float(np.std(values)) or float(np.max(np.abs(values), initial=0.0)) or 1.0
+        if not len(values):
+            return 1.0
+        return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0
 
     def solved(self, begin: Array) -> Solution:
         """Return the solution from a start: again with the noise that is left, until that settles."""
@@ -105,10 +108,11 @@ class Solver:
             np.array([getattr(u, key) for u in self.unknowns]) / self.scales for key in ("at_least", "at_most")
         )
         inside = np.clip(values / self.scales, low + 1e-12, high - 1e-12)
+        hold = np.eye(len(self.unknowns)) / _WEAK
         return _minimise(
-            lambda x: self._all(x * self.scales),
+            lambda x: np.concatenate([self._all(x * self.scales), (x - inside) / _WEAK]),
             inside,
-            jac=lambda x: self.jacobian(x * self.scales) * self.scales,
+            jac=lambda x: np.vstack([self.jacobian(x * self.scales) * self.scales, hold]),
             bounds=(low, high),
             method="trf",
             loss=LOSSES[self.loss],

@@ -53,7 +53,8 @@ class Evaluator:
         free = {name: values[name] for name in self.widths}
         for loop, node in self.loops.items():
             readings |= self._loop(changed, loop, node, free, slopes)
-        if any(readings[f"{STABLE} {loop}"] is None for loop in self.loops):
+        grown = [readings[f"{STABLE} {loop}"] for loop in self.loops]
+        if any(reading is None or reading.value >= 0.0 for reading in grown):
             return readings | {name: None for name in self.quantities if name not in readings}
         for name, quantity in self.quantities.items():
             if isinstance(quantity, Noise):
@@ -81,7 +82,7 @@ class Evaluator:
             return nothing
         grown = growth(system, list(free) if slopes else [])
         if not margins.stable:
-            return nothing | {f"{STABLE} {loop}": None if slopes is False else grown._replace(value=abs(grown.value))}
+            return nothing | {f"{STABLE} {loop}": grown._replace(value=abs(grown.value))}
         readings: Readings = {f"{STABLE} {loop}": grown._replace(value=-abs(grown.value))}
         for name, quantity in wanted.items():
             readings[name] = _figure(margins, system, quantity.figure, free, slopes)
