@@ -22,7 +22,10 @@ _CUTS = 200
 _CLOSE = 1e-9  # between the planes and the best value
 _FLAT = 1e-12
 _STARTS, _TURNS = 8, 200  # of the power iteration
+_WARM = 0.1  # of log D, about a point that is nearly right
+_WIDE = 5.0
 _programme: Any = scipy.optimize.linprog
+_minimise: Any = scipy.optimize.minimize_scalar
 
 
 class Scaled(NamedTuple):
@@ -39,8 +42,10 @@ def upper_bound(matrix: Complex, sizes: Sequence[int], begin: Array | None = Non
     value, slope = _largest(matrix, sizes, start)
     if count == 1 or value == -np.inf:
         return Scaled(float(np.exp(value)), start)
+    if count == 2:
+        return _of_two(matrix, sizes)
     best, at = value, start
-    centre, radius = start.copy(), 2.0
+    centre, radius = start.copy(), 2.0 if begin is None else _WARM
     planes, levels = [np.append(slope[1:], -1.0)], [slope @ start - value]
     for _ in range(_CUTS):
         low = np.maximum(centre[1:] - radius, -_LIMIT)
@@ -68,6 +73,23 @@ def upper_bound(matrix: Complex, sizes: Sequence[int], begin: Array | None = Non
         if best - float(found.fun) <= close and not at_edge:
             break
     return Scaled(float(np.exp(best)), at)
+
+
+def _of_two(matrix: Complex, sizes: Sequence[int]) -> Scaled:
+    """Return the bound for two blocks, whose ratio is the one scale: by Brent's method."""
+    a = sizes[0]
+    norms = np.linalg.norm(matrix[:a, a:]), np.linalg.norm(matrix[a:, :a])
+    if min(norms) == 0.0:
+        one, two = np.linalg.norm(matrix[:a, :a], 2), np.linalg.norm(matrix[a:, a:], 2)
+        return Scaled(float(max(one, two)), np.zeros(2))
+    middle = 0.5 * float(np.log(norms[0] / norms[1]))
+    found = _minimise(
+        lambda scale: _largest(matrix, sizes, np.array([0.0, scale]))[0],
+        bounds=(middle - _WIDE, middle + _WIDE),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return Scaled(float(np.exp(found.fun)), np.array([0.0, found.x]))
 
 
 def _largest(matrix: Complex, sizes: Sequence[int], scales: Array) -> tuple[float, Array]:

@@ -35,7 +35,8 @@ from proofmass.runner.planning.plan import plan
 _BALANCES = 12  # rounds of a quick scaling
 _REFINED = 60  # steps of the search for a peak
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-_NARROW = 1e-7  # of a frequency, to which a peak is found
+_NARROW = 1e-5  # of a frequency, to which a peak is found: of its height a part of 1e-10
+_CLOSE = 1e-7  # of bounds while a peak is looked for
 _PEAKS = 4  # that are refined
 
 
@@ -108,10 +109,21 @@ def together(planned: Plan, loops: dict[str, Node], tick: int = 0) -> Together:
     whole = map_at(planned, nodes, nodes, cut=True, tick=tick)
     system = OpenLoop(whole.between())
     sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
+    return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], whole.notes)
+
+
+def of_system(
+    system: OpenLoop,
+    loops: Sequence[str],
+    sizes: Sequence[int],
+    open_at: Sequence[str] = (),
+    notes: tuple[str, ...] = (),
+) -> Together:
+    """Return the margin of an open loop of several wires, with so many values of each in a period."""
     verdict, _ = judged(np.real(system.closed()), True)
     base = Together(
         loops=tuple(loops),
-        open_at=tuple(".".join(node) for node in nodes),
+        open_at=tuple(open_at or loops),
         verdict=verdict,
         margin=None,
         reached=None,
@@ -122,7 +134,7 @@ def together(planned: Plan, loops: dict[str, Node], tick: int = 0) -> Together:
         frequencies=np.zeros(0),
         bounds=np.zeros(0),
         of_each=np.zeros((0, 0)),
-        notes=whole.notes,
+        notes=notes,
     )
     return base if verdict != "stable" else _measured(base, system, sizes)
 
@@ -143,7 +155,7 @@ def _refuse(planned: Plan, loops: dict[str, Node]) -> None:
         raise ModelError([planned.graph.placed(problem) for problem in problems])
 
 
-def _measured(base: Together, system: OpenLoop, sizes: list[int]) -> Together:
+def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Together:
     w = np.append(sweep(system), math.pi / system.map.period)
     w = np.unique(w[w <= math.pi / system.map.period * (1.0 + 1e-12)])
     matrices = _disks(system, w)
@@ -208,7 +220,7 @@ def _refined(system: OpenLoop, sizes: Sequence[int], low: float, middle: float, 
 
     def value(w: float) -> float:
         nonlocal scales
-        found = upper_bound(_disks(system, np.array([w]))[0], sizes, scales)
+        found = upper_bound(_disks(system, np.array([w]))[0], sizes, scales, _CLOSE)
         scales = found.scales
         return found.bound
 

@@ -21,8 +21,9 @@ def worst_text(found: WorstCases) -> str:
 
 def _case(case: WorstCase, found: WorstCases) -> Iterator[str]:
     unit = f" {case.quantity.unit}" if case.quantity.unit != "1" else ""
+    worst = "unstable" if case.worst is None else f"{_number(case.worst)}{unit}"
     where = "inside the tolerances" if case.inside else "at a corner"
-    yield f"{case.name}: {_number(case.nominal)}{unit} nominal, {_number(case.worst)}{unit} at worst, {where}"
+    yield f"{case.name}: {_number(case.nominal)}{unit} nominal, {worst} at worst, {where}"
     if case.first_order is not None and case.worst is not None:
         yield f"  derivatives at the nominal values say {_number(case.first_order)}{unit}"
     effects = {single.parameter: _effect(case, single.parameter) for single in case.one_at_a_time}
