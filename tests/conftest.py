@@ -1,8 +1,10 @@
 """What all tests share: a cache of compiled loops for the run, no deadlines, last lines on what did not run."""
 
+import gc
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
@@ -21,6 +23,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--defects", action="store_true", help="print defect, test, before and after as a table")
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Keep the garbage collector from looking through eleven thousand tests again and again: a fifth of all time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.collect()
+        gc.freeze()
+        gc.enable()
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
     config.pluginmanager.register(exhaustive.Exhaustive(config.getoption("--exhaustive")))
@@ -29,6 +43,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(DefectTable())
     if hasattr(config, "workerinput"):  # such a process: the folder is there
         return
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # or hundreds of processes would each compile the package anew
     folder = tempfile.mkdtemp(prefix="proofmass-tests-")
     os.environ["PROOFMASS_CACHE"] = str(Path(folder) / "cache")
     config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
+from proofmass.graphs.model.values import Value
 
-LARGEST_RUN = 10**12  # ticks
-LARGEST_SEED = 2**62
 DEFAULT_INTEGRATION = Integration()
 
 Given = TypeVar("Given", bound="Graph")
@@ -96,6 +96,8 @@ class Graph:
     exports: Mapping[str, str]
     integration: Integration
     loops: Mapping[str, Loop]
+    values: Mapping[str, Value]
+    formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __post_init__(self) -> None:

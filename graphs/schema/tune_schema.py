@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from proofmass.graphs.model.graph import LARGEST_SEED
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
+from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.loops import SETTLED
 from proofmass.graphs.tuning.build import MOST_SAMPLES, MOST_STARTS, SAMPLES, SCALES, STARTS
 from proofmass.graphs.tuning.quantities import FIGURES, QUANTITY_KEYS

@@ -7,9 +7,11 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import LARGEST_SEED, NOWHERE, Graph, Place, split
+from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
+from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.loops import SETTLED, read_requirement
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study_tables import StudyTables
@@ -156,12 +158,11 @@ def _read_free(entry: object, unit: str) -> Free:
 
 def _outside(read: _Tables, frees: Mapping[str, Free]) -> Iterator[tuple[str, Refusal]]:
     """Yield parameters whose bounds the block refuses."""
+    adjustable = Adjustable(read.flat)
     for name, free in frees.items():
-        block, parameter = split(name)
-        declared = type(read.flat.blocks[block]).parameters[parameter]
         for key, value in (("at_least", free.at_least), ("at_most", free.at_most)):
-            if not declared.inside(value):
-                yield name, Refusal("the block does not take it", key=key, got=f"{value:g}", expected=declared.doc)
+            if not adjustable.takes(name, value):
+                yield name, Refusal("the block does not take it", key=key, got=f"{value:g}")
 
 
 def _limit(table: Tables, key: str, unit: str) -> float:

@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert, short_unit
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.model.measures import measure_unit
+from proofmass.graphs.model.measures import STATISTICS
 from proofmass.graphs.model.names import Missing, find_output
 
 FIGURES = {  # of a loop, with their units
@@ -138,7 +138,7 @@ def _measure(table: Mapping[str, Any], flat: FlatGraph) -> MeasureOf:
     measure = flat.measures[name]
     block, port = split(measure.signal)
     unit = unit_of(flat.blocks[block], type(flat.blocks[block]).outputs[port])
-    return MeasureOf(name, measure_unit(measure.statistic, unit))
+    return MeasureOf(name, STATISTICS[measure.statistic].unit_for(unit))
 
 
 def _output(table: Mapping[str, Any], key: str, flat: FlatGraph) -> tuple[str, str]:

@@ -4,12 +4,12 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Mapping
+from functools import cached_property
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import Graph, Place, split
+from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.tuning.quantities import Quantity
 
 MOST_POINTS = 256  # operating points times corners
@@ -104,15 +104,18 @@ class Tuning:
         """The values of the free parameters in the graph."""
         return {name: self.value(name) for name in self.free}
 
+    @cached_property
+    def adjustable(self) -> Adjustable:
+        """Parameters and values that may vary."""
+        return Adjustable(self.flat)
+
     def value(self, name: str) -> float:
-        """Return the value of a parameter in the graph."""
-        block, parameter = split(name)
-        return float(getattr(self.flat.blocks[block], parameter))
+        """Return a parameter or value of the graph."""
+        return self.adjustable.nominal(name)
 
     def unit_of(self, name: str) -> str:
-        """Return the unit of a parameter."""
-        block, parameter = split(name)
-        return short_unit(unit_of(self.flat.blocks[block], type(self.flat.blocks[block]).parameters[parameter]))
+        """Return the unit of a parameter or value."""
+        return self.adjustable.unit_of(name)
 
     def placed(self, problem: Problem) -> Problem:
         """Return a problem with its file and line."""

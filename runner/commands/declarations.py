@@ -29,6 +29,7 @@ class Commands(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:
+            # start-up time: a command imports what it needs itself
             from proofmass.blocks.declaration.problem import did_you_mean
 
             raise click.UsageError(
@@ -58,7 +59,7 @@ def cli(traceback: bool) -> None:
     "--samples", type=click.IntRange(1), help="Run this many ticks of the base rate, instead of for a duration."
 )
 @seed_option("the graph")
-@engine_option("cxxrtl")
+@engine_option()
 @set_option
 @click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable.")
 @out_option("Write traces, plot and report to this folder (default: none is written).")
@@ -85,6 +86,7 @@ def run(**options: Any) -> int:
     proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.run_command import RunRequest, run_graph
 
     return run_graph(RunRequest(**options))
@@ -103,6 +105,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     \b
     proofmass check sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.check_command import check_graph
 
     return check_graph(graph, own, as_json)
@@ -163,6 +166,7 @@ def margins(**options: Any) -> int:
     proofmass margins gyroscope.toml --together --plot together.png
     proofmass margins sensor.toml --over "temperature.value=233 K..358 K"
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.margins_command import MarginsRequest, show_margins
 
     return show_margins(MarginsRequest(**options))
@@ -185,6 +189,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     proofmass draw sensor.toml -o sensor.svg
     proofmass draw sensor.toml --format mermaid
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.draw_command import draw_graph
 
     return draw_graph(graph, output, form, own)
@@ -194,7 +199,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
 @file_argument("study")
 @click.option("--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors (default: as the study says).")
 @seed_option("the study")
-@engine_option()
+@engine_option(studies=True)
 @out_option("Write ledger, tables and report to this folder; a study that is there already is continued.")
 @click.option("--threads", type=click.IntRange(1, 1024), help="Use this many threads (default: one per processor).")
 @click.option(
@@ -236,6 +241,7 @@ def montecarlo(**options: Any) -> int:
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.montecarlo_command import StudyRequest, run_montecarlo
 
     return run_montecarlo(StudyRequest(**options))
@@ -256,6 +262,7 @@ def report(study: Path, output: Path | None, own: Path | None) -> int:
     proofmass report drift
     proofmass report graphs/library/accelerometer/scale_factor_drift.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.report_command import report_study
 
     return report_study(study, output, own)
@@ -304,6 +311,7 @@ def rtl(**options: Any) -> int:
     proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
     proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.rtl_command import RtlRequest, write_rtl
 
     return write_rtl(RtlRequest(**options))
@@ -322,6 +330,7 @@ def blocks(kind: str | None, own: Path | None, as_json: bool) -> int:
     proofmass blocks
     proofmass blocks MassSpringDamper
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.blocks_command import show_blocks
 
     return show_blocks(kind, own, as_json)
@@ -337,6 +346,7 @@ def new(file: Path) -> int:
     \b
     proofmass new sensor.toml && proofmass run sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.new_command import write_new_graph
 
     return write_new_graph(file)
@@ -353,6 +363,7 @@ def schema(output: Path | None, own: Path | None) -> int:
     \b
     proofmass schema -o proofmass-graph.json
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.schema_command import write_schema
 
     return write_schema(output, own)

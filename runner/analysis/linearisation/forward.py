@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import LARGEST_RUN
+from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -69,6 +69,7 @@ class Forward:
         return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory)
 
     def _machine_code(self, memory: Memory) -> Engine:
+        # start-up time: short runs need no compiler
         from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
         self._compiled = self._compiled or CompiledPlan(self._plan)

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
@@ -59,12 +60,9 @@ def margins_over_age(study: Study, *, loop: str = "", at: str | float | Fraction
     if not study.drift:
         hint = 'add [drift] with "reference.value" = { ramp = "20 ppm/year", relative = true }, and [epochs]'
         raise ModelError([study.placed(Problem(message="nothing drifts in the study", key="drift", hint=hint))])
-    flat = study.flat
     rows: list[dict[str, float]] = [{} for _ in study.epochs]
     for name, drift in study.drift.items():
-        block, _, parameter = name.rpartition(".")
-        nominal = float(getattr(flat.blocks[block], parameter))
-        aged = drift.aged(nominal, study.epochs, 0, 0, 0, normal=lambda *_: 0.0)
+        aged = drift.aged(study.nominal(name), study.epochs, 0, 0, 0, normal=lambda *_: 0.0)
         for row, value in zip(rows, aged, strict=True):
             row[name] = value
     return _over(study.graph, "age", "s", list(study.epochs), rows, loop, at)
@@ -82,13 +80,14 @@ def _over(
     if len(values) > MOST:
         raise ModelError([Problem(message="too many values", key=axis, got=str(len(values)), expected=f"{MOST}")])
     planned = plan(graph.changed(probes=()))
+    adjustable = Adjustable(planned.graph)
     if loop:
         nodes = dict([one_loop(planned, loop)])
     else:
         nodes = {name: node_of(planned, made.open_at) for name, made in loops_of(planned).items()}
     found = []
     for row in rows:
-        changed = varied(planned, changed_blocks(planned.blocks, row))
+        changed = varied(planned, changed_blocks(planned.blocks, adjustable.settings(row)))
         tick = tick_at(changed, at)
         found.append(
             {name: margins_of(open_loop(changed, node, tick), name, ".".join(node)) for name, node in nodes.items()}

@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.blocks.sources.recorded_signal import RecordedSignal
+from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, Probe, Wire, split
@@ -33,6 +34,7 @@ class Model:
         played = played.changed(probes=probes, measures={}, loops={})
         self.plan = quieted(plan(played, recordings=buffers))
         self.compiled = CompiledPlan(self.plan)
+        self._adjustable = Adjustable(self.plan.graph)
         self.ticks = max(1, int(recording.duration * float(self.plan.schedule.base_rate) * (1.0 + 1e-12) + 1e-6) + 1)
         self.rows = [np.zeros(probe.rows(0, self.ticks)) for probe in self.plan.probes]
         self._places = [
@@ -45,8 +47,8 @@ class Model:
         """Return each output at the recorded times, in the order of their names; None if the run fails."""
         self.runs += 1
         try:
-            changed = varied(self.plan, changed_blocks(self.plan.blocks, values))
-        except ModelError:
+            changed = varied(self.plan, changed_blocks(self.plan.blocks, self._adjustable.settings(values)))
+        except (ModelError, Refusal, ArithmeticError):
             return None
         loop = CompiledLoop(changed, 0, 0, start(changed), self.compiled)
         if not loop.advance(self.ticks, self.rows):

@@ -4,10 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Refusal, shown
-from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.studies.study_tables import StudyTables
 from proofmass.graphs.studies.table_entries import checked_table, read_quantity
@@ -66,13 +65,15 @@ def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> l
     read = _Tables(checked(graph), "")
     entries = read.parameters("free", table, _read_entry)
     unknowns = []
+    adjustable = Adjustable(read.flat)
     for name, known in entries.items():
-        block, parameter = split(name)
-        value = float(getattr(read.flat.blocks[block], parameter))
-        declared = type(read.flat.blocks[block]).parameters[parameter]
-        unit = short_unit(unit_of(read.flat.blocks[block], declared))
-        bounds = [bound for bound in (declared.above, declared.at_least) if bound is not None]
-        limits = [bound for bound in (declared.below, declared.at_most) if bound is not None]
+        value, unit = adjustable.nominal(name), adjustable.unit_of(name)
+        bounds, limits = list[float](), list[float]()
+        if not adjustable.is_value(name):
+            block, parameter = split(name)
+            declared = type(read.flat.blocks[block]).parameters[parameter]
+            bounds = [bound for bound in (declared.above, declared.at_least) if bound is not None]
+            limits = [bound for bound in (declared.below, declared.at_most) if bound is not None]
         low = max([known.get("at_least", -math.inf), *bounds])
         high = min([known.get("at_most", math.inf), *limits])
         if not low <= value <= high:

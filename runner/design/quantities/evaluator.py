@@ -9,10 +9,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.problem import ModelError, Refusal
 from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.tuning.quantities import LoopFigure, MeasureOf, Noise, Quantity, TransferPart
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop, open_loop, tick_at
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
@@ -34,6 +35,7 @@ class Evaluator:
 
     def __init__(self, graph: Graph, quantities: Mapping[str, Quantity], at: str, widths: Mapping[str, float]) -> None:
         self.plan = plan(graph.changed(probes=()))
+        self._adjustable = Adjustable(self.plan.graph)
         self.quantities, self.at, self.widths = quantities, at, widths
         self.loops = {q.loop: one_loop(self.plan, q.loop)[1] for q in quantities.values() if isinstance(q, LoopFigure)}
         self.measures = {name: q.measure for name, q in quantities.items() if isinstance(q, MeasureOf)}
@@ -46,22 +48,31 @@ class Evaluator:
         """Return each quantity, and the growth of each loop by `STABLE` and its name, at these parameters."""
         self.evaluations += 1
         try:
-            changed = varied(self.plan, changed_blocks(self.plan.blocks, values))
-        except ModelError:
+            changed = varied(self.plan, changed_blocks(self.plan.blocks, self._adjustable.settings(values)))
+        except (ModelError, Refusal, ArithmeticError):
             return dict.fromkeys([*(f"{STABLE} {loop}" for loop in self.loops), *self.quantities])
         readings: Readings = {}
-        free = {name: values[name] for name in self.widths}
+        moved = {name: self._adjustable.moved_by(name, values) for name in self.widths} if slopes else {}
+        free = self._parameters(changed, moved)
         for loop, node in self.loops.items():
             readings |= self._loop(changed, loop, node, free, slopes)
         grown = [readings[f"{STABLE} {loop}"] for loop in self.loops]
         if any(reading is None or reading.value >= 0.0 for reading in grown):
-            return readings | {name: None for name in self.quantities if name not in readings}
+            known = {name: _chained(reading, moved) for name, reading in readings.items()}
+            return known | {name: None for name in self.quantities if name not in readings}
         for name, quantity in self.quantities.items():
             if isinstance(quantity, Noise):
                 readings[name] = self._tried(read_noise, changed, quantity, self.at, free, slopes)
             elif isinstance(quantity, TransferPart):
-                readings[name] = self._tried(self._transfer, changed, quantity)
-        return readings | (self._measured(values, slopes) if self.measures else {})
+                readings[name] = self._tried(self._transfer, changed, quantity, free)
+        chained = {name: _chained(reading, moved) for name, reading in readings.items()}
+        return chained | (self._measured(values, slopes) if self.measures else {})
+
+    @staticmethod
+    def _parameters(changed: Plan, moved: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+        """Return all parameters that move with the free numbers, as they are."""
+        nodes = {target: split(target) for by_name in moved.values() for target in by_name}
+        return {target: float(getattr(changed.blocks[name], entry)) for target, (name, entry) in nodes.items()}
 
     def _tried(self, read, *given) -> Reading | None:  # type: ignore[no-untyped-def]
         try:
@@ -88,12 +99,12 @@ class Evaluator:
             readings[name] = _figure(margins, system, quantity.figure, free, slopes)
         return readings
 
-    def _transfer(self, changed: Plan, wanted: TransferPart) -> Reading:
+    def _transfer(self, changed: Plan, wanted: TransferPart, free: Mapping[str, float]) -> Reading:
         nodes = node_of(changed, wanted.input), node_of(changed, wanted.output)
         both = transfer_sensitivities(changed, *nodes, tick_at(changed, self.at or 0.0))
         found = both[wanted.part == "bias"]
         slopes = {effect.parameter: effect.derivative for effect in found.effects}
-        return Reading(found.value, {name: slopes.get(name, 0.0) for name in self.widths})
+        return Reading(found.value, {name: slopes.get(name, 0.0) for name in free})
 
     def _measured(self, values: Mapping[str, float], slopes: bool) -> Readings:
         """Return the measures, and their differences between runs side by side."""
@@ -115,6 +126,7 @@ class Evaluator:
 
     def measure(self, rows: Sequence[Mapping[str, float]]) -> np.ndarray:  # type: ignore[type-arg]
         """Return the measures of runs with these parameters, a row for each; NaN where a run failed."""
+        rows = [self._adjustable.settings(row) for row in rows]
         names = tuple(rows[0])
         if names not in self._runs:
             lanes = min((n for n in LANES if n >= len(rows)), default=LANES[0])
@@ -123,6 +135,14 @@ class Evaluator:
         measured, sound = self._runs[names].measured(given, np.zeros(len(rows), dtype=np.int64))
         measured[~sound] = np.nan
         return measured
+
+
+def _chained(reading: Reading | None, moved: Mapping[str, Mapping[str, float]]) -> Reading | None:
+    """Return a reading with derivatives by the free numbers, from those by the parameters that move with them."""
+    if reading is None:
+        return None
+    pairs = {name: [(by, reading.slopes.get(target, 0.0)) for target, by in of.items()] for name, of in moved.items()}
+    return Reading(reading.value, {name: sum(by * slope for by, slope in terms) for name, terms in pairs.items()})
 
 
 def _figure(margins: Margins, system, figure: str, free: Mapping[str, float], slopes: bool) -> Reading:  # type: ignore[no-untyped-def]

@@ -102,7 +102,8 @@ class GoalsAt:
         readings, factors_of = {}, {}
         for case, (points, factors) in self.tuning.cases().items():
             given = {**values, **points}
-            given |= {n: given.get(n, self.tuning.value(n)) * factor for n, factor in factors.items()}
+            now = {**given, **self.tuning.adjustable.dependence.followed(given)}
+            given |= {n: now.get(n, self.tuning.value(n)) * factor for n, factor in factors.items()}
             readings[case], factors_of[case] = self.evaluator.readings(given, slopes), factors
         slacks, objectives, growths = list[Row](), list[Row](), list[Row]()
         for case, found in readings.items():

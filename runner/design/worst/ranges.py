@@ -9,7 +9,8 @@ from typing import Any
 from proofmass.blocks.declaration.problem import ModelError, Refusal, shown
 from proofmass.blocks.declaration.units import UnitError, convert, short_unit
 from proofmass.graphs.checks.check import checked
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.distributions import Spread
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import StudyTables
@@ -46,14 +47,15 @@ def ranges_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> list[Rang
     """
     graph = source.graph if isinstance(source, Study) else source
     read = _Tables(checked(graph), "")
+    adjustable = Adjustable(read.flat)
     ranges: dict[str, Range] = {}
     if isinstance(source, Study):
         for name, spread in source.spread.items():
-            nominal = _nominal(read, name)
+            nominal = source.nominal(name)
             low, high = _ends(spread, nominal)
             ranges[name] = Range(name, source.name_of(name), source.unit_of(name), nominal, low, high)
     for name, entry in read.parameters("tolerances", tolerances, lambda entry, unit: (entry, unit)).items():
-        nominal, (given, unit) = _nominal(read, name), entry
+        nominal, (given, unit) = adjustable.nominal(name), entry
         try:
             low, high = _tolerance(given, nominal, unit)
         except Refusal as error:
@@ -61,9 +63,7 @@ def ranges_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> list[Rang
             continue
         ranges[name] = Range(name, read.written[name], short_unit(unit), nominal, low, high)
     for wanted in ranges.values():
-        block, parameter = split(wanted.name)
-        declared = type(read.flat.blocks[block]).parameters[parameter]
-        if not (declared.inside(wanted.low) and declared.inside(wanted.high)):
+        if not (adjustable.takes(wanted.name, wanted.low) and adjustable.takes(wanted.name, wanted.high)):
             got = f"{wanted.low:g} to {wanted.high:g}"
             read.refuse(Refusal("the block does not take all of its range", got=got), "tolerances", wanted.written)
     if not ranges and not read.problems:
@@ -82,11 +82,6 @@ class _Tables(StudyTables):
     def refuse(self, error: Refusal, *path: str) -> None:
         """Note a refusal under a path of keys."""
         self._refuse(error, *path)
-
-
-def _nominal(read: _Tables, name: str) -> float:
-    block, parameter = split(name)
-    return float(getattr(read.flat.blocks[block], parameter))
 
 
 def _tolerance(given: object, nominal: float, unit: str) -> tuple[float, float]:

@@ -8,28 +8,27 @@ import dataclasses
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.graph import split
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.measuring import refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.reference.interpret import Interpreter, TickError
-from proofmass.runner.run.engines import EngineName, choose, lanes_for
+from proofmass.runner.program.tick import write_tick
+from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
+from proofmass.runner.run.engines import choose, lanes_for
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.draws.drawing import drawn_together
+from proofmass.runner.run.side_by_side import SideBySide
+from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
-
-if TYPE_CHECKING:
-    from proofmass.runner.run.side_by_side import SideBySide
-    from proofmass.runner.targets.native import CompiledPlan
+from proofmass.runner.targets.content import content_of
 
 CHUNK = 1 << 18  # ticks between looks at Ctrl-C
 PART = 1 << 24  # ticks of all runs that are handed to a thread together
@@ -40,6 +39,9 @@ class SensorRuns:
     """Computes runs of a study."""
 
     def __init__(self, study: Study, engine: EngineName = "auto", lanes: int | None = None) -> None:
+        problems = engine_problems(engine, studies=True)
+        if problems:
+            raise ModelError(problems)
         self.study = study
         self.plan = plan(study.graph.changed(probes=()))
         self.measures = (*self.plan.measures, *margin_measures(self.plan, study.margins))
@@ -48,25 +50,20 @@ class SensorRuns:
         total = self.ticks * study.runs * study.points * len(study.epochs)
         self.engine = choose(self.plan, total, engine)
         wanted = lanes_for(study.runs * study.points) if lanes is None else lanes
-        self.lanes = wanted if self.engine == "compiled" else 0
+        self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
 
-    def _side_by_side(self) -> "SideBySide":
-        from proofmass.runner.run.side_by_side import SideBySide
-
-        names = {**self.study.drawn(0)[0], **self._unset}
+    def _side_by_side(self) -> SideBySide:
+        names = self.study.settings({**self.study.drawn(0)[0], **self._unset})
         return SideBySide(self.plan, self.study.seed, self.ticks, self.lanes, names)
 
     @cached_property
     def _unset(self) -> dict[str, float]:
         """Return the values of calibrated parameters before the first calibration: those of the graph."""
-        nodes = {name: split(name) for name in self.study.recalibration.carried}
-        return {name: getattr(self.plan.blocks[block], parameter) for name, (block, parameter) in nodes.items()}
+        return {name: self.study.nominal(name) for name in self.study.recalibration.carried}
 
     def code(self) -> str:
         """Return a hash of the functions that compute a run, of whichever version of the blocks."""
-        from proofmass.runner.program.tick import write_tick
-        from proofmass.runner.targets.content import content_of
 
         return content_of(write_tick(self.plan).program)
 
@@ -100,7 +97,7 @@ class SensorRuns:
         for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
             values = {name: rows[some] for name, rows in drawn.items()}
             values |= {name: now[None] for name, now in left.items()}
-            self._abreast(outcomes, range(epochs)[some], values, stop)
+            self._abreast(outcomes, range(epochs)[some], self.study.settings(values, on_arrays), stop)
             if left:
                 self._carry(outcomes, some.start, calibrated[:, some.start], left)
         return outcomes
@@ -183,18 +180,12 @@ class SensorRuns:
         return engine.memory()
 
     def _started(self, changed: Plan, run: int) -> Engine:
-        if self.engine == "python":
-            return Interpreter(changed, self.study.seed, run, start(changed))
-        from proofmass.runner.targets.native import CompiledLoop
-
-        return CompiledLoop(changed, self.study.seed, run, start(changed), self._compiled)
+        return self._starter(changed, self.study.seed, run, start(changed))
 
     @cached_property
-    def _compiled(self) -> "CompiledPlan":
-        """The loop of one run; not needed while all runs go side by side."""
-        from proofmass.runner.targets.native import CompiledPlan
-
-        return CompiledPlan(self.plan)
+    def _starter(self) -> Starter:
+        """Starts one run; not needed while all runs go side by side."""
+        return ENGINES[self.engine].prepare(self.plan)
 
 
 def _said(problem: Problem) -> str:

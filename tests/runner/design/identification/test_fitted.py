@@ -186,3 +186,12 @@ def test_a_mistake_is_named(change: dict[str, object], words: str) -> None:
     with pytest.raises(ModelError) as told:
         fit(GRAPH, recorded(1), **{**given, **change})  # type: ignore[arg-type]
     assert any(words in str(problem) for problem in told.value.problems), told.value
+
+
+def test_named_values_are_fitted_through_what_follows_from_them() -> None:
+    text = RESONATOR.replace("[blocks.force]", '[values]\nf0 = "1.6 kHz"\n\n[blocks.force]')
+    text = text.replace('stiffness = "5 N/m" ', 'stiffness = "= 50 ug * (2 * pi * f0)^2" ')
+    fitted = fit(read_graph_text(text), recorded(3), inputs=INPUTS, outputs=OUTPUTS, free=["f0", "sensor.damping"])
+    known = math.sqrt(TRUTH["stiffness"] / MASS) / (2.0 * math.pi)
+    assert fitted.estimates[0].value == pytest.approx(known, rel=1e-3)
+    assert "Hz" in str(fitted.changes["f0"]) or "1/s" in str(fitted.changes["f0"])

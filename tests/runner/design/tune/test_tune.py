@@ -103,3 +103,13 @@ def test_the_picture_has_parameters_goals_and_the_loop() -> None:
         "goals",
         "loop main",
     ]
+
+
+def test_named_values_are_tuned_through_what_follows_from_them() -> None:
+    text = INTEGRATING.replace("[loops.main]", '[values]\nspeed = "10 Hz"\n\n[loops.main]')
+    text = text.replace("gain = 100.0 ", 'gain = "= 10 * speed / (1 Hz)" ')
+    graph = read_graph_text(text)
+    free = {"speed": {"at_least": "1 Hz", "at_most": "100 Hz"}}
+    tuned = tune(graph, free=free, goals={"phase": PHASE, "fast": FAST}, samples=8, starts=1)
+    assert tuned.parameters["speed"] == pytest.approx(SIXTY / 10.0, rel=1e-4)
+    assert tuned.graph.blocks["controller"].gain == pytest.approx(SIXTY, rel=1e-4)  # type: ignore[attr-defined]
