@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
+from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.commands.options import (
-    LARGEST_SEED,
     blocks_option,
     file_argument,
     graph_argument,
@@ -48,6 +48,7 @@ def tune(**options: Any) -> int:
     proofmass tune sensor.toml
     proofmass tune sensor.toml --plot tuned.png --write sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.tune_command import TuneRequest, show_tuning
 
     return show_tuning(TuneRequest(**options))
@@ -95,6 +96,7 @@ def worst(**options: Any) -> int:
     proofmass worst graphs/library/accelerometer/margin_tolerance_study.toml
     proofmass worst sensor.toml --tolerance "torquer.gain=5 %" --figure main:phase_margin --plot worst.png
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.worst_command import WorstRequest, show_worst
 
     return show_worst(WorstRequest(**options))

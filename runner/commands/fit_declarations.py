@@ -128,10 +128,12 @@ def fit(**options: Any) -> int:
     proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
     """
     if options["files"] or options["free"]:
+        # start-up time: a command imports what it needs itself
         from proofmass.runner.commands.fit_recordings_command import RecordingsRequest, fit_recordings
 
         _refuse(options, _LAW, "of temperature laws, not of graphs and recordings")
         return fit_recordings(RecordingsRequest(**{key: v for key, v in options.items() if key not in _LAW}))
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.fit_command import FitRequest, run_fit
 
     _refuse(options, _GRAPH, "of recordings, which --data names")

@@ -12,8 +12,10 @@ from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.identification.fitted import Fitted, fit
+from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text
 from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.plot import save_figure
 
 
 @dataclass(frozen=True)
@@ -71,9 +73,6 @@ def fit_recordings(request: RecordingsRequest) -> int:
         )
     paths = []
     if request.plot is not None:
-        from proofmass.runner.design.identification.plot import plot_fitted  # matplotlib, only for a picture
-        from proofmass.runner.output.plot import save_figure
-
         paths.append(save_figure(plot_fitted(fitted), request.plot))
     if request.target is not None and fitted.determined:
         paths.append(_written(fitted, request.target))

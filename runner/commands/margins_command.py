@@ -24,6 +24,7 @@ from proofmass.runner.commands.margins_text import margins_text, seconds_text
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.sensitivity_text import sensitivities, sensitivity_text
+from proofmass.runner.commands.several_loops import show_over, show_together
 from proofmass.runner.output.plot import save_figure
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -55,8 +56,6 @@ class MarginsRequest:
 def show_margins(request: MarginsRequest) -> int:
     """Show the margins of a graph and return the exit code; raises `ModelError` if the graph misses one."""
     if request.over == "age":
-        from proofmass.runner.commands.several_loops import show_over
-
         study = read_study(request.graph, own_blocks(request.own))
         return show_over(study, "age", request.loop, request.at, request.picture, request.as_json)
     graph = graph_of(request.graph, request.own, request.changes)
@@ -97,8 +96,6 @@ def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
 
 
 def _show_several(graph: Graph, request: MarginsRequest) -> int:
-    from proofmass.runner.commands.several_loops import show_over, show_together
-
     if request.over and (request.together or request.others):
         raise click.UsageError("--over shows loops one by one: leave out --together and --with")
     at = request.at if request.at != SETTLED else str(_operating_point(plan(graph), request)) + " s"

@@ -16,9 +16,11 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.several.over import MarginsOver, margins_over, margins_over_age, spread_evenly
+from proofmass.runner.analysis.several.plot import plot_over, plot_together
 from proofmass.runner.analysis.several.together import Together, margins_together
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.output.plot import save_figure
 from proofmass.runner.output.text_table import text_table
 
 POINTS = 9
@@ -32,9 +34,6 @@ def show_together(graph: Graph, loops: tuple[str, ...], at: str, picture: Path |
     else:
         print_text(_together_lines(found))
     if picture is not None:
-        from proofmass.runner.analysis.several.plot import plot_together  # matplotlib
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_together(found), picture), as_json)
     return DONE if found.margin is not None else WRONG_MODEL
 
@@ -77,9 +76,6 @@ def show_over(source: Graph | Study, over: str, loop: str, at: str, picture: Pat
     else:
         print_text(_over_lines(found))
     if picture is not None:
-        from proofmass.runner.analysis.several.plot import plot_over  # matplotlib
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_over(found), picture), as_json)
     return DONE if all(m.stable for loops in found.margins for m in loops.values()) else WRONG_MODEL
 

@@ -11,9 +11,11 @@ from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.design.tune.plot import plot_tuned
 from proofmass.runner.design.tune.text import tuned_text
 from proofmass.runner.design.tune.tune import Tuned, tune
 from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.plot import save_figure
 
 
 @dataclass(frozen=True)
@@ -41,9 +43,6 @@ def show_tuning(request: TuneRequest) -> int:
     else:
         print_text([tuned_text(tuned)])
     if request.picture is not None:
-        from proofmass.runner.design.tune.plot import plot_tuned  # matplotlib, only for a picture
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_tuned(tuned), request.picture), request.as_json)
     if request.target is not None:
         _write(tuned, request)
@@ -52,8 +51,12 @@ def show_tuning(request: TuneRequest) -> int:
 
 
 def _numbers(tuning: Tuning, request: TuneRequest) -> Tuning:
-    given = {"starts": request.starts, "samples": request.samples, "seed": request.seed}
-    return replace(tuning, **{key: value for key, value in given.items() if value is not None})
+    return replace(
+        tuning,
+        starts=tuning.starts if request.starts is None else request.starts,
+        samples=tuning.samples if request.samples is None else request.samples,
+        seed=tuning.seed if request.seed is None else request.seed,
+    )
 
 
 def _write(tuned: Tuned, request: TuneRequest) -> None:

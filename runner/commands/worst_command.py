@@ -16,8 +16,10 @@ from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import worst
+from proofmass.runner.output.plot import save_figure
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,6 @@ def show_worst(request: WorstRequest) -> int:
     else:
         print_text([worst_text(found)])
     if request.picture is not None:
-        from proofmass.runner.design.worst.plot import plot_worst  # matplotlib, only for a picture
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_worst(found), request.picture), request.as_json)
     return INTERRUPTED if found.interrupted else DONE
 

@@ -19,6 +19,7 @@ YEAR = 31_557_600.0  # s
 
 def plot_together(found: Together) -> "Figure":
     """Draw the disk margin that each frequency leaves, of all loops at once and of each alone."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -31,7 +32,7 @@ def plot_together(found: Together) -> "Figure":
         for row, name, colour in zip(found.of_each, found.loops, _COLOURS * len(found.loops), strict=False):
             panel.plot(found.frequencies, 1.0 / row, "--", color=colour, label=f"{name} alone")
         panel.plot(found.frequencies, 1.0 / found.bounds, color=INK, linewidth=1.8, label="all at once")
-        panel.plot([found.frequency], [found.margin], "o", color=INK)
+        panel.plot([finite(found.frequency)], [found.margin], "o", color=INK)
         panel.set_xscale("log")
         panel.set_yscale("log")
         panel.set_xlabel("frequency [Hz]")
@@ -43,6 +44,7 @@ def plot_together(found: Together) -> "Figure":
 
 def plot_over(found: MarginsOver) -> "Figure":
     """Draw gain margin, phase margin and sensitivity peak of each loop over the values; unstable ones are left out."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

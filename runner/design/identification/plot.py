@@ -17,6 +17,7 @@ _ROWS = 4000  # of a curve; of longer recordings this many rows are drawn
 
 def plot_fitted(fitted: Fitted) -> "Figure":
     """Draw the longest recording of each output."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -93,8 +93,7 @@ class Solver:
         for number in range(_PASSES):
             found = self._least_squares(values)
             values = found.x * self.scales
-            residuals = self.raw(values)
-            left = self._noise_left(residuals)
+            left = self._noise_left(self.raw(values))
             change = max(abs(math.log(left[s] / self.noise[s])) for s in self.signals)
             self.noise = left
             self._steps = self._suited(values)
@@ -214,4 +213,4 @@ class Solver:
         jacobian = self.jacobian(values) * self.scales
         spread = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
         errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
-        return np.clip(_STEP * errors, _SMALLEST, _LARGEST) * self.scales
+        return np.asarray(np.clip(_STEP * errors, _SMALLEST, _LARGEST) * self.scales)

@@ -5,7 +5,8 @@ differences between runs that lie side by side in lanes and share their noise.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.tuning.quantities import LoopFigure, MeasureOf, Noise, Quantity, TransferPart
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
 from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
@@ -74,12 +77,12 @@ class Evaluator:
         nodes = {target: split(target) for by_name in moved.values() for target in by_name}
         return {target: float(getattr(changed.blocks[name], entry)) for target, (name, entry) in nodes.items()}
 
-    def _tried(self, read, *given) -> Reading | None:  # type: ignore[no-untyped-def]
+    @staticmethod
+    def _tried(read: Callable[..., Reading | None], *given: Any) -> Reading | None:
         try:
-            reading: Reading | None = read(*given)
+            return read(*given)
         except (ModelError, np.linalg.LinAlgError):
             return None
-        return reading
 
     def _loop(self, changed: Plan, loop: str, node: Node, free: Mapping[str, float], slopes: bool) -> Readings:
         """Return the figures of a loop; of an unstable one its growth alone."""
@@ -124,7 +127,7 @@ class Evaluator:
             readings[goal] = Reading(float(column[0]), known) if math.isfinite(column[0]) else None
         return readings
 
-    def measure(self, rows: Sequence[Mapping[str, float]]) -> np.ndarray:  # type: ignore[type-arg]
+    def measure(self, rows: Sequence[Mapping[str, float]]) -> Array:
         """Return the measures of runs with these parameters, a row for each; NaN where a run failed."""
         rows = [self._adjustable.settings(row) for row in rows]
         names = tuple(rows[0])
@@ -145,7 +148,7 @@ def _chained(reading: Reading | None, moved: Mapping[str, Mapping[str, float]]) 
     return Reading(reading.value, {name: sum(by * slope for by, slope in terms) for name, terms in pairs.items()})
 
 
-def _figure(margins: Margins, system, figure: str, free: Mapping[str, float], slopes: bool) -> Reading:  # type: ignore[no-untyped-def]
+def _figure(margins: Margins, system: OpenLoop, figure: str, free: Mapping[str, float], slopes: bool) -> Reading:
     if slopes:
         return read_figure(margins, system, figure, free)
     return Reading(value_of_figure(margins, figure), {})

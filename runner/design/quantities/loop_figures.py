@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.sensitivity import closed_slope
@@ -67,10 +66,10 @@ class _Response:
     """L of a loop with one value of its wire in a period, and what frequency and parameters do to it."""
 
     def __init__(self, system: OpenLoop) -> None:
-        self.system, self._at = system, dict[float, tuple[complex, complex, Array, Array]]()
+        self.system, self._at = system, dict[float, tuple[complex, complex, Complex, Complex]]()
         self.scale = 1.0 if system.continuous else system.map.period
 
-    def at(self, w: float) -> tuple[complex, complex, Array, Array]:
+    def at(self, w: float) -> tuple[complex, complex, Complex, Complex]:
         """Return L, its derivative by frequency, and the vectors to the left and right of a change of A."""
         if w not in self._at:
             a, b, c, d = self.system.matrices

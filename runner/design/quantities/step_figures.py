@@ -54,7 +54,7 @@ def step_of(margins: Margins) -> tuple[Array, Array]:
     wanted = math.log(_DECAYED) / math.log(radius) if 0.0 < radius < 1.0 else _FEWEST
     count = 1 << math.ceil(math.log2(min(max(wanted, _FEWEST), _MOST)))
     states = _states(closed, entry, count)
-    return np.arange(count) * step, np.asarray(out @ states + through)
+    return np.asarray(np.arange(count) * step, dtype=np.float64), np.asarray(out @ states + through, dtype=np.float64)
 
 
 def _states(a: Array, b: Array, count: int) -> Array:

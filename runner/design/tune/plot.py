@@ -21,6 +21,7 @@ _MOST_LOOPS = 2
 
 def plot_tuned(tuned: Tuned) -> "Figure":
     """Draw parameters and goals above, the first loops below."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -10,14 +10,13 @@ from proofmass.runner.output.text_table import text_table
 def tuned_text(tuned: Tuned) -> str:
     """Return the verdict, the parameters, the goals, and what binds."""
     free = tuned.tuning.free
-    head = ("parameter", "before", "after", "bounds", "unit")
-    rows = [head]
+    rows: list[tuple[str, ...]] = [("parameter", "before", "after", "bounds", "unit")]
     for name, value in tuned.parameters.items():
         bounds = f"{free[name].at_least:.6g} to {free[name].at_most:.6g}"
         unit = tuned.tuning.unit_of(name)
         written = tuned.tuning.written.get(name, name)
         rows.append((written, f"{tuned.before[name]:.6g}", f"{value:.6g}", bounds, unit if unit != "1" else ""))
-    goals = [("goal", "wanted", "before", "after", "")]
+    goals: list[tuple[str, ...]] = [("goal", "wanted", "before", "after", "")]
     goals += [_row(goal) for goal in tuned.goals]
     lines = [_verdict(tuned), "", *text_table(rows, left=(0, 3, 4)), "", *text_table(goals, left=(0, 1, 4))]
     return "\n".join([*lines, "", *_binding(tuned)]).rstrip()

@@ -15,6 +15,7 @@ _MOST = 15  # bars
 
 def plot_worst(found: WorstCases) -> "Figure":
     """Draw a tornado for each quantity: both ends of each parameter alone, and the worst of all together."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

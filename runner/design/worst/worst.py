@@ -86,7 +86,7 @@ class WorstCases:
     @property
     def all_corners(self) -> bool:
         """True if every corner was tried."""
-        return self.corners == 2 ** len(self.ranges)
+        return self.corners == 1 << len(self.ranges)
 
     @property
     def unseen(self) -> float:
