@@ -11,8 +11,8 @@ from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert, short_unit
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.model.measures import STATISTICS
 from proofmass.graphs.model.names import Missing, find_output
+from proofmass.graphs.model.statistics import STATISTICS
 
 FIGURES = {  # of a loop, with their units
     "gain_margin": "dB",

@@ -18,7 +18,7 @@ from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import PlannedProbe, quieted
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.result import Array
-from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
+from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, dtype_of
 
 _ON_TICK = 1e-3  # of a step, by which a time may miss a tick
 
@@ -36,7 +36,7 @@ class Model:
         self.compiled = CompiledPlan(self.plan)
         self._adjustable = Adjustable(self.plan.graph)
         self.ticks = max(1, int(recording.duration * float(self.plan.schedule.base_rate) * (1.0 + 1e-12) + 1e-6) + 1)
-        self.rows = [np.zeros(probe.rows(0, self.ticks)) for probe in self.plan.probes]
+        self.rows = [np.zeros(p.rows(0, self.ticks), dtype=dtype_of(p.dtype)) for p in self.plan.probes]
         self._places = [
             _places(recording.times, self.plan.period * probe.stride, len(rows))
             for probe, rows in zip(self.plan.probes, self.rows, strict=True)

@@ -1,8 +1,8 @@
 """Nonlinear least squares for the unknowns of a graph: Levenberg and Marquardt's steps within bounds, from SciPy.
 
 Residuals are differences between recording and run, divided by the noise of each output, which is estimated again from
-what is left. Derivatives are central differences between runs. Their steps are a tenth of the standard error: small
-against what matters, and large against the steps of converters, which derivatives at a point would not see.
+what is left. Derivatives are central differences between runs. Their steps move an output by a small part of its size,
+and by many codes of a converter, whose steps derivatives at a point would not see.
 """
 
 import math
@@ -20,7 +20,9 @@ from proofmass.runner.run.result import Array
 
 LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
 _FIRST_STEP = 1e-4  # of an unknown, before its standard error is known
-_STEP, _SMALLEST, _LARGEST = 0.1, 1e-7, 1e-2  # of a standard error; of an unknown
+_SMALLEST, _LARGEST = 1e-7, 1e-2  # of an unknown, between which steps lie
+_MOVED, _CODES = 3e-3, 10.0  # of the size of an output, and codes, that a step moves it by
+_FEW_CODES = 0.5  # of the rows: fewer values than that are those of a converter
 _PASSES, _SETTLED = 4, 0.01  # of the estimate of the noise
 _WEAK = 3.0  # sizes of an unknown, by which it strays from its start where recordings do not hold it
 _FAILED = 1e6  # residual of a run that fails
@@ -58,16 +60,22 @@ class Solver:
         stop: threading.Event | None,
     ) -> None:
         self.models, self.unknowns, self.loss = models, unknowns, loss
-        self._progress, self._stop = progress, stop
+        self._progress = progress
+        self._stop: threading.Event | None = None
+        self.best: tuple[float, Array] | None = None
         self.scales = np.array([unknown.scale for unknown in unknowns])
-        self._steps = np.full(len(unknowns), _FIRST_STEP) * self.scales
+        self._steps = _FIRST_STEP * self.scales
         self.masks = [
             [np.isfinite(m.recording.outputs[s]) & (m.recording.times >= skip) for s in m.signals] for m in models
         ]
         self.signals = sorted({signal for model in models for signal in model.signals})
         self.noise = {signal: self.spread(signal) for signal in self.signals}
-        self._expected = 1
-        self.best: tuple[float, Array] | None = None
+        begin = np.array([unknown.start for unknown in unknowns])
+        self._expected, self._code = 1, dict.fromkeys(self.signals, 0.0)
+        self.raw(begin)
+        self._code = {signal: self._step_of_codes(signal) for signal in self.signals}
+        self._steps = self._suited(begin)
+        self._stop = stop  # from here on Ctrl-C leaves something to go by
 
     @property
     def runs(self) -> int:
@@ -209,8 +217,23 @@ class Solver:
         return left
 
     def _suited(self, values: Array) -> Array:
-        """Return steps of a tenth of the standard errors."""
-        jacobian = self.jacobian(values) * self.scales
-        spread = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
-        errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
-        return np.asarray(np.clip(_STEP * errors, _SMALLEST, _LARGEST) * self.scales)
+        """Return steps that move some output by a part of its size, and by many steps of a converter."""
+        jacobian = np.abs(self.jacobian(values) * self.scales)
+        wanted, place = np.full(len(values), _LARGEST), 0
+        for signal, part in self.raw(values):
+            rows = jacobian[place : place + len(part)]
+            place += len(part)
+            moved = np.sqrt(np.mean(rows**2, axis=0)) * self.noise[signal] if len(rows) else np.zeros(len(values))
+            enough = max(_MOVED * self.spread(signal), _CODES * self._code[signal])
+            with np.errstate(divide="ignore"):
+                wanted = np.minimum(wanted, np.where(moved > 0.0, enough / moved, _LARGEST))
+        return np.asarray(np.clip(wanted, _SMALLEST, _LARGEST) * self.scales)
+
+    def _step_of_codes(self, signal: str) -> float:
+        """Return the step between the values of an output that a converter makes; 0 where it moves smoothly."""
+        model = next(model for model in self.models if signal in model.signals)
+        rows = model.rows[model.signals.index(signal)]
+        if rows.dtype.kind == "i":
+            return 1.0
+        known = np.unique(rows)
+        return float(np.median(np.diff(known))) if 1 < len(known) < _FEW_CODES * len(rows) else 0.0

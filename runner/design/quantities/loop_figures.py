@@ -79,7 +79,8 @@ class _Response:
             right = np.linalg.solve(pencil, b.astype(complex))
             left = np.linalg.solve(pencil.T, c.T.astype(complex)).T
             value = complex((c @ right + d)[0, 0])
-            self._at[w] = value, complex((-left @ right * turning)[0, 0]), left, right
+            by_w = complex((-left @ right * turning)[0, 0])
+            self._at[w] = value, by_w, np.asarray(left, dtype=complex), np.asarray(right, dtype=complex)
         return self._at[w]
 
     def by(self, parameter: str, w: float) -> complex:

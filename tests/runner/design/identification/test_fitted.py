@@ -195,3 +195,15 @@ def test_named_values_are_fitted_through_what_follows_from_them() -> None:
     known = math.sqrt(TRUTH["stiffness"] / MASS) / (2.0 * math.pi)
     assert fitted.estimates[0].value == pytest.approx(known, rel=1e-3)
     assert "Hz" in str(fitted.changes["f0"]) or "1/s" in str(fitted.changes["f0"])
+
+
+def test_codes_of_a_converter_are_compared_too() -> None:
+    text = RESONATOR + '\n[blocks.adc]\nkind = "AnalogToDigital"\nbits = 12\nreference = "5 V"\n'
+    text = text.replace(
+        '    "force.output -> sensor.force",', '    "force.output -> sensor.force",\n    "seen.output -> adc.voltage",'
+    )
+    codes = np.floor(recorded(4)["volts"] / (5.0 / 2**11) + 0.5)
+    data = {"time": TIMES, "force": FORCE, "code": codes}
+    fitted = fit(read_graph_text(text), data, inputs=INPUTS, outputs={"adc.code": "code"}, free=FREE)
+    off = [abs(e.value - truth) for e, truth in zip(fitted.estimates, TRUTH.values(), strict=True)]
+    assert np.all(np.array(off) < 4.0 * cramer_rao())
