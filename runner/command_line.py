@@ -11,10 +11,11 @@ from proofmass.runner.commands.design_declarations import DESIGN
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
 from proofmass.runner.commands.fit_declarations import fit
+from proofmass.runner.commands.live_declarations import live
 
 __all__ = ["cli", "main"]
 
-for command in (*ANALYSES, fit, *DESIGN):
+for command in (*ANALYSES, fit, *DESIGN, live):
     cli.add_command(command)
 
 

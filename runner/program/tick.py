@@ -12,7 +12,8 @@ from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
-from proofmass.graphs.checks.schedule import ConstantsOf, Node, outputs_of
+from proofmass.graphs.checks.schedule import ConstantsOf, outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
 from proofmass.runner.plan.keys import (
@@ -49,19 +50,19 @@ from proofmass.runner.program.watched import watched
 _LONG = 8  # entries of a tuple among constants, from which on they stay in memory
 
 
-def write_tick(plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> TickLoop:
+def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> TickLoop:
     """The program of a plan. Constants of blocks with `varied` parameters follow from these before the first tick.
 
-    With `lanes` it is written for runs side by side: measures are reduced at the end.
+    With `measured`, or `lanes` (runs side by side), wires of measures hold their values after the last tick.
     """
-    return TickWriter(plan, varied, lanes).written()
+    return TickWriter(plan, varied, lanes, measured or lanes).written()
 
 
 class TickWriter:
     """Writes the function of all ticks; what it is made of is written by its parts."""
 
-    def __init__(self, plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> None:
-        self.plan, self.lanes = plan, lanes
+    def __init__(self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> None:
+        self.plan, self.lanes, self.measured = plan, lanes, measured
         self.varied = {name for name, _ in varied} - settled_before(plan, varied)
         self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
         self.frame = Frame(plan, self.builder)
@@ -256,7 +257,7 @@ class TickWriter:
                 total = builder.compute("add", total, number)
             self.look_at(total)
 
-    def _in_order(self, drawn: set[str], looked_at: Collection[Node]) -> Iterator[tuple[int, Step]]:
+    def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[int, Step]]:
         """What computes the outputs in their order, each with the ticks from one time to the next."""
         plan = self.plan
         solved = {loop.tears[0]: loop for loop in self.loops}
@@ -274,7 +275,7 @@ class TickWriter:
                 yield stride, partial(solved[name, port].solve, self.frame)
             elif (name, port) not in tears:
                 yield stride, partial(self.output, name, port)
-            if type(block).outputs[port].dtype is FixedValue and not type(block).digital():
+            if type(block).outputs[port].dtype is FixedValue and not type(block).has_formats():
                 yield stride, partial(self.digital.hold, (name, port))
             if (name, port) in looked_at and stride > 1:
                 yield stride, partial(self._look_at_wire, (name, port))
@@ -308,7 +309,7 @@ class TickWriter:
         total = self.builder.compute("add", self.builder.get(self.not_finite), nothing)
         self.builder.set(self.not_finite, total)
 
-    def _look_at_wire(self, node: Node) -> None:
+    def _look_at_wire(self, node: Endpoint) -> None:
         for entry in entries(self.builder, self.frame.wire(node)):
             self.look_at(entry)
 
@@ -352,7 +353,7 @@ class TickWriter:
     def move(self) -> None:
         """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
         builder, frame, plan = self.builder, self.frame, self.plan
-        self.following: dict[Node, Operand] = {}
+        self.following: dict[Endpoint, Operand] = {}
         if plan.ahead:
             later = builder.compute("float_of_integer", builder.compute("add_integers", frame.tick, 1))
             after = builder.compute("multiply", later, self.period, name="time_next")
@@ -373,7 +374,7 @@ class TickWriter:
 
     def finish(self) -> None:
         """What is done behind the last tick, before what moves is written back."""
-        if self.lanes:
+        if self.measured:
             self.measure()
 
     def measure(self) -> None:

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.changes import changed_blocks
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import varied
@@ -71,6 +70,6 @@ class SideBySide:
             return None
 
 
-def _node(name: str) -> Node:
+def _node(name: str) -> Endpoint:
     block, parameter = split(name)
     return block, parameter

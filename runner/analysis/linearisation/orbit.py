@@ -20,7 +20,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, Quiet, memory_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
@@ -57,8 +57,8 @@ class _Point:
 
 def map_at(
     plan: Plan,
-    inputs: Sequence[Node],
-    outputs: Sequence[Node],
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
     *,
     cut: bool = False,
     everything: bool = False,
@@ -102,8 +102,8 @@ class _Search:
     def __init__(
         self,
         plan: Plan,
-        inputs: Sequence[Node],
-        outputs: Sequence[Node],
+        inputs: Sequence[Endpoint],
+        outputs: Sequence[Endpoint],
         cut: bool,
         everything: bool,
         noise: Collection[str],

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import Complex, Transfer
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
@@ -47,11 +47,11 @@ class NoiseMap:
         return self.values / self.period
 
     @property
-    def sources(self) -> list[Node]:
+    def sources(self) -> list[Endpoint]:
         """Block and kind of each source."""
         return list(dict.fromkeys(entry[:2] for entry in self.inputs if entry[1] in VARIANCES))
 
-    def columns(self, source: Node) -> list[int]:
+    def columns(self, source: Endpoint) -> list[int]:
         """The columns of a source, or of an input."""
         return [i for i, entry in enumerate(self.inputs) if entry[:2] == source]
 
@@ -89,7 +89,7 @@ class NoiseMap:
         rows = [self._densities(frequencies[i : i + width]) for i in range(0, len(frequencies), width)]
         return np.vstack(rows) if rows else np.zeros((0, len(self.sources)))
 
-    def gain(self, frequencies: Array, source: Node) -> Complex:
+    def gain(self, frequencies: Array, source: Endpoint) -> Complex:
         """Return what comes out at the frequency that goes in at an input."""
         columns = self.columns(source)
         times = np.arange(len(columns)) * (self.period / max(1, len(columns)))
@@ -118,7 +118,7 @@ class NoiseMap:
         return np.array(sums).T if sums else np.zeros((len(columns), 0))
 
 
-def noise_map(whole: PeriodMap, output: Node) -> NoiseMap:
+def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     """The map to one output, without what does not reach it and without modes that do not show."""
     found = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
     a, b, c, d = found.parts()

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
@@ -102,7 +101,7 @@ def margins_together(graph: Graph, loops: Sequence[str] = (), *, at: str | float
     return together(planned, named, tick_at(planned, at))
 
 
-def together(planned: Plan, loops: dict[str, Node], tick: int = 0) -> Together:
+def together(planned: Plan, loops: dict[str, Endpoint], tick: int = 0) -> Together:
     """Return the margin of loops by name and output."""
     nodes = list(loops.values())
     _refuse(planned, loops)
@@ -139,7 +138,7 @@ def of_system(
     return base if verdict != "stable" else _measured(base, system, sizes)
 
 
-def _refuse(planned: Plan, loops: dict[str, Node]) -> None:
+def _refuse(planned: Plan, loops: dict[str, Endpoint]) -> None:
     problems = []
     if len(loops) < 2:
         hint = "name two or more with --loop, or in [loops]; proofmass margins is for one"

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Refusal
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.tuning.quantities import LoopFigure, MeasureOf, Noise, Quantity, TransferPart
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop, open_loop, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
@@ -84,7 +83,7 @@ class Evaluator:
         except (ModelError, np.linalg.LinAlgError):
             return None
 
-    def _loop(self, changed: Plan, loop: str, node: Node, free: Mapping[str, float], slopes: bool) -> Readings:
+    def _loop(self, changed: Plan, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool) -> Readings:
         """Return the figures of a loop; of an unstable one its growth alone."""
         wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
         nothing: Readings = dict.fromkeys([f"{STABLE} {loop}", *wanted])

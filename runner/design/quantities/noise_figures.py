@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.tuning.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.orbit import map_at
@@ -60,7 +60,7 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
 
 
 def _mean_square(
-    found: NoiseMap, source: Node | None, band: tuple[float, float] | None, ends: Array | None
+    found: NoiseMap, source: Endpoint | None, band: tuple[float, float] | None, ends: Array | None
 ) -> tuple[float, Array | None]:
     """Return the mean square, and the frequencies between which a density was integrated."""
     if source is None and band is None:
@@ -80,7 +80,7 @@ def _mean_square(
     return float(integral(density, ends)[0]), ends
 
 
-def _whole_slopes(whole: PeriodMap, target: Node, names: list[str]) -> dict[str, float] | None:
+def _whole_slopes(whole: PeriodMap, target: Endpoint, names: list[str]) -> dict[str, float] | None:
     """Return derivatives of the mean square; None if modes that last are left out of the map."""
     rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == target]
     reached = rows_of(whole, rows).between()
