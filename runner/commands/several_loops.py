@@ -1,4 +1,4 @@
-"""What `margins` shows with --together and --over: several loops at once, and margins over a parameter or age."""
+"""Answers of `margins` with --together and --over: several loops at once, margins over a parameter or age."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How far all loops may be perturbed at once: the disk margin for simultaneous perturbations.
+"""Disk margin for simultaneous perturbations: the room that all loops leave at once.
 
 Each wire carries its own factor f = (1 + d / 2) / (1 - d / 2), |d| < a: gain and phase together (Seiler, Packard and
 Gahinet, IEEE Control Systems 40, 2020, 78). With S = (I + L)^-1 of all wires the loops stay stable up to

@@ -42,7 +42,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class OutputFit:
-    """How an output agrees with its recordings."""
+    """Agreement of an output with its recordings."""
 
     signal: str
     unit: str

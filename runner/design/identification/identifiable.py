@@ -1,4 +1,4 @@
-"""What recordings determine: standard errors, correlations, and combinations of unknowns that change nothing.
+"""Standard errors, correlations, and combinations of unknowns that recordings do not determine.
 
 The singular vectors of the derivatives, relative to the size of each unknown, are the combinations that the recordings
 determine one by one; the inverse of a singular value is the relative uncertainty of its combination.

@@ -25,6 +25,7 @@ _MOVED, _CODES = 3e-3, 10.0  # of the size of an output, and codes, that a step 
 _FEW_CODES = 0.5  # of the rows: fewer values than that are those of a converter
 _PASSES, _SETTLED = 4, 0.01  # of the estimate of the noise
 _WEAK = 3.0  # sizes of an unknown, by which it strays from its start where recordings do not hold it
+_POLISHES, _NEAR, _ROUGH = 2, 3.0, 1.0  # steps; of a step, in units of the noise; of the sum of squares
 _FAILED = 1e6  # residual of a run that fails
 _minimise: Any = scipy.optimize.least_squares
 
@@ -37,7 +38,7 @@ class InterruptedFit(Exception):  # noqa: N818  # ends a fit from within SciPy
 
 @dataclass(frozen=True)
 class Solution:
-    """Where a fit ended: the unknowns, residuals in units of the noise, their derivatives, and the noise."""
+    """End of a fit: the unknowns, residuals in units of the noise, their derivatives, and the noise."""
 
     values: Array
     residuals: Array  # of recordings alone
@@ -79,7 +80,7 @@ class Solver:
 
     @property
     def runs(self) -> int:
-        """How often the graph was run."""
+        """Number of runs of the graph."""
         return sum(model.runs for model in self.models)
 
     def spread(self, signal: str) -> float:
@@ -107,8 +108,26 @@ class Solver:
             self._steps = self._suited(values)
             if change < _SETTLED and number:
                 break
+        if self.loss == "linear":
+            values = self._polished(values)
         residuals, jacobian = self.residuals(values), self.jacobian(values)
         return Solution(values, residuals, jacobian, dict(self.noise), float(found.cost), bool(found.success))
+
+    def _polished(self, values: Array) -> Array:
+        """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop."""
+        for _ in range(_POLISHES):
+            before = np.concatenate([self.residuals(values), self._prior(values)])
+            table = self.jacobian(values) * self.scales
+            step = np.linalg.lstsq(table, -before, rcond=1e-8)[0] * self.scales
+            tried = values + step
+            inside = all(u.at_least <= v <= u.at_most for u, v in zip(self.unknowns, tried, strict=True))
+            after = np.concatenate([self.residuals(tried), self._prior(tried)]) if inside else before
+            if not inside or float(np.linalg.norm(table @ (step / self.scales))) > _NEAR:
+                break
+            if float(after @ after) > float(before @ before) + _ROUGH:
+                break
+            values = tried
+        return values
 
     def _least_squares(self, values: Array) -> Any:
         low, high = (

@@ -1,4 +1,4 @@
-"""What a fit may change: parameters of blocks, a constant offset and a delay of each output."""
+"""Unknowns of a fit: parameters of blocks, a constant offset and a delay of each output."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -80,7 +80,8 @@ class _Response:
             left = np.linalg.solve(pencil.T, c.T.astype(complex)).T
             value = complex((c @ right + d)[0, 0])
             by_w = complex((-left @ right * turning)[0, 0])
-            self._at[w] = value, by_w, np.asarray(left, dtype=complex), np.asarray(right, dtype=complex)
+            vectors: tuple[Complex, Complex] = np.asarray(left, complex), np.asarray(right, complex)
+            self._at[w] = value, by_w, *vectors
         return self._at[w]
 
     def by(self, parameter: str, w: float) -> complex:

@@ -1,4 +1,4 @@
-"""What the goals amount to at a point of the search: slacks of hard goals, objectives, and their gradients.
+"""Goals at a point of the search: slacks of hard goals, objectives, and their gradients.
 
 A slack is the distance into the allowed side, relative to the limit; it is negative where a hard goal is missed. An
 objective is the logarithm of a value that is to be small, or how far a soft limit is missed. Both have gradients by the
@@ -50,7 +50,7 @@ class At:
 
     @property
     def violation(self) -> float:
-        """How far the worst hard goal is missed; 0 if all are met."""
+        """Distance by which the worst hard goal is missed; negative if all are met."""
         if not self.defined:
             return -UNDEFINED + (max(self.growth.value, 0.0) if self.growth else 1.0)
         return max((-row.value for row in self.slacks), default=0.0)

@@ -1,1 +1,1 @@
-"""How bad quantities can get within tolerances."""
+"""Worst cases of quantities within tolerances."""
