@@ -54,20 +54,20 @@ def _block(kind: type[Block]) -> Iterator[str]:
     if about["continuous"]:
         yield from ("Continuous: it is integrated between ticks.", "")
     parameters = [
-        (code(name), code(_default(p["default"])), code(p["unit"]), _bounds(kind, name, p), plain(p["doc"]))
+        (code(name), plain(p["doc"]), code(_default(p["default"])), code(p["unit"]), _bounds(kind, name, p))
         for name, p in about["parameters"].items()
     ]
-    yield from table(("parameter", "default", "unit", "bounds", ""), parameters)
+    yield from table(("parameter", "meaning", "default", "unit", "bounds"), parameters)
     inputs = [
-        (code(name), p["type"], code(p["unit"]), "may stay unconnected" * ("default" in p), plain(p["doc"]))
+        (code(name), plain(p["doc"]), p["type"], code(p["unit"]), "may stay unconnected" * ("default" in p))
         for name, p in about["inputs"].items()
     ]
-    yield from table(("input", "type", "unit", "", ""), inputs)
+    yield from table(("input", "meaning", "type", "unit", ""), inputs)
     outputs = [
-        (code(name), p["type"], code(p["unit"]), ", ".join(map(code, p["feedthrough"])) or "nothing", plain(p["doc"]))
+        (code(name), plain(p["doc"]), p["type"], code(p["unit"]), ", ".join(map(code, p["feedthrough"])) or "nothing")
         for name, p in about["outputs"].items()
     ]
-    yield from table(("output", "type", "unit", "depends in the same tick on", ""), outputs)
+    yield from table(("output", "meaning", "type", "unit", "depends in the same tick on"), outputs)
     yield from fence("toml", _example(kind))
 
 

@@ -40,6 +40,7 @@ from proofmass.runner.program.groups import GroupWriter
 from proofmass.runner.program.loops import LoopWriter
 from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_numbers import nan
+from proofmass.runner.program.parts import in_parts
 from proofmass.runner.program.probes import ProbeWriter
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, fields, parts
 from proofmass.runner.program.stepped import group_writer
@@ -61,7 +62,9 @@ def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = Fals
 class TickWriter:
     """Writes the function of all ticks; what it is made of is written by its parts."""
 
-    def __init__(self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> None:
+    def __init__(
+        self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False
+    ) -> None:
         self.plan, self.lanes, self.measured = plan, lanes, measured
         self.varied = {name for name, _ in varied} - settled_before(plan, varied)
         self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
@@ -70,7 +73,7 @@ class TickWriter:
         self.values: dict[Given, Any] = {}
         self.vectors = dict(vectors_of(plan))
         self.scratch_used = 0
-        self._back: list[tuple[tuple[str, int], Variable]] = []  # places that variables are written back to
+        self._back: list[tuple[tuple[str, int], Variable]] = []  # what is read before the ticks and written back
         self.first, self.last, self.seed, self.run = (
             self.builder.parameter(INTEGER, name) for name in ("first", "last", "seed", "run")
         )
@@ -93,6 +96,11 @@ class TickWriter:
     def written(self) -> TickLoop:
         """The whole of it."""
         entry = self._entry()
+        places = {variable: (self.moving[name], index) for (name, index), variable in self._back}
+        used = None if self.lanes else in_parts(entry, places, self._scratch, self.scratch_used)
+        if used is None:
+            self._read_and_write_back(entry)
+        self.scratch_used += used or 0
         return TickLoop(
             program(entry),
             self.constants,
@@ -112,8 +120,7 @@ class TickWriter:
         self.begin()
         probes = ProbeWriter(self.plan, self.frame, self.probes, self.first)
         flags = [(FLOATS, self.not_finite), (INTEGERS, self.refused)]
-        for name, flag in flags:
-            builder.set(flag, builder.load(self.moving[name], self.memory.counts[name]))
+        self._back += (((name, self.memory.counts[name]), flag) for name, flag in flags)
         self.check_constants()
         with builder.counted(self.first, self.last, 1, "tick") as tick:
             self.frame.tick = tick
@@ -124,14 +131,24 @@ class TickWriter:
             self.updates()
             self.move()
         self.finish()
-        for (name, index), kept in self._back:
-            value: Operand = builder.get(kept)
-            if kept.kind is TRUTH:
-                value = builder.compute("integer_of_truth", value)
-            builder.store(self.moving[name], index, value)
-        for name, flag in flags:
-            builder.store(self.moving[name], self.memory.counts[name], builder.get(flag))
         return builder.function()
+
+    def _read_and_write_back(self, entry: Function) -> None:
+        """What moves as variables of the loop: read before all else, written back behind it."""
+        builder = self.builder
+        with builder.within([]) as before:
+            for (name, index), variable in self._back:
+                value: Operand = builder.load(self.moving[name], index)
+                if variable.kind is TRUTH:
+                    value = builder.compute("not_equal_integers", value, 0)
+                builder.set(variable, value)
+        with builder.within([]) as behind:
+            for (name, index), variable in self._back:
+                value = builder.get(variable)
+                if variable.kind is TRUTH:
+                    value = builder.compute("integer_of_truth", value)
+                builder.store(self.moving[name], index, value)
+        entry.body = [*before, *entry.body, *behind]
 
     # -- before the ticks --------------------------------------------------------------------------------------------
 
@@ -163,7 +180,7 @@ class TickWriter:
     def kept(self, key: Moving, kind: type, name: str) -> Variable:
         """A variable that goes on from call to call of the loop."""
         place = self.memory.add(key, kind)
-        kept = self.builder.variable(KINDS[kind], name, self._read(self.moving, place, kind))
+        kept = self.builder.variable(KINDS[kind], name)
         self._back.append((place, kept))
         return kept
 

@@ -34,9 +34,7 @@ _HEADERS = {
 }
 _ALLOWED = "; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:; connect-src 'self'; base-uri 'none'"
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; frame-ancestors 'none'"
-_OPENING = (
-    "<noscript><p>This page needs scripts. <code>proofmass run --out</code> needs none.</p></noscript>"
-)
+_OPENING = "<noscript><p>This page needs scripts. <code>proofmass run --out</code> needs none.</p></noscript>"
 
 
 class LiveServer(ThreadingHTTPServer):

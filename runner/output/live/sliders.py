@@ -9,9 +9,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.changes import with_parameters
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
