@@ -78,7 +78,8 @@ class Search:
         tuning = self.goals.tuning
         sobol = scipy.stats.qmc.Sobol(len(tuning.free), rng=np.random.default_rng(tuning.seed))
         points: Array = np.asarray(sobol.random(1 << (tuning.samples - 1).bit_length()), dtype=np.float64)
-        return np.asarray(points[: tuning.samples], dtype=np.float64)
+        first: Array = np.asarray(points[: tuning.samples], dtype=np.float64)
+        return first
 
     def _from(self, parts: Array) -> None:
         at = self._full(parts)
