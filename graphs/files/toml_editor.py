@@ -22,11 +22,11 @@ def edited(text: str, changes: Mapping[str, float | str], file: str = "<text>") 
     that cannot be edited.
     """
     lines = text.split("\n")
-    wanted = tomllib.loads(text)
+    tables = tomllib.loads(text)
     for key, value in changes.items():
-        path = _path(wanted, key)
+        path = _path(tables, key)
         written = f'"{value}"' if isinstance(value, str) else repr(float(value))
-        table = wanted
+        table = tables
         for step in path[:-1]:
             if not isinstance(table.get(step), dict):
                 raise ModelError([_refused(file, 0, key)])
@@ -34,7 +34,7 @@ def edited(text: str, changes: Mapping[str, float | str], file: str = "<text>") 
         _set(lines, path, written, file)
         table[path[-1]] = value
     result = "\n".join(lines)
-    if _parsed(result) != wanted:
+    if _parsed(result) != tables:
         problem = Problem(message="cannot be edited in place", file=file, hint="write every parameter on its own line")
         raise ModelError([problem])
     return result

@@ -198,7 +198,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
 
 
 @cli.command()
-@file_argument("study")
+@file_argument("study", library=True)
 @click.option("--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors (default: as the study says).")
 @seed_option("the study")
 @engine_option(studies=True)

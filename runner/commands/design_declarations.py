@@ -55,7 +55,7 @@ def tune(**options: Any) -> int:
 
 
 @click.command()
-@file_argument("source")
+@file_argument("source", library=True)
 @click.option(
     "--figure", "figures", multiple=True, metavar="LOOP:FIGURE", help="Look at this, as main:phase_margin; repeatable."
 )

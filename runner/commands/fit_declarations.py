@@ -102,7 +102,7 @@ def _options(command: Any) -> Any:
 
 
 @click.command()
-@file_argument("source")
+@file_argument("source", library=True)
 @click.option(
     "--output", "outputs", multiple=True, metavar="COLUMN|SIGNAL[=COLUMN]", help="Name what was measured; repeatable."
 )
