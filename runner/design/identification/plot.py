@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.design.identification.fitted import Fitted
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, prefix
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

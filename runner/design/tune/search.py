@@ -121,7 +121,7 @@ class Search:
         size = len(at.parts)
 
         def slacks(x: Array) -> Array:
-            return _values(self._full(x[:size]).slacks, at.slacks) - x[size]
+            return np.asarray(_values(self._full(x[:size]).slacks, at.slacks) - x[size])
 
         def gradients(x: Array) -> Array:
             now = _gradients(self._full(x[:size]).slacks, at.slacks, size)

@@ -3,8 +3,9 @@
 import math
 from typing import TYPE_CHECKING
 
+from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.design.worst.worst import WorstCase, WorstCases
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, prefix
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
