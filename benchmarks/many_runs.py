@@ -32,7 +32,7 @@ class TimedLanes(Lanes):
 
 def main(runs: int) -> None:
     """Run, and print."""
-    import proofmass.runner.studies.runs.side_by_side as side_by_side
+    import proofmass.runner.run.side_by_side as side_by_side
 
     engine: Any = {"engine": "compiled", "threads": 1}
     run_study(workload(256, SAMPLES), **engine)  # compiles

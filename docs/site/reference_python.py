@@ -13,6 +13,10 @@ GROUPS = {  # the heading of each name; a name that is nowhere ends the build
     "Noise, spectra, Allan deviations": (
         "noise", "NoiseBudget", "spectrum", "Spectrum", "tones", "Tones", "allan", "Allan", "read_series", "Series",
     ),
+    "Tuning, fits, worst cases": (
+        "tune", "read_tuning", "Tuned", "Tuning", "fit", "Fitted", "worst", "WorstCases", "margins_together",
+        "margins_over", "margins_over_age",
+    ),
     "Studies": ("Study", "StudyResult", "read_study", "run_study", "replay"),
     "Problems": ("Problem", "ModelError", "RunError"),
 }  # fmt: skip

@@ -14,23 +14,42 @@ _VALUE = r"""(?:"(?:[^"\\]|\\.)*"|'[^']*'|[^"'\[{#\s][^"'\[{#\n]*?)"""
 
 
 def edited(text: str, changes: Mapping[str, float | str], file: str = "<text>") -> str:
-    """The text of a graph file with parameters set, by `block.parameter`: numbers, or strings with a unit.
+    """The text of a graph file with parameters and values set: numbers, or strings with a unit.
 
-    The block must have a table of its own, `[blocks.NAME]`. A parameter that is not there yet comes after the last
-    that is. Raises `ModelError`, with the line, where a parameter is written in a way that cannot be edited.
+    They are named as in the file: `block.parameter`, `part.exported` or `part.block.parameter` of a graph that is a
+    block, or the name of a value. The block must have a table of its own, `[blocks.NAME]`. A parameter that is not
+    there yet comes after the last that is. Raises `ModelError`, with the line, where a parameter is written in a way
+    that cannot be edited.
     """
     lines = text.split("\n")
     tables = tomllib.loads(text)
     for key, value in changes.items():
-        block, parameter = split(key)
+        path = _path(tables, key)
         written = f'"{value}"' if isinstance(value, str) else repr(float(value))
-        _set(lines, block, parameter, written, file)
-        tables["blocks"][block][parameter] = value
+        table = tables
+        for step in path[:-1]:
+            if not isinstance(table.get(step), dict):
+                raise ModelError([_refused(file, 0, key)])
+            table = table[step]
+        _set(lines, path, written, file)
+        table[path[-1]] = value
     result = "\n".join(lines)
     if _parsed(result) != tables:
         problem = Problem(message="cannot be edited in place", file=file, hint="write every parameter on its own line")
         raise ModelError([problem])
     return result
+
+
+def _path(data: Mapping[str, Any], key: str) -> tuple[str, ...]:
+    """Keys of what a name stands for: in `[values]`, in the table of its block, or of the block that it lies inside."""
+    block, parameter = split(key)
+    if not block:
+        named = data.get("exports", {}).get(key, key)
+        return _path(data, named) if named != key else ("values", key)
+    if block in data.get("blocks", {}):
+        return "blocks", block, parameter
+    head, _, inner = key.partition(".")
+    return "blocks", head, inner
 
 
 def edit_file(path: Path, changes: Mapping[str, float | str]) -> str:
@@ -39,21 +58,22 @@ def edit_file(path: Path, changes: Mapping[str, float | str]) -> str:
         return edited(file.read(), changes, str(path))
 
 
-def _set(lines: list[str], block: str, parameter: str, written: str, file: str) -> None:
+def _set(lines: list[str], path: tuple[str, ...], written: str, file: str) -> None:
     places = locate_keys("\n".join(lines))
-    table = ("blocks", block)
-    line = places.get((*table, parameter), 0)
+    table, parameter = path[:-1], f'"{path[-1]}"' if "." in path[-1] else path[-1]
+    line = places.get(path, 0)
     if line:
-        form = rf"(\s*{re.escape(parameter)}\s*=\s*){_VALUE}(\s*(?:#.*)?)"
+        form = rf"(\s*\"?{re.escape(path[-1])}\"?\s*=\s*){_VALUE}(\s*(?:#.*)?)"
         found = re.fullmatch(form, lines[line - 1], re.DOTALL)
         if found is None:
-            raise ModelError([_refused(file, line, f"blocks.{block}.{parameter}")])
+            raise ModelError([_refused(file, line, ".".join(path))])
         lines[line - 1] = found[1] + written + found[2]
         return
     head = places.get(table, 0)
-    if not re.match(rf"\s*\[\s*blocks\s*\.\s*{re.escape(block)}\s*\]", lines[head - 1] if head else ""):
-        raise ModelError([_refused(file, head, f"blocks.{block}")])
-    last = max(place for path, place in places.items() if path[:2] == table)
+    form = r"\s*\.\s*".join(map(re.escape, table))
+    if not re.match(rf"\s*\[\s*{form}\s*\]", lines[head - 1] if head else ""):
+        raise ModelError([_refused(file, head, ".".join(table))])
+    last = max(place for known, place in places.items() if known[: len(table)] == table)
     ending = "\r" if lines[last - 1].endswith("\r") else ""
     lines.insert(last, f"{parameter} = {written}{ending}")
 

@@ -83,7 +83,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     problems += formulas.problems
     settings = {
         "name": "",
-        **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study")},
+        **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study", "tune")},
     }
     for key in ("wires", "probes"):
         if not isinstance(settings.get(key, []), list):

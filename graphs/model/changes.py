@@ -106,6 +106,15 @@ def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
     return graph.changed(blocks=blocks, subgraphs=parts)
 
 
+def changed_blocks(blocks: Mapping[str, Block], values: Mapping[str, object]) -> dict[str, Block]:
+    """The blocks of a flat graph that have these parameters, by `block.parameter`; raises `ModelError`."""
+    changes: dict[str, dict[str, object]] = {}
+    for signal, value in values.items():
+        name, parameter = split(signal)
+        changes.setdefault(name, {})[parameter] = value
+    return {name: _changed(blocks[name], changed) for name, changed in changes.items()}
+
+
 def change_part(part: Given, values: Mapping[str, object]) -> Given:
     """As `with_parameters`, for a subgraph: a name without a dot is a value of it, or one that it exports."""
     unknown = [name for name in values if "." not in name and name not in part.exports and name not in part.values]

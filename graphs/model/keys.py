@@ -17,6 +17,7 @@ TOP_KEYS = {
     "loops": "Control loops: [loops.NAME] with open_at, and the margins that it must have.",
     "requirements": "What a measure, a margin or a yield must keep, by ids; `proofmass verify` shows whether it does.",
     "study": "A Monte Carlo study of the graph: runs, spread, drift, epochs; `proofmass montecarlo` runs it.",
+    "tune": "What to tune: [tune.free] and [tune.goals]; `proofmass tune` finds the parameters.",
     "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph.",
 }
 BLOCK_KEYS = {  # of every block, beside its parameters
@@ -76,4 +77,26 @@ LIMIT_KEYS = {
     "at_most": "Largest value of the measure in a good sensor.",
     "change": "Largest change from the first epoch that counts, relative to the value there.",
     "from": "Age from which on the limit counts, 0 when nothing is said.",
+}
+TUNE_KEYS = {
+    "free": 'Free parameters: "pid.integral" = { at_least = "1 1/s", at_most = "100 1/s" }.',
+    "goals": 'What is wanted: phase = { loop = "main", figure = "phase_margin", at_least = "60 deg" }.',
+    "points": 'Operating points at which all goals hold: hot = { "temperature.value" = "358 K" }.',
+    "tolerances": 'All goals hold at all corners of these too: "torquer.gain" = "5 %".',
+    "at": 'Linearise at this time, "20 ms", or where the loops have "settled"; the start unless said.',
+    "starts": "From how many of the best samples the search starts, 4 when nothing is said.",
+    "samples": "How many points are tried first, 64 when nothing is said.",
+    "seed": "Seed of these points.",
+}
+FREE_KEYS = {
+    "at_least": "Lower bound of the parameter.",
+    "at_most": "Upper bound of the parameter.",
+    "scale": "Axis on which samples lie evenly: linear or logarithmic; by the bounds when nothing is said.",
+}
+GOAL_KEYS = {  # beside those that name the quantity
+    "at_least": "Smallest value that is wanted.",
+    "at_most": "Largest value that is wanted.",
+    "soft": "true: the limit is met as well as the other goals allow.",
+    "minimise": "true: as low as the other goals allow.",
+    "maximise": "true: as high as the other goals allow.",
 }

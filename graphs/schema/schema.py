@@ -15,6 +15,7 @@ from proofmass.graphs.model.measures import MEASURE_KEYS
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import Schema, study_schema
+from proofmass.graphs.schema.tune_schema import tune_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
 
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
@@ -71,6 +72,7 @@ def schema(own: Own | None = None) -> Schema:
             "additionalProperties": _requirement(),
         },
         "study": {"$ref": "#/$defs/study", "not": {"required": ["graph"]}},
+        "tune": {"$ref": "#/$defs/tune"},
         "exports": {
             "type": "object",
             "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
@@ -105,6 +107,7 @@ def schema(own: Own | None = None) -> Schema:
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
             "study": study_schema(LARGEST_STUDY),
+            "tune": tune_schema(),
         },
     }
 

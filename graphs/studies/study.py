@@ -8,13 +8,13 @@ from typing import Any, Self
 
 from proofmass.blocks.arithmetic.counter_random import normal_quantile
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.formulas.tree import plainly
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten
-from proofmass.graphs.model.graph import Graph, Place, split
+from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.studies.ageing import Drift
 from proofmass.graphs.studies.correlation import Correlation
@@ -73,10 +73,7 @@ class Study:
 
     def unit_of(self, name: str) -> str:
         """Unit of a parameter or value, by its name in the flat graph."""
-        if name in self.dependence.units:
-            return self.dependence.units[name]
-        block = self.flat.blocks[split(name)[0]]
-        return short_unit(unit_of(block, type(block).parameters[split(name)[1]]))
+        return self.adjustable.unit_of(name)
 
     def name_of(self, name: str) -> str:
         """A parameter as the study writes it, by its name in the flat graph: exported names stay."""
@@ -94,11 +91,12 @@ class Study:
 
     def nominal(self, name: str) -> float:
         """What a parameter or value is in the graph."""
-        if name in self.dependence.numbers:
-            return self.dependence.numbers[name]
-        block, parameter = split(name)
-        number: float = getattr(self.flat.blocks[block], parameter)
-        return number
+        return self.adjustable.nominal(name)
+
+    @cached_property
+    def adjustable(self) -> Adjustable:
+        """Its parameters and values that may vary."""
+        return Adjustable(self.flat, self.dependence)
 
     @cached_property
     def moved(self) -> list[str]:
@@ -108,9 +106,7 @@ class Study:
 
     def settings(self, values: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
         """The parameters that belong to parameters and values; the numbers may be arrays, of which `apply` knows."""
-        numbers = self.dependence.numbers
-        every = {**values, **self.dependence.followed(values, apply)}
-        return {name: value for name, value in every.items() if name not in numbers}
+        return self.adjustable.settings(values, apply)
 
     def point(self, run: int) -> dict[str, float]:
         """What the parameters of the sweep are in a run; the last one moves fastest."""
@@ -173,15 +169,7 @@ class Study:
 
     def blocks(self, values: Mapping[str, float]) -> dict[str, Block]:
         """The blocks that have these parameters and values; raises `ModelError` for a number out of bounds."""
-        changes: dict[str, dict[str, float]] = {}
-        for signal, value in self.settings(values).items():
-            name, parameter = split(signal)
-            changes.setdefault(name, {})[parameter] = value
-        blocks = {}
-        for name, changed in changes.items():
-            block = self.flat.blocks[name]
-            blocks[name] = type(block)(**({p: getattr(block, p) for p in type(block).parameters} | changed))
-        return blocks
+        return changed_blocks(self.flat.blocks, self.settings(values))
 
     def text(self) -> str:
         """Everything that decides over the bits of a run, a line each: what a ledger compares."""

@@ -92,6 +92,8 @@ def _verdict(table: Mapping[str, Any], key: str) -> Any:
 class StudyTables:
     """Reads the tables of a study and collects what is wrong with them."""
 
+    docs: Mapping[str, str] = STUDY_KEYS  # of its tables
+
     def __init__(self, graph: Graph, margins: object) -> None:
         self.graph, self.flat, self.dependence = graph, flatten(graph), Dependence(graph)
         self.problems: list[Problem] = []
@@ -257,7 +259,7 @@ class StudyTables:
 
     def _entries(self, table: str, given: object) -> Iterator[tuple[str, Any]]:
         if not isinstance(given, Mapping):
-            hint = STUDY_KEYS[table.partition(".")[0]]
+            hint = self.docs[table.partition(".")[0]]
             self._refuse(Refusal("must be a table", got=shown(given), hint=hint), table)
             return
         yield from ((str(key), entry) for key, entry in given.items())

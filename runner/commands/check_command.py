@@ -7,7 +7,7 @@ import click
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.studies.check_file import check_file
+from proofmass.graphs.tuning.check_file import check_file
 from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks

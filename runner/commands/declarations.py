@@ -150,6 +150,16 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     help="Replace a block by its gain for a sine of this amplitude (its describing function); repeatable.",
 )
 @click.option("--limit-cycle", default="", metavar="BLOCK", help="Predict limit cycles by this describing function.")
+@click.option("--together", is_flag=True, help="Perturb all loops at once, each by its own factor.")
+@click.option(
+    "--with", "others", multiple=True, metavar="NAME", help="Perturb this loop together with --loop; repeatable."
+)
+@click.option(
+    "--over",
+    default="",
+    metavar="PARAMETER=LOW..HIGH[:N]|age",
+    help="Show margins over a parameter, or over a study's age.",
+)
 @plot_option("picture", "Draw Bode, Nyquist and step response")
 @set_option
 @blocks_option
@@ -165,6 +175,8 @@ def margins(**options: Any) -> int:
     proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
     proofmass margins modulator.toml --gain quantiser=0.7
     proofmass margins modulator.toml --limit-cycle quantiser
+    proofmass margins gyroscope.toml --together --plot together.png
+    proofmass margins sensor.toml --over "temperature.value=233 K..358 K"
     """
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.margins_command import MarginsRequest, show_margins
@@ -193,58 +205,6 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     from proofmass.runner.commands.draw_command import draw_graph
 
     return draw_graph(graph, output, form, own)
-
-
-@cli.command()
-@file_argument("source", library=True)
-@click.option("--temperature", metavar="COLUMN", help="Name the column, or signal of a graph, of the temperature.")
-@click.option("--output", metavar="COLUMN", help="Name the column, or signal of a graph, that depends on it.")
-@click.option("--offset", type=float, default=0.0, show_default=True, help="Subtract this from the output first.")
-@click.option(
-    "--order",
-    "orders",
-    type=click.IntRange(1, 6),
-    multiple=True,
-    default=(3, 4),
-    show_default=True,
-    help="Compare with a polynomial of this order; repeatable.",
-)
-@click.option(
-    "--start",
-    type=(float, float),
-    metavar="B1 B2",
-    help="Start the alternation from these exponents (default: those found by a scan).",
-)
-@click.option("--starts", is_flag=True, help="Try a grid of starts, and show from which both methods converge.")
-@plot_option("plot", "Draw readings, fits and residuals")
-@click.option(
-    "--write",
-    "target",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Write the coefficients into this graph file.",
-)
-@click.option("--block", "names", multiple=True, help="Write to this block only; repeatable (default: every model).")
-@set_option
-@duration_option
-@seed_option("the graph")
-@engine_option()
-@blocks_option
-@json_option
-def fit(**options: Any) -> int:
-    """Fit a temperature law to a table or to a run of a graph.
-
-    Two exponentials are fitted, with polynomials to compare. SOURCE is a graph file, or a table: CSV, Parquet or
-    netCDF with a column of temperature (or of its sensor's voltage) and one of output.
-
-    \b
-    proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
-    proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
-    """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.fit_command import FitRequest, run_fit
-
-    return run_fit(FitRequest(**options))
 
 
 @cli.command()

@@ -10,6 +10,7 @@ import click
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
+from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.settle import settled_tick
@@ -20,8 +21,10 @@ from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.margins_text import margins_text, seconds_text
+from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.sensitivity_text import sensitivities, sensitivity_text
+from proofmass.runner.commands.several_loops import show_over, show_together
 from proofmass.runner.output.plot import save_figure
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -41,6 +44,9 @@ class MarginsRequest:
     gains: tuple[str, ...]
     amplitudes: tuple[str, ...]
     limit_cycle: str
+    together: bool
+    others: tuple[str, ...]
+    over: str
     picture: Path | None
     changes: tuple[str, ...]
     own: Path | None
@@ -49,10 +55,15 @@ class MarginsRequest:
 
 def show_margins(request: MarginsRequest) -> int:
     """Show the margins of a graph and return the exit code; raises `ModelError` if the graph misses one."""
+    if request.over == "age":
+        study = read_study(request.graph, own_blocks(request.own))
+        return show_over(study, "age", request.loop, request.at, request.picture, request.as_json)
     graph = graph_of(request.graph, request.own, request.changes)
     if request.limit_cycle:
         return _show_limit_cycles(graph, request)
     graph = _with_gains(graph, request)
+    if request.together or request.others or request.over:
+        return _show_several(graph, request)
     planned = plan(graph)
     point = _operating_point(planned, request)
     loops = _loops(planned, request, point)
@@ -82,6 +93,16 @@ def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
     else:
         print_text(limit_cycles_lines(cycles))
     return DONE
+
+
+def _show_several(graph: Graph, request: MarginsRequest) -> int:
+    if request.over and (request.together or request.others):
+        raise click.UsageError("--over shows loops one by one: leave out --together and --with")
+    at = request.at if request.at != SETTLED else str(_operating_point(plan(graph), request)) + " s"
+    if request.over:
+        return show_over(graph, request.over, request.loop, at, request.picture, request.as_json)
+    loops = tuple(name for name in (request.loop, *request.others) if name)
+    return show_together(graph, loops, at, request.picture, request.as_json)
 
 
 def _with_gains(graph: Graph, request: MarginsRequest) -> Graph:

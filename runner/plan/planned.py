@@ -1,5 +1,6 @@
 """A checked graph made ready to run, as a plain value: what both engines read."""
 
+import dataclasses
 import math
 import zlib
 from collections import Counter
@@ -10,6 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -20,7 +22,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
-from proofmass.runner.plan.bindings import Binding, bindings
+from proofmass.runner.plan.bindings import Binding, Default, Deviate, bindings
 from proofmass.runner.plan.groups import ahead
 from proofmass.runner.plan.keys import LargestOf, VectorOf
 from proofmass.runner.plan.solver import Solver
@@ -107,7 +109,11 @@ class Wired:
         """Return what a function of a block is given after its constants, by its role or by its output."""
         block = self.blocks[name]
         behaviour = type(block).output_functions.get(function) or type(block).functions[function]
-        return tuple(bindings(self.schedule, block, name, function, behaviour))
+        return tuple(self.bound(name, function, behaviour))
+
+    def bound(self, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
+        """Yield what each argument of a function of a block is given, whether the function has a role or not."""
+        return bindings(self.schedule, self.blocks[name], name, port, behaviour)
 
     def stream(self, name: str) -> int:
         """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.
@@ -175,6 +181,21 @@ class Plan(Filled):
 def _lengths(value: Any) -> Any:
     """Return the lengths of lists in lists, as deep as they go."""
     return [_lengths(entry) for entry in value] if isinstance(value, tuple) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuietPlan(Plan):
+    """A plan in which every random number is zero: what its signals are without noise."""
+
+    def bound(self, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
+        """Yield what the arguments are given, zeros in place of deviates."""
+        for binding in super().bound(name, port, behaviour):
+            yield Default((name, port), 0.0) if isinstance(binding, Deviate) else binding
+
+
+def quieted(plan: Plan) -> QuietPlan:
+    """Return the plan without its random numbers."""
+    return QuietPlan(**{field.name: getattr(plan, field.name) for field in dataclasses.fields(Plan)})
 
 
 def _ends(path: str) -> Iterator[str]:

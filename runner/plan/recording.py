@@ -141,7 +141,7 @@ def _read_csv(path: Path, choice: Choice) -> Columns:
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.reader(rows_of(file), strict=True, skipinitialspace=True)
         try:
-            heads = [_split_unit(cell) for cell in next(rows, [])]
+            heads = [split_unit(cell) for cell in next(rows, [])]
             if len(heads) < 2 or any(_number(name) is not None for name, _ in heads):
                 hint = "separate the columns by commas" if len(heads) == 1 and ";" in heads[0][0] else ""
                 raise RecordingError("needs a row of column names such as time [s],acceleration [m/s^2]", at or 1, hint)
@@ -166,7 +166,7 @@ def _read_parquet(path: Path, choice: Choice) -> Columns:
 
     with pyarrow.parquet.ParquetFile(path, memory_map=True) as file:
         fields = list(file.schema_arrow)
-        heads = [_split_unit(field.name) for field in fields]
+        heads = [split_unit(field.name) for field in fields]
         chosen = choice([name for name, _ in heads])
         table = file.read(columns=[fields[index].name for index in chosen])
 
@@ -265,7 +265,7 @@ def _ascending(times: Sequence[float]) -> None:
             raise RecordingError(f"its time does not grow from row {row - 1} to row {row}: {before:g} s, {after:g} s")
 
 
-def _split_unit(head: str) -> tuple[str, str]:
+def split_unit(head: str) -> tuple[str, str]:
     """Name and unit of a head: `rate [deg/s]`; in `sums[3]` the bracket is the number of an entry."""
     found = _HEAD.fullmatch(head.strip())
     return (found["name"], (found["unit"] or found["tight"] or "").strip()) if found else (head.strip(), "")

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import types
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -25,16 +26,20 @@ from proofmass.runner.reference.interpret import Outputs
 
 __all__ = ["Plan", "PlannedProbe", "plan", "varied"]
 
+Recordings = Mapping[str, Mapping[str, tuple[float, ...]]]
+NO_RECORDINGS: Recordings = types.MappingProxyType({})
 
-def plan(graph: Graph, *, wide: bool = False) -> Plan:
+
+def plan(graph: Graph, *, wide: bool = False, recordings: Recordings = NO_RECORDINGS) -> Plan:
     """Check, schedule and prepare a graph; raises `ModelError`.
 
     With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
+    `recordings` are buffers of blocks that play them, by block and buffer, in place of what their files hold.
     """
     flat = flatten(graph)
     flat, order = with_measures(flat, scheduled(flat))
     wired = Wired(graph=flat, schedule=order, blocks=flat.blocks)
-    prepared, problems = _made(wired, flat.blocks, wide)
+    prepared, problems = _made(wired, flat.blocks, wide, recordings)
     if problems:
         raise ModelError([flat.placed(problem) for problem in problems])
     filled = Filled(graph=flat, schedule=order, blocks=flat.blocks, **_numbers_of(prepared)._asdict())
@@ -97,7 +102,9 @@ class _Numbers(NamedTuple):
     digital: dict[str, DigitalBlock]
 
 
-def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dict[str, _Made], list[Problem]]:
+def _made(
+    planned: Wired, names: Iterable[str], wide: bool = False, recordings: Recordings = NO_RECORDINGS
+) -> tuple[dict[str, _Made], list[Problem]]:
     """Constants, starts and buffers of some blocks of a plan."""
     prepared, problems = dict[str, _Made](), list[Problem]()
     drivers = planned.schedule.drivers
@@ -113,7 +120,7 @@ def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dic
             as_set = constants_of(block, block, planned.block_period(name))
             if not all(map(math.isfinite, _numbers(as_set or ()))):
                 raise ArithmeticError("one of them is not finite")
-            recorded = read_recordings(planned.graph, name)
+            recorded = recordings.get(name) or read_recordings(planned.graph, name)
             filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in kind.buffers}
             begin = start_of(block, filled)
         except ModelError as error:

@@ -18,7 +18,6 @@ from proofmass.runner.plan.bindings import (
     Tick,
     Time,
     Wire,
-    bindings,
 )
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Plan
@@ -96,8 +95,7 @@ class Frame:
         self, name: str, port: str, behaviour: Behaviour, argument: Callable[[Binding], Lowered] | None = None
     ) -> Called:
         """The call of a function of a block that has a role or not."""
-        block = self.plan.blocks[name]
-        bound = bindings(self.plan.schedule, block, name, port, behaviour)
+        block, bound = self.plan.blocks[name], self.plan.bound(name, port, behaviour)
         known = not self.plan.is_driven(name) or behaviour.reads_constants  # else they come later in the tick
         constants = self.now(self.constants[name]) if known else ()
         given = [constants, *map(argument or self.argument, bound)]

@@ -34,6 +34,17 @@ class CompiledPlan:
     def __init__(self, plan: Plan, written: TickLoop | None = None) -> None:
         self.plan, self.written = plan, written or write_tick(plan)
         self.loop = load(self.written.program, settings(self.written))
+        self._recorded = dict[VectorOf, tuple[Sequence[float], Array]]()
+
+    def vector(self, memory: Memory, node: VectorOf, kind: type) -> Array:
+        """A vector that a run begins with; what runs only read is made once for all of them."""
+        held = memory.vector(node)
+        if node not in self.plan.recorded:
+            return np.array(held, dtype=dtype_of(kind))
+        known = self._recorded.get(node)
+        if known is None or known[0] is not held:
+            known = self._recorded[node] = held, np.array(held, dtype=dtype_of(kind))
+        return known[1]
 
     def constant_values(self, plan: Plan) -> Mapping[Given, Any]:
         """The numbers of the loop for a plan with some blocks changed."""
@@ -68,7 +79,7 @@ class CompiledLoop:
         self._constants = _arrays(written.constants, compiled.constant_values(plan))
         self._state = _arrays(written.memory, {key: moving(memory, key) for key in written.memory.kinds})
         self._vectors = {
-            node: np.array(memory.vector(node), dtype=dtype_of(kind))
+            node: compiled.vector(memory, node, kind)
             for node, kind in zip(written.vectors, written.vector_kinds, strict=True)
         }
         self._scratch = np.full(written.scratch + 1, np.nan)  # what nothing has been computed from yet

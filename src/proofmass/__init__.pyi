@@ -6,14 +6,21 @@ from proofmass.graphs.model.build import Graph as Graph
 from proofmass.graphs.model.graph import Probe as Probe, Wire as Wire
 from proofmass.graphs.studies.build import Study as Study
 from proofmass.graphs.studies.study_reader import read_study as read_study
+from proofmass.graphs.tuning.reader import read_tuning as read_tuning
+from proofmass.graphs.tuning.tuning import Tuning as Tuning
 from proofmass.runner.analysis.allan.deviations import Allan as Allan, allan as allan
 from proofmass.runner.analysis.linearisation.linearise import linearise as linearise
 from proofmass.runner.analysis.margins.margins import Margins as Margins
 from proofmass.runner.analysis.margins.stability import margins as margins
 from proofmass.runner.analysis.noise.budget import NoiseBudget as NoiseBudget, noise as noise
+from proofmass.runner.analysis.several.over import margins_over as margins_over, margins_over_age as margins_over_age
+from proofmass.runner.analysis.several.together import margins_together as margins_together
 from proofmass.runner.analysis.spectrum.series import Series as Series, read_series as read_series
 from proofmass.runner.analysis.spectrum.tones import Tones as Tones, tones as tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum as Spectrum, spectrum as spectrum
+from proofmass.runner.design.identification.fitted import Fitted as Fitted, fit as fit
+from proofmass.runner.design.tune.tune import Tuned as Tuned, tune as tune
+from proofmass.runner.design.worst.worst import WorstCases as WorstCases, worst as worst
 from proofmass.runner.run.faults import RunError as RunError
 from proofmass.runner.run.result import Result as Result, Trace as Trace
 from proofmass.runner.run.simulate import simulate as simulate

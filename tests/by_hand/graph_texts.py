@@ -9,8 +9,8 @@ from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph, read_table
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.studies.check_file import check_file, check_text
 from proofmass.graphs.studies.study_reader import is_study
+from proofmass.graphs.tuning.check_file import check_file, check_text
 
 _FILES = [file for name, file in library_files().items() if name.endswith(".toml")]
 LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]

@@ -16,7 +16,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.studies.check_file import check_file
+from proofmass.graphs.tuning.check_file import check_file
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.faults import RunError

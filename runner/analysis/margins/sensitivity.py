@@ -100,7 +100,7 @@ def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     by_gain = pole.conjugate() * vectors(_by_factor(system, factor))
 
     def slope(parameter: str) -> float:
-        by_parameter = pole.conjugate() * vectors(_by_parameter(system, factor, parameter))
+        by_parameter = pole.conjugate() * vectors(closed_slope(system, factor, parameter))
         return -by_parameter.real / by_gain.real / factor * 20.0 / math.log(10.0)
 
     return slope
@@ -118,7 +118,7 @@ def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float
         by_lag = pole.conjugate() * vectors(-1j * turn * _by_factor(system, turn))
 
         def slopes(parameter: str) -> tuple[float, float]:
-            by_parameter = pole.conjugate() * vectors(_by_parameter(system, turn, parameter))
+            by_parameter = pole.conjugate() * vectors(closed_slope(system, turn, parameter))
             change = -by_parameter.real / by_lag.real
             return change, (by_parameter.imag + by_lag.imag * change) / system.map.period
 
@@ -158,8 +158,8 @@ def _by_factor(system: OpenLoop, factor: complex) -> Complex:
     return np.asarray(-b @ inverse @ inverse @ c, dtype=complex)
 
 
-def _by_parameter(system: OpenLoop, factor: complex, parameter: str) -> Complex:
-    """Derivative of the closed matrix by a parameter."""
+def closed_slope(system: OpenLoop, factor: complex, parameter: str) -> Complex:
+    """Derivative of the closed matrix by a parameter, with a factor at the wire."""
     _, b, c, d = system.matrices
     da, db, dc, dd = system.slopes(parameter)
     inverse = np.linalg.inv(np.eye(len(d)) + factor * d)

@@ -8,7 +8,7 @@ import dataclasses
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,14 +25,11 @@ from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engi
 from proofmass.runner.run.engines import choose, lanes_for
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
+from proofmass.runner.run.side_by_side import SideBySide
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
-from proofmass.runner.studies.runs.side_by_side import SideBySide
 from proofmass.runner.targets.content import content_of
-
-if TYPE_CHECKING:
-    from proofmass.runner.studies.runs.side_by_side import SideBySide
 
 CHUNK = 1 << 18  # ticks between looks at Ctrl-C
 PART = 1 << 24  # ticks of all runs that are handed to a thread together
@@ -58,10 +55,9 @@ class SensorRuns:
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
 
-    def _side_by_side(self) -> "SideBySide":
-
+    def _side_by_side(self) -> SideBySide:
         names = self.study.settings({**self.study.drawn(0)[0], **self._unset})
-        return SideBySide(self.study, self.plan, self.ticks, self.lanes, names)
+        return SideBySide(self.plan, self.study.seed, self.ticks, self.lanes, names)
 
     @cached_property
     def _unset(self) -> dict[str, float]:

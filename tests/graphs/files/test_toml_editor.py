@@ -56,3 +56,14 @@ def test_what_cannot_be_edited_is_refused_with_its_line(text: str, line: int) ->
     with pytest.raises(ModelError, match="cannot be edited in place") as caught:
         edited(text, {"model.a1": 1.0}, "graph.toml")
     assert str(caught.value).startswith(f"graph.toml:{line}: blocks.model")
+
+
+def test_values_and_what_lies_inside_a_graph_that_is_a_block() -> None:
+    text = '[values]\nmass = "5 ug"  # m\n[blocks.axis]\ngraph = "axis.toml"\n"adc.reference" = "5 V"  # of it\n'
+    changes: dict[str, float | str] = {"mass": "6 ug", "axis.adc.reference": "4 V", "axis.adc.offset": 0.5}
+    written = edited(text, changes)
+    assert 'mass = "6 ug"  # m' in written
+    assert '"adc.reference" = "4 V"  # of it' in written
+    assert '"adc.offset" = 0.5' in written
+    with pytest.raises(ModelError):
+        edited(text, {"other.gain": 2.0})

@@ -132,7 +132,7 @@ model.toml:2: block: unknown key
 model.toml:3: foo: unknown key
   got:      'foo'
   hint:     the keys: blocks, description, duration, exports, formulas, integration, loops, measures, name, \
-probes, rate, requirements, and 5 more."""
+probes, rate, requirements, and 6 more."""
     )
 
 

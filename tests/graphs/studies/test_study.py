@@ -8,10 +8,10 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.studies.build import Study
-from proofmass.graphs.studies.check_file import check_file
 from proofmass.graphs.studies.study_reader import read_study, read_study_text
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.graphs.studies.study_writer import write_study
+from proofmass.graphs.tuning.check_file import check_file
 from tests.by_hand.graph_texts import STUDIES, changed, line_of
 from tests.by_hand.study_texts import RICH, STUDY
 

@@ -9,14 +9,18 @@ import pytest
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.command_line import cli
 from proofmass.runner.commands.fit_command import FitRequest
+from proofmass.runner.commands.fit_recordings_command import RecordingsRequest
 from proofmass.runner.commands.margins_command import MarginsRequest
 from proofmass.runner.commands.montecarlo_command import StudyRequest
 from proofmass.runner.commands.rtl_command import RtlRequest
 from proofmass.runner.commands.run_command import RunRequest
+from proofmass.runner.commands.tune_command import TuneRequest
+from proofmass.runner.commands.worst_command import WorstRequest
 
 REQUESTS = {
     "run": RunRequest,
-    "fit": FitRequest,
+    "tune": TuneRequest,
+    "worst": WorstRequest,
     "margins": MarginsRequest,
     "montecarlo": StudyRequest,
     "rtl": RtlRequest,
@@ -33,6 +37,12 @@ OPTIONS = [
 def test_a_request_has_a_field_for_each_option(name: str, request_type: Any) -> None:
     declared = {param.name for param in cli.commands[name].params}
     assert {field.name for field in dataclasses.fields(request_type)} == declared
+
+
+def test_the_two_requests_of_fit_have_a_field_for_each_option() -> None:
+    declared = {param.name for param in cli.commands["fit"].params}
+    fields = {field.name for kind in (FitRequest, RecordingsRequest) for field in dataclasses.fields(kind)}
+    assert fields - {"output"} == declared, "a temperature law has one output"
 
 
 @pytest.mark.parametrize("option", OPTIONS)

@@ -1,4 +1,4 @@
-"""Runs of a study in the lanes of vector instructions."""
+"""Runs of a plan with different parameters in the lanes of vector instructions."""
 
 import threading
 from collections.abc import Iterable, Mapping
@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Endpoint, split
-from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import varied
@@ -16,17 +16,19 @@ from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 
 class SideBySide:
-    """Runs sensors of a study, `lanes` at a time; the bits are those of each run alone."""
+    """Runs a plan with varied parameters, `lanes` at a time; the bits are those of each run alone."""
 
-    def __init__(self, study: Study, plan: Plan, ticks: int, lanes: int, names: Iterable[str]) -> None:
-        self.study, self.plan, self.ticks, self.lanes = study, plan, ticks, lanes
+    def __init__(self, plan: Plan, seed: int, ticks: int, lanes: int, names: Iterable[str]) -> None:
+        self.plan, self.seed, self.ticks, self.lanes = plan, seed, ticks, lanes
         nodes = {name: _node(name) for name in names}
         self.compiled = CompiledLanes(plan, frozenset(nodes.values()), lanes)
         self._settled = [name for name, node in nodes.items() if node[0] in self.compiled.settled]
         self._free = {name: node for name, node in nodes.items() if name not in self._settled}
 
-    def measured(self, values: Mapping[str, Array], noise: Array, stop: threading.Event) -> tuple[Array, Array]:
-        """Return the measures, a row for each sensor, and which rows are valid; the others are re-run individually.
+    def measured(
+        self, values: Mapping[str, Array], noise: Array, stop: threading.Event | None = None
+    ) -> tuple[Array, Array]:
+        """Return the measures, a row for each run, and which rows are valid; the others are re-run individually.
 
         `values` has an array for each parameter by `block.parameter`, `noise` the numbers that noise follows from.
         Raises `StoppedError` soon after the event is set.
@@ -40,7 +42,7 @@ class SideBySide:
         if not able.any():
             return measured, able
         free = {node: values[name][able] for name, node in self._free.items()}
-        lanes = Lanes(self.compiled, self.study.seed, noise[able], free, plans)
+        lanes = Lanes(self.compiled, self.seed, noise[able], free, plans)
         lanes.advance(self.ticks, stop)
         if self.plan.measures:
             measured[able] = np.stack([lanes.value(WireOf(*measure.node)) for measure in self.plan.measures], axis=1)
@@ -64,8 +66,8 @@ class SideBySide:
         None if planning fails, or if it has buffers of other lengths than the lanes have.
         """
         try:
-            blocks = self.study.blocks({name: float(values[name][number]) for name in self._settled})
-            plan = varied(self.plan, blocks)
+            settled = {name: float(values[name][number]) for name in self._settled}
+            plan = varied(self.plan, changed_blocks(self.plan.blocks, settled))
         except ModelError:
             return None
         return plan if plan.same_sizes(self.plan) else None

@@ -1,4 +1,4 @@
-"""Everything that is wrong with a file: its graph, and the study in it or of it."""
+"""Everything that is wrong with a file: its graph, the study in it or of it, and what it is to be tuned for."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,6 +10,7 @@ from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, graph_of_study, is_study, study_of_table
+from proofmass.graphs.tuning.reader import TUNE, tuning_of_table
 
 
 class Checked(NamedTuple):
@@ -42,6 +43,11 @@ def _check_table(data: dict[str, Any], place: Place, own: Own | None, path: Path
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
         try:
             study = study_of_table(data, place, graph)
+        except ModelError as error:
+            problems += error.problems
+    if TUNE in data and not is_study(data) and all(problem.note for problem in problems):
+        try:
+            tuning_of_table(data, place, graph)
         except ModelError as error:
             problems += error.problems
     return Checked(graph, problems, study)

@@ -1,0 +1,1 @@
+"""What a graph is to be tuned for: free parameters, goals, operating points."""

@@ -1,0 +1,202 @@
+"""What a person writes as a tuning, read into one, with all that is wrong with it at once."""
+
+import math
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import NOWHERE, Graph, Place
+from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
+from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.graphs.model.loops import SETTLED, read_requirement
+from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.studies.study_tables import StudyTables
+from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
+from proofmass.graphs.tuning.quantities import QUANTITY_KEYS, LoopFigure, read_quantity_of
+from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
+
+Tables = Mapping[str, Any]
+NOTHING: Tables = MappingProxyType({})
+SCALES = ("linear", "logarithmic")
+STARTS, SAMPLES = 4, 64
+MOST_STARTS, MOST_SAMPLES = 100, 100_000
+_WIDE = 8.0  # ratio of two bounds, from which on the axis is logarithmic unless said
+
+
+def tuning_of(
+    graph: Graph,
+    *,
+    free: Tables = NOTHING,
+    goals: Tables = NOTHING,
+    points: Tables = NOTHING,
+    tolerances: Tables = NOTHING,
+    at: object = "",
+    starts: object = STARTS,
+    samples: object = SAMPLES,
+    seed: object = 0,
+    place: Place = NOWHERE,
+) -> Tuning:
+    """Return a tuning from tables as they stand in a graph file; raises `ModelError` with every problem."""
+    read = _Tables(checked(graph), "")
+    frees = read.parameters("free", free, _read_free)
+    for name, problem in _outside(read, frees):
+        read.refuse(problem, "free", read.written[name])
+    wanted = read.goals(goals)
+    own_points = {str(name): read.parameters(f"points.{name}", table, _value) for name, table in _named(read, points)}
+    corners = read.parameters("tolerances", tolerances, lambda value, unit: _tolerance(value))
+    for key, entries, example in (("free", frees, _FREE), ("goals", wanted, _GOAL)):
+        if not entries and not read.problems:
+            read.refuse(Refusal(f"names no {key}", example), key)
+    moment = read.moment(at)
+    numbers = {
+        "starts": read.count("starts", starts, 1, MOST_STARTS),
+        "samples": read.count("samples", samples, 1, MOST_SAMPLES),
+        "seed": read.count("seed", seed, 0, LARGEST_SEED),
+    }
+    cases = max(1, len(own_points)) * 2 ** len(corners)
+    if cases > MOST_POINTS:
+        hint = "leave out tolerances that matter little; proofmass worst ranks them"
+        got, expected = f"{cases} operating points and corners", f"at most {MOST_POINTS}"
+        read.refuse(Refusal("too many", hint, got=got, expected=expected), "tolerances")
+    tuning = Tuning(
+        graph=graph,
+        flat=flatten(graph),
+        free=frees,
+        goals=wanted,
+        points=own_points,
+        tolerances=corners,
+        at=moment,
+        written=MappingProxyType(read.written),
+        place=place,
+        **numbers,
+    )
+    if read.problems:
+        raise ModelError([tuning.placed(problem) for problem in read.problems])
+    return tuning
+
+
+_FREE = 'add [tune.free] and below it "pid.integral" = { at_least = "1 1/s", at_most = "100 1/s" }'
+_GOAL = 'add [tune.goals] and below it phase = { loop = "main", figure = "phase_margin", at_least = "60 deg" }'
+
+
+class _Tables(StudyTables):
+    """Reads the tables of a tuning."""
+
+    docs = TUNE_KEYS
+
+    def refuse(self, error: Refusal, *path: str) -> None:
+        """Note a refusal under a path of keys."""
+        self._refuse(error, *path)
+
+    def goals(self, given: object) -> Mapping[str, Goal]:
+        """Read the goals."""
+        read: dict[str, Goal] = {}
+        for name, entry in self._entries("goals", given):
+            try:
+                read[name] = self._goal(entry)
+            except Refusal as error:
+                self._refuse(error, "goals", name)
+        return MappingProxyType(read)
+
+    def _goal(self, entry: object) -> Goal:
+        table = checked_table(entry, {**QUANTITY_KEYS, **GOAL_KEYS}, _GOAL)
+        quantity = read_quantity_of(table, self.flat)
+        limits = {key: _limit(table, key, quantity.unit) for key in ("at_least", "at_most") if key in table}
+        flags = {key: read_flag(table, key) for key in ("soft", "minimise", "maximise")}
+        if flags["minimise"] + flags["maximise"] + bool(limits) != 1:
+            expected = "limits (at_least, at_most), or one of minimise = true and maximise = true"
+            raise Refusal("must say what is wanted", got=shown(dict(table)), expected=expected)
+        if flags["soft"] and not limits:
+            raise Refusal("is soft as it is", "leave soft out, or give a limit", key="soft", got="true")
+        if limits.get("at_least", -math.inf) > limits.get("at_most", math.inf):
+            raise Refusal("nothing can meet it", got=shown(dict(table)), expected="at_least below at_most")
+        if isinstance(quantity, LoopFigure) and quantity.figure == "settling_time" and flags["maximise"]:
+            raise Refusal("a settling time has no upper end", key="maximise", got="true")
+        low, high = limits.get("at_least", -math.inf), limits.get("at_most", math.inf)
+        return Goal(quantity, low, high, **flags)
+
+    def moment(self, at: object) -> str:
+        """Read the operating point."""
+        if at == "":
+            return ""
+        try:
+            if at != SETTLED:
+                read_duration(at)
+        except Refusal as error:
+            self._refuse(Refusal(str(error), f'write a time, as "20 ms", or "{SETTLED}"', got=shown(at)), "at")
+        return at if isinstance(at, str) else f"{at} s"
+
+    def count(self, key: str, value: object, least: int, most: int) -> int:
+        """Read an integer."""
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            expected = f"an integer from {least} to {most:g}"
+            self._refuse(Refusal("out of range", got=shown(value), expected=expected), key)
+            return least
+        return value
+
+
+def _read_free(entry: object, unit: str) -> Free:
+    table = checked_table(entry, FREE_KEYS, 'write { at_least = "1 1/s", at_most = "100 1/s" }')
+    for key in ("at_least", "at_most"):
+        if key not in table:
+            raise Refusal(f"has no {key}", FREE_KEYS[key], got=shown(dict(table)))
+    low, high = (read_quantity(table, key, unit) for key in ("at_least", "at_most"))
+    if low >= high:
+        raise Refusal("leaves nothing free", got=shown(dict(table)), expected="at_least below at_most")
+    scale = table.get("scale", SCALES[low > 0.0 and high / low >= _WIDE])
+    if scale not in SCALES:
+        hint = did_you_mean(str(scale), SCALES, "the scales")
+        raise Refusal("there is no such scale", hint, key="scale", got=shown(scale))
+    if scale == "logarithmic" and low <= 0.0:
+        raise Refusal("a logarithmic axis needs positive bounds", key="scale", got=shown(dict(table)))
+    return Free(low, high, scale == "logarithmic")
+
+
+def _outside(read: _Tables, frees: Mapping[str, Free]) -> Iterator[tuple[str, Refusal]]:
+    """Yield parameters whose bounds the block refuses."""
+    adjustable = Adjustable(read.flat)
+    for name, free in frees.items():
+        for key, value in (("at_least", free.at_least), ("at_most", free.at_most)):
+            if not adjustable.takes(name, value):
+                yield name, Refusal("the block does not take it", key=key, got=f"{value:g}")
+
+
+def _limit(table: Tables, key: str, unit: str) -> float:
+    """Read a limit in the unit of its quantity; decibels are no unit of anything else."""
+    if unit == "dB":
+        try:
+            return read_requirement(table[key], "dB")
+        except Refusal as error:
+            raise error.under(key, table[key]) from None
+    if unit == "%":
+        return 100.0 * read_quantity(table, key, "1") if isinstance(table[key], str) else read_quantity(table, key, "1")
+    return read_quantity(table, key, unit)
+
+
+def _value(entry: object, unit: str) -> float:
+    return read_quantity({"": entry}, "", unit)
+
+
+def _tolerance(entry: object) -> float:
+    value = read_quantity({"": entry}, "", "1", at_least=0.0)
+    if value >= 1.0:
+        raise Refusal("is no tolerance", 'write a part of the value, as "5 %"', got=shown(entry))
+    return value
+
+
+def _named(read: _Tables, points: object) -> Iterator[tuple[str, object]]:
+    if not isinstance(points, Mapping):
+        read.refuse(Refusal("must be a table", TUNE_KEYS["points"], got=shown(points)), "points")
+        return
+    yield from points.items()
+
+
+def unknown_keys(table: Mapping[str, Any], allowed: Mapping[str, str]) -> Iterator[Problem]:
+    """Yield the keys of a table that are not known."""
+    for key in table:
+        if key not in allowed:
+            yield Refusal("unknown key", did_you_mean(key, allowed, "the keys")).problem(key, key, path=(key,))

@@ -1,0 +1,39 @@
+"""The table `[tune]` of a graph file."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from proofmass.blocks.declaration.catalog import Own
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_reader import graph_of_file, read_table
+from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.keys import TUNE_KEYS
+from proofmass.graphs.tuning.build import tuning_of, unknown_keys
+from proofmass.graphs.tuning.tuning import Tuning
+
+TUNE = "tune"
+
+
+def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
+    """The tuning of a graph file; raises `ModelError` with every problem that can be seen."""
+    data, place = read_table(Path(path))
+    return tuning_of_table(data, place, graph_of_file(data, place, own, Path(path)))
+
+
+def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
+    """The tuning in a parsed file, of its graph; raises `ModelError`."""
+    table: Any = data.get(TUNE)
+    place = dataclasses.replace(place, top=(TUNE,))
+    if not isinstance(table, dict):
+        hint = "add [tune.free] with parameters and bounds, and [tune.goals]"
+        raise ModelError([Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint)])
+    problems = list(unknown_keys(table, TUNE_KEYS))
+    try:
+        tuning = tuning_of(graph, place=place, **{key: value for key, value in table.items() if key in TUNE_KEYS})
+    except ModelError as error:
+        problems += error.problems
+    if problems:
+        placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
+        raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line)))
+    return tuning

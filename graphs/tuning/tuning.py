@@ -1,0 +1,134 @@
+"""A tuning: parameters that are free within bounds, and the goals that they are to meet."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Mapping
+from functools import cached_property
+
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.tuning.quantities import Quantity
+
+MOST_POINTS = 256  # operating points times corners
+
+
+@dataclasses.dataclass(frozen=True)
+class Free:
+    """A free parameter in its unit, on a logarithmic or a linear axis."""
+
+    at_least: float
+    at_most: float
+    logarithmic: bool
+
+    def value(self, part: float) -> float:
+        """Return the value at a part of the way from the lower to the upper bound."""
+        if self.logarithmic:
+            return self.at_least * math.exp(part * math.log(self.at_most / self.at_least))
+        return self.at_least + part * (self.at_most - self.at_least)
+
+    def part(self, value: float) -> float:
+        """Return the part of the way at which a value lies, from 0 to 1."""
+        inside = self.inside(value)
+        if self.logarithmic:
+            return math.log(inside / self.at_least) / math.log(self.at_most / self.at_least)
+        return (inside - self.at_least) / (self.at_most - self.at_least)
+
+    def inside(self, value: float) -> float:
+        """Return the nearest value within the bounds."""
+        return min(max(value, self.at_least), self.at_most)
+
+    def slope(self, value: float) -> float:
+        """Return the derivative of the value by the part."""
+        if self.logarithmic:
+            return value * math.log(self.at_most / self.at_least)
+        return self.at_most - self.at_least
+
+
+@dataclasses.dataclass(frozen=True)
+class Goal:
+    """A quantity and what is wanted of it: limits, hard or soft, or the best value that the others allow."""
+
+    quantity: Quantity
+    at_least: float = -math.inf
+    at_most: float = math.inf
+    soft: bool = False
+    minimise: bool = False
+    maximise: bool = False
+
+    @property
+    def hard(self) -> bool:
+        """True if it has limits that must be kept."""
+        return not self.soft and not self.minimise and not self.maximise
+
+    @property
+    def wanted(self) -> str:
+        """What is wanted, in words."""
+        if self.minimise or self.maximise:
+            return "as low as possible" if self.minimise else "as high as possible"
+        unit = f" {self.quantity.unit}" if self.quantity.unit != "1" else ""
+        limits = [(self.at_least, "at least"), (self.at_most, "at most")]
+        words = " and ".join(f"{word} {limit:g}{unit}" for limit, word in limits if math.isfinite(limit))
+        return words + (" (soft)" if self.soft else "")
+
+    @property
+    def limits(self) -> tuple[tuple[float, float], ...]:
+        """Each limit with the sign that makes the distance into the allowed side positive."""
+        return tuple((s, limit) for s, limit in ((1.0, self.at_least), (-1.0, self.at_most)) if math.isfinite(limit))
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Tuning:
+    """A graph with free parameters, goals and the operating points at which all goals hold.
+
+    Parameters are named as in the flat graph; `written` has the names that a person wrote.
+    """
+
+    graph: Graph
+    flat: FlatGraph
+    free: Mapping[str, Free]
+    goals: Mapping[str, Goal]
+    points: Mapping[str, Mapping[str, float]]
+    tolerances: Mapping[str, float]  # relative
+    at: str
+    starts: int
+    samples: int
+    seed: int
+    written: Mapping[str, str]
+    place: Place
+
+    @property
+    def nominal(self) -> dict[str, float]:
+        """The values of the free parameters in the graph."""
+        return {name: self.value(name) for name in self.free}
+
+    @cached_property
+    def adjustable(self) -> Adjustable:
+        """Parameters and values that may vary."""
+        return Adjustable(self.flat)
+
+    def value(self, name: str) -> float:
+        """Return a parameter or value of the graph."""
+        return self.adjustable.nominal(name)
+
+    def unit_of(self, name: str) -> str:
+        """Return the unit of a parameter or value."""
+        return self.adjustable.unit_of(name)
+
+    def placed(self, problem: Problem) -> Problem:
+        """Return a problem with its file and line."""
+        return problem if problem.file else problem.at(*self.place.find(problem.path))
+
+    def cases(self) -> dict[str, tuple[Mapping[str, float], Mapping[str, float]]]:
+        """Return values and factors of parameters at each operating point and corner, by a name for people."""
+        points = self.points or {"": {}}
+        signs = list(itertools.product((-1.0, 1.0), repeat=len(self.tolerances)))
+        cases: dict[str, tuple[Mapping[str, float], Mapping[str, float]]] = {}
+        for point, values in points.items():
+            for number, corner in enumerate(signs):
+                factors = {n: 1.0 + s * t for s, (n, t) in zip(corner, self.tolerances.items(), strict=True)}
+                cornered = f"corner {number + 1}" if self.tolerances else ""
+                cases[", ".join(filter(None, (point, cornered)))] = (values, factors)
+        return cases

@@ -1,0 +1,109 @@
+"""Margins of all loops over a parameter, such as a temperature, or over several that move together, as with age."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.changes import changed_blocks
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, open_loop, tick_at
+from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.planning.plan import plan, varied
+
+MOST = 1000  # values
+
+
+@dataclass(frozen=True)
+class MarginsOver:
+    """Margins of loops at each of some values: a row of loops for each."""
+
+    axis: str  # a parameter, or "age"
+    unit: str
+    values: tuple[float, ...]
+    margins: tuple[Mapping[str, Margins], ...]
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        rows = [
+            {"value": value, "loops": [margins.as_data() for margins in loops.values()]}
+            for value, loops in zip(self.values, self.margins, strict=True)
+        ]
+        return {"axis": self.axis, "unit": self.unit, "rows": rows}
+
+
+def margins_over(
+    graph: Graph,
+    parameter: str,
+    values: Sequence[float],
+    *,
+    unit: str = "1",
+    loop: str = "",
+    at: str | float | Fraction = 0.0,
+) -> MarginsOver:
+    """Return the margins of the loops with each of some values of a parameter, by its name in the flat graph.
+
+    Raises `ModelError` where a loop cannot be told or linearised.
+    """
+    return _over(graph, parameter, unit, list(values), [{parameter: value} for value in values], loop, at)
+
+
+def margins_over_age(study: Study, *, loop: str = "", at: str | float | Fraction = 0.0) -> MarginsOver:
+    """Return the margins at each epoch of a study, of a sensor whose parameters drift as their laws say without spread.
+
+    Raises `ModelError` for a study without drift.
+    """
+    if not study.drift:
+        hint = 'add [drift] with "reference.value" = { ramp = "20 ppm/year", relative = true }, and [epochs]'
+        raise ModelError([study.placed(Problem(message="nothing drifts in the study", key="drift", hint=hint))])
+    rows: list[dict[str, float]] = [{} for _ in study.epochs]
+    for name, drift in study.drift.items():
+        aged = drift.aged(study.nominal(name), study.epochs, 0, 0, 0, normal=lambda *_: 0.0)
+        for row, value in zip(rows, aged, strict=True):
+            row[name] = value
+    return _over(study.graph, "age", "s", list(study.epochs), rows, loop, at)
+
+
+def _over(
+    graph: Graph,
+    axis: str,
+    unit: str,
+    values: Sequence[float],
+    rows: Sequence[Mapping[str, float]],
+    loop: str,
+    at: str | float | Fraction,
+) -> MarginsOver:
+    if len(values) > MOST:
+        raise ModelError([Problem(message="too many values", key=axis, got=str(len(values)), expected=f"{MOST}")])
+    planned = plan(graph.changed(probes=()))
+    adjustable = Adjustable(planned.graph)
+    if loop:
+        nodes = dict([one_loop(planned, loop)])
+    else:
+        nodes = {name: node_of(planned, made.open_at) for name, made in loops_of(planned).items()}
+    found = []
+    for row in rows:
+        changed = varied(planned, changed_blocks(planned.blocks, adjustable.settings(row)))
+        tick = tick_at(changed, at)
+        found.append(
+            {name: margins_of(open_loop(changed, node, tick), name, ".".join(node)) for name, node in nodes.items()}
+        )
+    return MarginsOver(axis, unit, tuple(values), tuple(found))
+
+
+def spread_evenly(low: float, high: float, count: int) -> list[float]:
+    """Return values from low to high, both included.
+
+    >>> spread_evenly(1.0, 2.0, 3)
+    [1.0, 1.5, 2.0]
+    """
+    return [low + (high - low) * i / (count - 1) for i in range(count)] if count > 1 else [low]
+
+
+def finite(value: float | None) -> float:
+    """Return a margin as a number, NaN where there is none."""
+    return math.nan if value is None else value

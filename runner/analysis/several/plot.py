@@ -1,0 +1,75 @@
+"""Pictures of several loops: perturbations together over frequency, and margins over a parameter."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from proofmass.runner.analysis.margins.figures import decibels
+from proofmass.runner.analysis.several.over import MarginsOver, finite
+from proofmass.runner.analysis.several.together import Together
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
+YEAR = 31_557_600.0  # s
+
+
+def plot_together(found: Together) -> "Figure":
+    """Draw the disk margin that each frequency leaves, of all loops at once and of each alone."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 4.6), facecolor=PAPER, layout="constrained")
+        panel = figure.subplots()
+        if found.margin is None:
+            panel.set_title(f"the loops are {found.verdict}", loc="left")
+            return figure
+        for row, name, colour in zip(found.of_each, found.loops, _COLOURS * len(found.loops), strict=False):
+            panel.plot(found.frequencies, 1.0 / row, "--", color=colour, label=f"{name} alone")
+        panel.plot(found.frequencies, 1.0 / found.bounds, color=INK, linewidth=1.8, label="all at once")
+        panel.plot([finite(found.frequency)], [found.margin], "o", color=INK)
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_xlabel("frequency [Hz]")
+        panel.set_ylabel("disk margin")
+        panel.set_title(f"disk margin {found.margin:.4g} at {found.frequency:.4g} Hz", loc="left", weight="bold")
+        panel.legend(loc="best")
+    return figure
+
+
+def plot_over(found: MarginsOver) -> "Figure":
+    """Draw gain margin, phase margin and sensitivity peak of each loop over the values; unstable ones are left out."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    axis, factor = (f"{found.axis} [{found.unit}]", 1.0) if found.axis != "age" else ("age [years]", 1.0 / YEAR)
+    values = np.array(found.values) * factor
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 7.2), facecolor=PAPER, layout="constrained")
+        panels = figure.subplots(3, 1, sharex=True)
+        for name, colour in zip(found.margins[0], _COLOURS * len(found.margins[0]), strict=False):
+            rows = [loops[name] for loops in found.margins]
+            curves = (
+                [finite(decibels(m.gain_margin)) for m in rows],
+                [math.degrees(finite(m.phase_margin)) for m in rows],
+                [finite(decibels(m.sensitivity_peak)) for m in rows],
+            )
+            for panel, curve in zip(panels, curves, strict=True):
+                panel.plot(values, curve, ".-", color=colour, label=name)
+            for at, margins in zip(values, rows, strict=True):
+                if not margins.stable:
+                    for panel in panels:
+                        panel.axvline(at, color=colour, linestyle=":", linewidth=1.0)
+        for panel, label in zip(panels, ("gain margin [dB]", "phase margin [°]", "sensitivity peak [dB]"), strict=True):
+            panel.set_ylabel(label)
+        panels[0].legend(loc="best")
+        panels[2].set_xlabel(axis)
+        if any(not margins.stable for loops in found.margins for margins in loops.values()):
+            panels[0].set_title("dotted: not stable", loc="left", size=10)
+    return figure

@@ -1,0 +1,261 @@
+"""Disk margin for simultaneous perturbations: the room that all loops leave at once.
+
+Each wire carries its own factor f = (1 + d / 2) / (1 - d / 2), |d| < a: gain and phase together (Seiler, Packard and
+Gahinet, IEEE Control Systems 40, 2020, 78). With S = (I + L)^-1 of all wires the loops stay stable up to
+
+    a = 1 / max over w of mu(S - I / 2)
+
+The structured singular value mu lies between two bounds, `structured`, which agree for up to three loops. Where a
+period of the graph holds several values of a wire, its factor may change from one to the next.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.graph import Endpoint, Graph
+from proofmass.runner.analysis.linearisation.analog_loop import analog_group
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, tick_at
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.poles import Verdict, judged
+from proofmass.runner.analysis.margins.frequencies import sweep
+from proofmass.runner.analysis.several.structured import lower_bound, upper_bound
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+_BALANCES = 12  # rounds of a quick scaling
+_REFINED = 60  # steps of the search for a peak
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_NARROW = 1e-5  # of a frequency, to which a peak is found: of its height a part of 1e-10
+_CLOSE = 1e-7  # of bounds while a peak is looked for
+_PEAKS = 4  # that are refined
+
+
+@dataclass(frozen=True)
+class Together:
+    """The disk margin of several loops at once, and of each alone with the others closed."""
+
+    loops: tuple[str, ...]
+    open_at: tuple[str, ...]
+    verdict: Verdict
+    margin: float | None  # up to here every combination of factors leaves the loops stable; None if they are not stable
+    reached: float | None  # here some combination makes them unstable
+    frequency: float | None  # Hz, where the margin is least
+    factors: tuple[complex, ...]  # of that combination, a factor for each wire
+    alone: tuple[float, ...]  # disk margin of each loop
+    unstructured: float | None  # margin that perturbations between the wires would leave
+    frequencies: Array  # Hz
+    bounds: Array  # of mu at these frequencies, from above
+    of_each: Array  # |S_ii - 1/2|, a row for each loop
+    notes: tuple[str, ...]
+
+    @property
+    def gain(self) -> float | None:
+        """Factor by which all gains may rise or fall at once, each on its own; infinite from a margin of 2 on."""
+        if self.margin is None:
+            return None
+        return math.inf if self.margin >= 2.0 else (2.0 + self.margin) / (2.0 - self.margin)
+
+    @property
+    def phase(self) -> float | None:
+        """Phase in rad by which all wires may turn at once, each in its own direction."""
+        return None if self.margin is None else 2.0 * math.atan(0.5 * self.margin)
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        gain = self.gain
+        return {
+            "loops": dict(zip(self.loops, self.open_at, strict=True)),
+            "verdict": self.verdict,
+            "disk_margin": self.margin,
+            "unstable_at": self.reached,
+            "frequency_hz": self.frequency,
+            "critical_factors": [[f.real, f.imag] for f in self.factors],
+            "gain_db": None if gain is None or math.isinf(gain) else 20.0 * math.log10(gain),
+            "phase_deg": None if self.phase is None else math.degrees(self.phase),
+            "disk_margin_alone": dict(zip(self.loops, self.alone, strict=True)),
+            "disk_margin_unstructured": self.unstructured,
+            "notes": list(self.notes),
+        }
+
+
+def margins_together(graph: Graph, loops: Sequence[str] = (), *, at: str | float | Fraction = 0.0) -> Together:
+    """Return the disk margin for simultaneous perturbations of several loops: those named, or all of the graph.
+
+    A loop is named as in the graph, or by the output at which it is opened. Raises `ModelError` where a loop cannot be
+    told or linearised.
+    """
+    planned = plan(graph)
+    if loops:
+        named = dict(one_loop(planned, loop) for loop in loops)
+    else:
+        named = {name: node_of(planned, loop.open_at) for name, loop in loops_of(planned).items()}
+    return together(planned, named, tick_at(planned, at))
+
+
+def together(planned: Plan, loops: dict[str, Endpoint], tick: int = 0) -> Together:
+    """Return the margin of loops by name and output."""
+    nodes = list(loops.values())
+    _refuse(planned, loops)
+    whole = map_at(planned, nodes, nodes, cut=True, tick=tick)
+    system = OpenLoop(whole.between())
+    sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
+    return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], whole.notes)
+
+
+def of_system(
+    system: OpenLoop,
+    loops: Sequence[str],
+    sizes: Sequence[int],
+    open_at: Sequence[str] = (),
+    notes: tuple[str, ...] = (),
+) -> Together:
+    """Return the margin of an open loop of several wires, with so many values of each in a period."""
+    verdict, _ = judged(np.real(system.closed()), True)
+    base = Together(
+        loops=tuple(loops),
+        open_at=tuple(open_at or loops),
+        verdict=verdict,
+        margin=None,
+        reached=None,
+        frequency=None,
+        factors=(),
+        alone=(),
+        unstructured=None,
+        frequencies=np.zeros(0),
+        bounds=np.zeros(0),
+        of_each=np.zeros((0, 0)),
+        notes=notes,
+    )
+    return base if verdict != "stable" else _measured(base, system, sizes)
+
+
+def _refuse(planned: Plan, loops: dict[str, Endpoint]) -> None:
+    problems = []
+    if len(loops) < 2:
+        hint = "name two or more with --loop, or in [loops]; proofmass margins is for one"
+        problems.append(Problem(message="perturbations together need several loops", key="loops", hint=hint))
+    if len(set(loops.values())) < len(loops):
+        problems.append(Problem(message="two loops are opened at the same output", key="loops"))
+    for name, node in loops.items():
+        if analog_group(planned, node) is not None:
+            hint = "open it at a sampled or held output"
+            message = f"loop {name} lies among continuous blocks, where signals are not sampled"
+            problems.append(Problem(message=message, key=".".join(node), hint=hint))
+    if problems:
+        raise ModelError([planned.graph.placed(problem) for problem in problems])
+
+
+def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Together:
+    w = np.append(sweep(system), math.pi / system.map.period)
+    w = np.unique(w[w <= math.pi / system.map.period * (1.0 + 1e-12)])
+    matrices = _disks(system, w)
+    quick = np.array([_balanced(matrix, sizes) for matrix in matrices])
+    peaks = [i for i in range(len(w)) if quick[i] >= quick[max(i - 1, 0)] and quick[i] >= quick[min(i + 1, len(w) - 1)]]
+    best, place = 0.0, w[0]
+    for i in sorted(peaks, key=lambda i: -quick[i])[: _PEAKS + len(sizes)]:
+        if quick[i] <= best * (1.0 - 1e-3):
+            break
+        at, value = _refined(system, sizes, w[max(i - 1, 0)], w[i], w[min(i + 1, len(w) - 1)])
+        if value > best:
+            best, place = value, at
+    critical = _disks(system, np.array([place]))[0]
+    upper = upper_bound(critical, sizes).bound
+    low, turn = lower_bound(critical, sizes)
+    turn = turn * np.exp(-1j * np.angle(_eigenvalue(critical, sizes, turn)))
+    deltas = turn / low if low else turn
+    ends = np.cumsum([0, *sizes])
+    blocks = list(pairwise(ends.tolist()))
+    each = np.array([[np.linalg.norm(m[a:b, a:b], 2) for m in matrices] for a, b in blocks])
+    alone = tuple(1.0 / _peak_of(system, w, row, a, b) for row, (a, b) in zip(each, blocks, strict=True))
+    values = {**vars(base)}
+    values |= {
+        "margin": 1.0 / upper,
+        "reached": 1.0 / low if low else None,
+        "frequency": float(place) / (2.0 * math.pi),
+        "factors": tuple(complex((1.0 + d / 2.0) / (1.0 - d / 2.0)) for d in deltas),
+        "alone": alone,
+        "unstructured": 1.0 / max(float(np.linalg.norm(matrix, 2)) for matrix in [*matrices, critical]),
+        "frequencies": w / (2.0 * math.pi),
+        "bounds": quick,
+        "of_each": each,
+    }
+    return Together(**values)
+
+
+def _disks(system: OpenLoop, w: Array) -> Complex:
+    """S - I / 2 at some frequencies, by the closed loop."""
+    closed = system.complementary(w)
+    return np.asarray(0.5 * np.eye(closed.shape[-1]) - closed)
+
+
+def _balanced(matrix: Complex, sizes: Sequence[int]) -> float:
+    """Return a quick upper bound: by scales that make norms of rows and columns alike (Osborne)."""
+    ends = np.cumsum([0, *sizes])
+    blocks = list(pairwise(ends.tolist()))
+    norms = np.array([[np.linalg.norm(matrix[a:b, c:d]) for c, d in blocks] for a, b in blocks])
+    np.fill_diagonal(norms, 0.0)
+    scales = np.ones(len(sizes))
+    for _ in range(_BALANCES):
+        for i in range(len(sizes)):
+            row, column = float(np.linalg.norm(norms[i] / scales)), float(np.linalg.norm(norms[:, i] * scales))
+            if row > 0.0 and column > 0.0:
+                scales[i] = math.sqrt(column / row)
+    factors = np.repeat(scales, sizes)
+    return float(np.linalg.norm(factors[:, None] * matrix / factors, 2))
+
+
+def _refined(system: OpenLoop, sizes: Sequence[int], low: float, middle: float, high: float) -> tuple[float, float]:
+    """Return the frequency and value of the peak of mu between two frequencies, by golden section."""
+    scales: Any = None
+
+    def value(w: float) -> float:
+        nonlocal scales
+        found = upper_bound(_disks(system, np.array([w]))[0], sizes, scales, _CLOSE)
+        scales = found.scales
+        return found.bound
+
+    return _golden(value, low, high, (middle, value(middle)))
+
+
+def _peak_of(system: OpenLoop, w: Array, row: Array, a: int, b: int) -> float:
+    """Return the peak of |S_ii - 1/2| of one loop."""
+    i = int(np.argmax(row))
+    ends = w[max(i - 1, 0)], w[min(i + 1, len(w) - 1)]
+
+    def value(at: float) -> float:
+        return float(np.linalg.norm(_disks(system, np.array([at]))[0][a:b, a:b], 2))
+
+    return _golden(value, *ends, (w[i], float(row[i])))[1]
+
+
+def _golden(value: Any, low: float, high: float, best: tuple[float, float]) -> tuple[float, float]:
+    left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    at_left, at_right = value(left), value(right)
+    for _ in range(_REFINED):
+        best = max(best, (left, at_left), (right, at_right), key=lambda pair: pair[1])
+        if high - low <= _NARROW * high:
+            break
+        if at_left > at_right:
+            high, right, at_right = right, left, at_left
+            left = high - _GOLDEN * (high - low)
+            at_left = value(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + _GOLDEN * (high - low)
+            at_right = value(right)
+    return best
+
+
+def _eigenvalue(matrix: Complex, sizes: Sequence[int], turn: Complex) -> complex:
+    """Return the largest eigenvalue of U M."""
+    values = np.linalg.eigvals(np.repeat(turn, sizes)[:, None] * matrix)
+    return complex(values[int(np.argmax(np.abs(values)))])

@@ -1,0 +1,105 @@
+"""The commands that find parameters; what they do is imported when they are called."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.runner.commands.options import (
+    blocks_option,
+    file_argument,
+    graph_argument,
+    json_option,
+    plot_option,
+    quiet_option,
+    set_option,
+)
+
+_FILE = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command()
+@graph_argument
+@click.option(
+    "--write",
+    "target",
+    type=_FILE,
+    metavar="FILE",
+    help="Write the tuned graph, with its comments, to this file; it may be GRAPH itself.",
+)
+@plot_option("picture", "Draw parameters, goals and loops before and after")
+@click.option(
+    "--starts", type=click.IntRange(1, 100), help="Start from this many samples (default: as the graph says)."
+)
+@click.option("--samples", type=click.IntRange(1, 100_000), help="Try this many points first (default: as it says).")
+@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), help="Seed these points (default: as it says).")
+@quiet_option
+@blocks_option
+@json_option
+def tune(**options: Any) -> int:
+    """Find parameters that meet the goals of a graph.
+
+    GRAPH has a table [tune]: free parameters with bounds, and goals for margins, noise, scale factor or measures.
+    The answer says which goal binds. Exit code 1 if no parameters meet all hard goals. Ctrl-C ends the search; the
+    best point so far is the answer.
+
+    \b
+    proofmass tune sensor.toml
+    proofmass tune sensor.toml --plot tuned.png --write sensor.toml
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.tune_command import TuneRequest, show_tuning
+
+    return show_tuning(TuneRequest(**options))
+
+
+@click.command()
+@file_argument("source", library=True)
+@click.option(
+    "--figure", "figures", multiple=True, metavar="LOOP:FIGURE", help="Look at this, as main:phase_margin; repeatable."
+)
+@click.option("--noise", "noises", multiple=True, metavar="BLOCK.PORT", help="Look at the noise of this output.")
+@click.option("--scale-factor", "scale_factors", multiple=True, metavar="BLOCK.PORT", help="Look at its scale factor.")
+@click.option("--bias", "biases", multiple=True, metavar="BLOCK.PORT", help="Look at its value at zero input.")
+@click.option("--measure", "measures", multiple=True, metavar="NAME", help="Look at this measure; repeatable.")
+@click.option("--input", "source_signal", default="", metavar="BLOCK.PORT", help="Scale factors start at this output.")
+@click.option("--band", nargs=2, metavar="FROM TO", help='Count noise from "1 Hz" to "100 Hz" (default: all).')
+@click.option(
+    "--tolerance",
+    "tolerances",
+    multiple=True,
+    metavar="PARAMETER=WIDTH",
+    help='Let it vary by "5 %", by "0.1 V", or in a range "4.9 V..5.2 V"; repeatable.',
+)
+@click.option("--at", default="", metavar="TIME", help='Linearise at this time, or "settled" (default: the start).')
+@click.option(
+    "--corners", type=click.IntRange(0, 2**20), default=256, show_default=True, help="Try all if there are no more."
+)
+@click.option(
+    "--samples", type=click.IntRange(1, 10**6), default=100, show_default=True, help="Try this many random points."
+)
+@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), help="Seed the random points (default: 0).")
+@plot_option("picture", "Draw what each parameter does alone, and all together")
+@set_option
+@quiet_option
+@blocks_option
+@json_option
+def worst(**options: Any) -> int:
+    """Find how bad a graph can get within tolerances.
+
+    SOURCE is a graph, or a study: the spread of its parameters counts as tolerances, of normal ones three standard
+    deviations. The answer has the worst case of each quantity, what each parameter does alone, and how much was
+    looked at. Without a quantity the gain and phase margins of all named loops are looked at.
+
+    \b
+    proofmass worst graphs/library/accelerometer/margin_tolerance_study.toml
+    proofmass worst sensor.toml --tolerance "torquer.gain=5 %" --figure main:phase_margin --plot worst.png
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.worst_command import WorstRequest, show_worst
+
+    return show_worst(WorstRequest(**options))
+
+
+DESIGN = (tune, worst)

@@ -1,0 +1,132 @@
+"""Answers of `margins` with --together and --over: several loops at once, margins over a parameter or age."""
+
+import math
+from pathlib import Path
+
+import click
+
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
+from proofmass.blocks.declaration.units import convert, short_unit
+from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.names import Missing, find_any
+from proofmass.graphs.studies.ages import age_text
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.margins.figures import decibels
+from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.several.over import MarginsOver, margins_over, margins_over_age, spread_evenly
+from proofmass.runner.analysis.several.plot import plot_over, plot_together
+from proofmass.runner.analysis.several.together import Together, margins_together
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.text_table import text_table
+
+POINTS = 9
+
+
+def show_together(graph: Graph, loops: tuple[str, ...], at: str, picture: Path | None, as_json: bool) -> int:
+    """Show the disk margin of several loops at once; exit code 1 if they are not stable."""
+    found = margins_together(graph, loops, at=at)
+    if as_json:
+        print_json({"graph": graph.name} | found.as_data())
+    else:
+        print_text(_together_lines(found))
+    if picture is not None:
+        print_file(save_figure(plot_together(found), picture), as_json)
+    return DONE if found.margin is not None else WRONG_MODEL
+
+
+def _together_lines(found: Together) -> list[str]:
+    named = ", ".join(f"{name} at {place}" for name, place in zip(found.loops, found.open_at, strict=True))
+    lines = [f"{len(found.loops)} loops at once: {named}"]
+    if found.margin is None:
+        return [*lines, f"  the loops are {found.verdict}", *(f"  note: {note}" for note in found.notes)]
+    gain = found.gain or math.inf
+    gains = "by any factor" if math.isinf(gain) else f"by +-{20.0 * math.log10(gain):.3g} dB"
+    lines.append(f"  disk margin {found.margin:.5g}, least at {found.frequency:.5g} Hz")
+    lines.append(
+        f"  every gain may move {gains}, or every phase by +-{math.degrees(found.phase or 0.0):.3g} deg, at once"
+    )
+    if found.reached is not None and found.reached > found.margin * (1.0 + 1e-6):
+        lines.append(
+            f"  it is at least that; a perturbation that makes the loops unstable is known at {found.reached:.5g}"
+        )
+    factors = [f"{n} {_polar(f)}" for n, f in zip(found.loops, found.factors, strict=True)]
+    lines.append(f"  these factors make them unstable: {', '.join(factors)}")
+    rows = [("loop", "disk margin alone"), *((n, f"{v:.5g}") for n, v in zip(found.loops, found.alone, strict=True))]
+    lines += [f"  {line}" for line in text_table(rows, left=(0,))]
+    lines.append(f"  with perturbations between the wires too: {found.unstructured:.5g}")
+    return [*lines, *(f"  note: {note}" for note in found.notes)]
+
+
+def _polar(factor: complex) -> str:
+    return f"{abs(factor):.4g} at {math.degrees(math.atan2(factor.imag, factor.real)):+.3g} deg"
+
+
+def show_over(source: Graph | Study, over: str, loop: str, at: str, picture: Path | None, as_json: bool) -> int:
+    """Show margins over a parameter, or of a study over age; exit code 1 if some loop is not stable somewhere."""
+    if isinstance(source, Study):
+        name, found = source.graph.name, margins_over_age(source, loop=loop, at=at)
+    else:
+        name, found = source.name, _over(source, over, loop, at)
+    if as_json:
+        print_json({"graph": name} | found.as_data())
+    else:
+        print_text(_over_lines(found))
+    if picture is not None:
+        print_file(save_figure(plot_over(found), picture), as_json)
+    return DONE if all(m.stable for loops in found.margins for m in loops.values()) else WRONG_MODEL
+
+
+def _over(graph: Graph, over: str, loop: str, at: str) -> MarginsOver:
+    name, equals, bounds = over.partition("=")
+    low, dots, rest = bounds.partition("..")
+    high, colon, count = rest.partition(":")
+    wrong = click.UsageError(f'--over {over}: write age, or PARAMETER="LOW..HIGH", or PARAMETER="LOW..HIGH:POINTS"')
+    if not (equals and dots and low.strip() and high.strip() and "." in name):
+        raise wrong
+    if colon and not (count.strip().isdigit() and 1 <= int(count) <= 1000):
+        raise wrong
+    flat = flatten(graph)
+    signal = inside(graph, graph.exports.get(name.strip(), name.strip()))
+    found = find_any(flat, signal)
+    if isinstance(found, Missing):
+        raise ModelError([Problem(message=found.message, key=name, hint=found.hint)])
+    block, parameter = split(signal)
+    declared = type(flat.blocks[block]).parameters.get(parameter)
+    driver = next((wire.source for wire in flat.wires if wire.target == signal), "")
+    if declared is None or declared.kind is not float or driver:
+        message = f"is driven by {driver}" if driver else "is not a parameter that is a number"
+        raise ModelError([Problem(message=message, key=name, hint="name a parameter such as temperature.value")])
+    unit = short_unit(unit_of(flat.blocks[block], declared))
+    try:
+        ends = [convert(end.strip(), unit) for end in (low, high)]
+    except Refusal as error:
+        raise ModelError([error.problem(name, bounds)]) from None
+    values = spread_evenly(ends[0], ends[1], int(count) if colon else POINTS)
+    return margins_over(graph, signal, values, unit=unit, loop=loop, at=at)
+
+
+def _over_lines(found: MarginsOver) -> list[str]:
+    age = found.axis == "age"
+    head = ("age" if age else f"{found.axis}", "loop", "gain margin", "phase margin", "sensitivity peak", "bandwidth")
+    rows: list[tuple[str, ...]] = [head]
+    for value, loops in zip(found.values, found.margins, strict=True):
+        at = age_text(value) if age else f"{value:.6g}" + (f" {found.unit}" if found.unit != "1" else "")
+        rows += [(at, name, *_figures(margins)) for name, margins in loops.items()]
+    return text_table(rows, left=(1,))
+
+
+def _figures(margins: Margins) -> tuple[str, ...]:
+    if not margins.stable:
+        return margins.verdict, "", "", ""
+    gain, peak = decibels(margins.gain_margin), decibels(margins.sensitivity_peak)
+    phase = margins.phase_margin
+    return (
+        "no limit" if gain is None else f"{gain:.4g} dB",
+        "no limit" if phase is None else f"{math.degrees(phase):.4g} deg",
+        "" if peak is None else f"{peak:.4g} dB",
+        "" if margins.bandwidth is None else f"{margins.bandwidth:.5g} Hz",
+    )

@@ -1,0 +1,70 @@
+"""The command `tune`: find parameters that meet the goals of a graph, show what binds, write them into a graph file."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_editor import edit_file
+from proofmass.graphs.tuning.reader import read_tuning
+from proofmass.graphs.tuning.tuning import Tuning
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
+from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.progress import progress
+from proofmass.runner.design.tune.plot import plot_tuned
+from proofmass.runner.design.tune.text import tuned_text
+from proofmass.runner.design.tune.tune import Tuned, tune
+from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.plot import save_figure
+
+
+@dataclass(frozen=True)
+class TuneRequest:
+    """A call of `proofmass tune`."""
+
+    graph: Path
+    target: Path | None
+    picture: Path | None
+    starts: int | None
+    samples: int | None
+    seed: int | None
+    quiet: bool
+    own: Path | None
+    as_json: bool
+
+
+def show_tuning(request: TuneRequest) -> int:
+    """Tune a graph and return the exit code: 1 if a hard goal is missed."""
+    tuning = _numbers(read_tuning(request.graph, own_blocks(request.own)), request)
+    with progress(request.quiet or request.as_json, "point") as bar:
+        tuned = tune(tuning, progress=bar)
+    if request.as_json:
+        print_json({"graph": tuning.graph.name} | tuned.as_data())
+    else:
+        print_text([tuned_text(tuned)])
+    if request.picture is not None:
+        print_file(save_figure(plot_tuned(tuned), request.picture), request.as_json)
+    if request.target is not None:
+        _write(tuned, request)
+        print_file(request.target, request.as_json)
+    return INTERRUPTED if tuned.interrupted else DONE if tuned.met else WRONG_MODEL
+
+
+def _numbers(tuning: Tuning, request: TuneRequest) -> Tuning:
+    return replace(
+        tuning,
+        starts=tuning.starts if request.starts is None else request.starts,
+        samples=tuning.samples if request.samples is None else request.samples,
+        seed=tuning.seed if request.seed is None else request.seed,
+    )
+
+
+def _write(tuned: Tuned, request: TuneRequest) -> None:
+    """Write the graph file with the tuned parameters; comments stay."""
+    if not tuned.met and not tuned.interrupted:
+        message = "nothing was written: no parameters meet all hard goals"
+        raise ModelError([Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound")])
+    assert request.target is not None
+    text = edit_file(request.graph, tuned.changes)
+    with whole_file(request.target) as file:
+        file.write(text.encode("utf-8"))

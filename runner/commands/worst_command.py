@@ -1,0 +1,107 @@
+"""The command `worst`: how bad margins, noise, scale factors and measures can get within tolerances."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from proofmass.graphs.files.toml_reader import read_table
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import STUDY, is_study, read_study
+from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED
+from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.progress import progress
+from proofmass.runner.design.worst.plot import plot_worst
+from proofmass.runner.design.worst.text import worst_text
+from proofmass.runner.design.worst.worst import worst
+from proofmass.runner.output.plot import save_figure
+
+
+@dataclass(frozen=True)
+class WorstRequest:
+    """A call of `proofmass worst`."""
+
+    source: Path
+    figures: tuple[str, ...]
+    noises: tuple[str, ...]
+    scale_factors: tuple[str, ...]
+    biases: tuple[str, ...]
+    measures: tuple[str, ...]
+    source_signal: str
+    band: tuple[str, str] | None
+    tolerances: tuple[str, ...]
+    at: str
+    corners: int
+    samples: int
+    seed: int | None
+    picture: Path | None
+    changes: tuple[str, ...]
+    quiet: bool
+    own: Path | None
+    as_json: bool
+
+
+def show_worst(request: WorstRequest) -> int:
+    """Show worst cases and return the exit code."""
+    source, quantities = _source(request), dict(_quantities(request))
+    with progress(request.quiet or request.as_json, "point") as bar:
+        found = worst(
+            source,
+            quantities or None,
+            tolerances=dict(map(_tolerance, request.tolerances)),
+            at=request.at,
+            corners=request.corners,
+            samples=request.samples,
+            seed=request.seed or 0,
+            progress=bar,
+        )
+    if request.as_json:
+        name = source.graph.name if isinstance(source, Study) else source.name
+        print_json({"graph": name} | found.as_data())
+    else:
+        print_text([worst_text(found)])
+    if request.picture is not None:
+        print_file(save_figure(plot_worst(found), request.picture), request.as_json)
+    return INTERRUPTED if found.interrupted else DONE
+
+
+def _source(request: WorstRequest) -> Graph | Study:
+    data, _ = read_table(request.source)
+    if is_study(data) or (STUDY in data and not request.changes):
+        if request.changes:
+            raise click.UsageError("--set: of a graph, not of a study; change the study's graph instead")
+        return read_study(request.source, own_blocks(request.own))
+    return graph_of(request.source, request.own, request.changes)
+
+
+def _quantities(request: WorstRequest) -> Iterator[tuple[str, dict[str, Any]]]:
+    for text in request.figures:
+        loop, colon, figure = text.rpartition(":")
+        if not colon:
+            raise click.UsageError(f"--figure {text}: write LOOP:FIGURE, for example main:phase_margin")
+        yield text, {"loop": loop, "figure": figure}
+    for key, signals in (("scale_factor", request.scale_factors), ("bias", request.biases)):
+        for signal in signals:
+            if not request.source_signal:
+                raise click.UsageError(f"--{key.replace('_', '-')} needs --input, the output of the source")
+            yield f"{key.replace('_', ' ')} of {signal}", {key: signal, "input": request.source_signal}
+    for signal in request.noises:
+        noise: dict[str, Any] = {"noise": signal}
+        noise |= {"input": request.source_signal} if request.source_signal else {}
+        noise |= {"band": list(request.band)} if request.band else {}
+        yield f"noise of {signal}", noise
+    for name in request.measures:
+        yield name, {"measure": name}
+
+
+def _tolerance(text: str) -> tuple[str, Any]:
+    name, equals, width = text.partition("=")
+    if not (equals and "." in name and width.strip()):
+        raise click.UsageError(f'--tolerance {text}: write BLOCK.PARAMETER="5 %", or a width with a unit')
+    low, dots, high = width.partition("..")
+    return name.strip(), [low.strip(), high.strip()] if dots else width.strip()

@@ -1,0 +1,315 @@
+"""Parameters of a graph that make its outputs those of recordings, and how well they are known."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.special
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.rates import read_duration
+from proofmass.runner.design.identification.identifiable import certainty
+from proofmass.runner.design.identification.model import Model, output_units
+from proofmass.runner.design.identification.noise_levels import NoiseLevel, noise_levels
+from proofmass.runner.design.identification.recordings import Gaps, Recording, Wanted, recordings_of
+from proofmass.runner.design.identification.solve import LOSSES, InterruptedFit, Progress, Solution, Solver
+from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown, parameters_of
+from proofmass.runner.design.identification.whiteness import Whiteness, whiteness
+from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.run.result import Array
+
+CONFIDENCE = 0.95
+_DIGITS = 9
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An unknown: its value, and half of its interval of 95 %, infinite where it is not determined."""
+
+    name: str
+    unit: str
+    before: float
+    value: float
+    standard_error: float
+    half_width: float
+    at_bound: str  # "lower", "upper" or ""
+
+
+@dataclass(frozen=True)
+class OutputFit:
+    """Agreement of an output with its recordings."""
+
+    signal: str
+    unit: str
+    rms: float  # of the residuals
+    noise: float  # of a value of the recording
+    explained: float  # part of the variance
+    whiteness: Whiteness
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The result of a fit."""
+
+    source: Graph
+    estimates: tuple[Estimate, ...]
+    outputs: tuple[OutputFit, ...]
+    levels: tuple[NoiseLevel, ...]
+    correlation: Array
+    findings: tuple[str, ...]  # what is not identifiable
+    notes: tuple[str, ...]
+    rows: int
+    runs: int
+    starts: int
+    reached: int  # starts that ended at the best solution
+    converged: bool
+    interrupted: bool
+    recordings: tuple[Recording, ...]
+    modelled: tuple[Mapping[str, Array], ...]  # outputs of each recording with the fitted values
+    written: Mapping[str, str]  # names of parameters as a person wrote them, by those of the flat graph
+
+    @property
+    def determined(self) -> bool:
+        """True if the recordings determine every unknown."""
+        return not self.findings
+
+    @property
+    def changes(self) -> dict[str, float | str]:
+        """The parameters with their units, by the names that the graph file has."""
+        known = {e.name: (e.value, e.unit) for e in self.estimates if not e.name.startswith((OFFSET, DELAY))}
+        known |= {level.parameter: (level.value, level.unit) for level in self.levels if level.value is not None}
+        return {
+            name: f"{float(f'{value:.{_DIGITS}g}')!r} {unit}" if unit != "1" else float(f"{value:.{_DIGITS}g}")
+            for name, (value, unit) in known.items()
+        }
+
+    @cached_property
+    def graph(self) -> Graph:
+        """The graph with the fitted parameters."""
+        return with_parameters(self.source, self.changes)
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "parameters": {
+                e.name: {
+                    "before": e.before,
+                    "value": e.value,
+                    "unit": e.unit,
+                    "standard_error": _finite(e.standard_error),
+                    "half_width": _finite(e.half_width),
+                    "at_bound": e.at_bound or None,
+                }
+                for e in self.estimates
+            },
+            "noise_levels": {level.parameter: level.as_data() for level in self.levels},
+            "correlation": [[_finite(v) for v in row] for row in self.correlation.tolist()],
+            "determined": self.determined,
+            "findings": list(self.findings),
+            "outputs": {
+                o.signal: {
+                    "unit": o.unit,
+                    "rms": o.rms,
+                    "noise": o.noise,
+                    "explained": o.explained,
+                    "white": o.whiteness.white,
+                    "chance": o.whiteness.chance,
+                    "autocorrelation": o.whiteness.autocorrelation.tolist(),
+                }
+                for o in self.outputs
+            },
+            "rows": self.rows,
+            "runs": self.runs,
+            "starts": self.starts,
+            "starts_that_agree": self.reached,
+            "converged": self.converged,
+            "interrupted": self.interrupted,
+            "notes": list(self.notes),
+        }
+
+
+def fit(
+    graph: Graph,
+    data: object,
+    *,
+    outputs: Mapping[str, str] | Sequence[str],
+    free: Mapping[str, object] | Sequence[str],
+    inputs: Mapping[str, str] | Sequence[str] = (),
+    offsets: Sequence[str] = (),
+    delays: Sequence[str] = (),
+    levels: Sequence[str] = (),
+    loss: str = "linear",
+    starts: int = 1,
+    skip: str | float = 0.0,
+    gaps: Gaps = "refuse",
+    interpolated: bool = False,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Fitted:
+    """Find the parameters with which a graph gives what was recorded.
+
+    `data` is a recording or a list of them: a file (CSV, Parquet, netCDF), a table of arrays with the times under
+    "time", or an xarray dataset. `inputs` and `outputs` map signals of the graph to columns; a list of signals stands
+    for columns of the same names. `free` lists parameters, or maps them to what is known of them:
+    `{"sensor.stiffness": {"at_least": "100 N/m", "expected": "132 N/m", "uncertainty": "3 N/m"}}`.
+
+    `offsets` and `delays` are outputs whose recording has an unknown constant, or lags by an unknown time. `levels` are
+    noise parameters, such as "amplifier.density", that are found from what is left. `loss` is "linear", "robust" or
+    "outliers". With several `starts` others are drawn within the bounds. What lies before `skip` is run but not
+    compared. Recorded inputs are held until the next row, or `interpolated`. The graph runs without its noise.
+
+    Ctrl-C ends the fit; the best values so far are the result. Raises `ModelError` with everything that is wrong.
+    """
+    if loss not in LOSSES:
+        hint = did_you_mean(loss, LOSSES, "the losses")
+        raise ModelError([Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint)])
+    wanted = _signals(graph, inputs), _signals(graph, outputs)
+    if not wanted[1]:
+        hint = 'name what was recorded: outputs={"readout.voltage": "voltage"}'
+        raise ModelError([Problem(message="names no output", key="outputs", hint=hint)])
+    unknowns = [*parameters_of(graph, free), *_shifts(wanted[1], offsets, delays)]
+    if not unknowns and not levels:
+        raise ModelError([Problem(message="leaves nothing free", key="free", hint="name a parameter")])
+    recordings, notes = recordings_of(data, *wanted, gaps)
+    models = [Model(graph, recording, interpolated) for recording in recordings]
+    if any(model.between_ticks for model in models):
+        notes.append("recorded times lie between ticks: straight lines between the values of the run are compared")
+    with interrupts() as stop:
+        solver = Solver(models, unknowns, loss, float(read_duration(skip)), progress, stop)
+        _refuse_few(solver, unknowns)
+        solution, reached, interrupted = _best(solver, unknowns, starts, seed)
+    return _outcome(graph, solver, solution, (starts, reached, interrupted), notes, levels)
+
+
+def _signals(graph: Graph, given: Mapping[str, str] | Sequence[str]) -> list[Wanted]:
+    columns = dict(given) if isinstance(given, Mapping) else {signal: signal for signal in given}
+    units = output_units(graph, list(columns))
+    return [Wanted(signal, column or signal, units[signal]) for signal, column in columns.items()]
+
+
+def _shifts(outputs: Sequence[Wanted], offsets: Sequence[str], delays: Sequence[str]) -> list[Unknown]:
+    units, unknowns = {w.signal: w.unit for w in outputs}, list[Unknown]()
+    for kind, signals in ((OFFSET, offsets), (DELAY, delays)):
+        for signal in signals:
+            if signal not in units:
+                hint = did_you_mean(signal, units, "the outputs")
+                raise ModelError([Problem(message="is not an output of the fit", key=signal, hint=hint)])
+            name = f"{kind} {signal}"
+            unknowns.append(Unknown(name, name, units[signal] if kind == OFFSET else "s", 0.0))
+    return unknowns
+
+
+def _refuse_few(solver: Solver, unknowns: Sequence[Unknown]) -> None:
+    rows = sum(int(mask.sum()) for masks in solver.masks for mask in masks)
+    if rows <= len(unknowns):
+        message, expected = "too few values are left to compare", f"more than {len(unknowns)}, one for each unknown"
+        raise ModelError([Problem(message=message, key="data", got=str(rows), expected=expected)])
+
+
+def _best(solver: Solver, unknowns: Sequence[Unknown], starts: int, seed: int) -> tuple[Solution, int, bool]:
+    """Return the best solution of all starts, how many end there, and whether Ctrl-C ended the search."""
+    begin = np.array([unknown.start for unknown in unknowns])
+    drawn = np.random.default_rng(seed).random((max(starts - 1, 0), len(unknowns)))
+    others = [np.array([u.sampled(p) for u, p in zip(unknowns, row, strict=True)]) for row in drawn]
+    first_noise, solutions, interrupted = dict(solver.noise), list[tuple[float, Solution]](), False
+    try:
+        for start in (begin, *others):
+            solver.noise = dict(first_noise)
+            solution = solver.solved(start)
+            size = sum(math.log(solution.noise[s]) * _share(solver, s) for s in solver.signals)
+            solutions.append((size, solution))
+    except InterruptedFit:
+        interrupted = True
+        solver.interrupt()
+        if not solutions:
+            values = solver.best[1] if solver.best else begin
+            solutions.append((0.0, solver.as_it_is(values)))
+    best = min(size for size, _ in solutions)
+    reached = sum(size <= best + 1e-4 for size, _ in solutions)
+    chosen = next(solution for size, solution in solutions if size == best)
+    solver.noise = dict(chosen.noise)
+    return chosen, reached, interrupted
+
+
+def _share(solver: Solver, signal: str) -> float:
+    """Return the part of all values that an output has."""
+    counts = dict.fromkeys(solver.signals, 0)
+    for model, masks in zip(solver.models, solver.masks, strict=True):
+        for name, mask in zip(model.signals, masks, strict=True):
+            counts[name] += int(mask.sum())
+    return counts[signal] / sum(counts.values())
+
+
+def _outcome(
+    graph: Graph,
+    solver: Solver,
+    solution: Solution,
+    ran: tuple[int, int, bool],
+    notes: list[str],
+    levels: Sequence[str],
+) -> Fitted:
+    unknowns, values = solver.unknowns, solution.values
+    sure = certainty(solution.jacobian, values, unknowns)
+    rows = len(solution.residuals)
+    quantile = float(scipy.special.stdtrit(max(rows - len(unknowns), 1), (1.0 + CONFIDENCE) / 2.0))
+    estimates = tuple(
+        Estimate(u.written, u.unit, u.start, float(v), float(e), quantile * float(e), _bound(u, float(v)))
+        for u, v, e in zip(unknowns, values, sure.errors, strict=True)
+    )
+    raw = solver.raw(values)
+    outputs = tuple(_output(solver, signal, raw) for signal in solver.signals)
+    known = {u.name: float(v) for u, v in zip(unknowns, values, strict=True) if u.of_block}
+    fitted = with_parameters(graph, {u.written: known[u.name] for u in unknowns if u.of_block})
+    left = {o.signal: (o.rms, sum(int(m.sum()) for m in _masks_of(solver, o.signal))) for o in outputs}
+    return Fitted(
+        source=graph,
+        estimates=estimates,
+        outputs=outputs,
+        levels=tuple(noise_levels(fitted, levels, left)),
+        correlation=sure.correlation,
+        findings=sure.findings,
+        notes=tuple(notes),
+        rows=rows,
+        runs=solver.runs,
+        starts=ran[0],
+        reached=ran[1],
+        converged=solution.converged,
+        interrupted=ran[2],
+        recordings=tuple(model.recording for model in solver.models),
+        modelled=tuple(solver.modelled(values)),
+        written={u.name: u.written for u in unknowns},
+    )
+
+
+def _masks_of(solver: Solver, signal: str) -> list[Array]:
+    return [
+        mask
+        for model, masks in zip(solver.models, solver.masks, strict=True)
+        for name, mask in zip(model.signals, masks, strict=True)
+        if name == signal
+    ]
+
+
+def _output(solver: Solver, signal: str, raw: Sequence[tuple[str, Array]]) -> OutputFit:
+    parts = [part for name, part in raw if name == signal]
+    values = np.concatenate(parts)
+    longest = max(parts, key=len)
+    model = next(model for model in solver.models if signal in model.signals)
+    rms = float(np.sqrt(np.mean(values**2)))
+    moved = solver.spread(signal)
+    probe = model.plan.probes[model.signals.index(signal)]
+    return OutputFit(signal, probe.unit, rms, solver.noise[signal], 1.0 - (rms / moved) ** 2, whiteness(longest))
+
+
+def _bound(unknown: Unknown, value: float) -> str:
+    near = 1e-6 * unknown.scale
+    return "lower" if value - unknown.at_least <= near else "upper" if unknown.at_most - value <= near else ""
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

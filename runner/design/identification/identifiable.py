@@ -1,0 +1,66 @@
+"""Standard errors, correlations, and combinations of unknowns that recordings do not determine.
+
+The singular vectors of the derivatives, relative to the size of each unknown, are the combinations that the recordings
+determine one by one; the inverse of a singular value is the relative uncertainty of its combination.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from proofmass.runner.design.identification.unknowns import Unknown
+from proofmass.runner.run.result import Array
+
+UNCERTAIN = 0.5  # relative standard deviation of a combination that counts as not determined
+_PART = 0.2  # of a combination, from which on an unknown takes part
+_ALIKE = 0.02  # difference of parts that count as equal
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """Standard errors and correlations of the unknowns, and what is not determined."""
+
+    errors: Array  # infinite where an unknown is not determined
+    correlation: Array
+    unidentified: tuple[tuple[str, ...], ...]  # unknowns of combinations that are not determined
+    findings: tuple[str, ...]
+
+
+def certainty(jacobian: Array, values: Array, unknowns: Sequence[Unknown]) -> Certainty:
+    """Return what the derivatives of residuals, in units of the noise, say of the unknowns."""
+    sizes = np.array([abs(v) or u.scale for v, u in zip(values, unknowns, strict=True)])
+    table = jacobian * sizes
+    _, singular, turned = np.linalg.svd(table, full_matrices=False)
+    largest = float(singular[0]) if len(singular) else 0.0
+    floor = 1e-10 * largest
+    determined = [i for i, s in enumerate(singular) if s > max(1.0 / UNCERTAIN, floor)]
+    vague = [i for i in range(len(unknowns)) if i not in determined]
+    covariance = (turned[determined].T / singular[determined] ** 2) @ turned[determined]
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * sizes
+    groups, findings = list[tuple[str, ...]](), list[str]()
+    for i in vague:
+        vector = turned[i]
+        members = [int(k) for k in np.argsort(-np.abs(vector)) if abs(vector[k]) >= _PART]
+        errors[members] = math.inf
+        groups.append(tuple(unknowns[k].written for k in members))
+        findings.append(_said(vector, members, unknowns, float(singular[i])))
+    spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return Certainty(errors, covariance / np.outer(spread, spread), tuple(groups), tuple(findings))
+
+
+def _said(vector: Array, members: Sequence[int], unknowns: Sequence[Unknown], singular: float) -> str:
+    names = [unknowns[k].written for k in members]
+    if len(members) == 1:
+        how = "changes nothing" if singular < 1e-6 else f"is known to {100.0 / singular:.2g} % of its size only"
+        return f"not identifiable: {names[0]} {how} in these recordings"
+    first = vector[members[0]]
+    listed = f"{', '.join(names[:-1])} and {names[-1]}"
+    if all(abs(vector[k] - first) < _ALIKE for k in members):
+        known = "their ratio is" if len(members) == 2 else "their ratios are"
+        return f"not identifiable: {listed}, all raised by the same factor, change nothing: only {known} determined"
+    if len(members) == 2 and abs(vector[members[1]] + first) < _ALIKE:
+        return f"not identifiable: raising {names[0]} and lowering {names[1]} by the same factor changes nothing"
+    powers = ", ".join(f"{unknowns[k].written} by {100.0 * vector[k] / first:+.0f} %" for k in members)
+    return f"not identifiable: {listed} together; changing {powers} changes nothing"

@@ -1,0 +1,80 @@
+"""Levels of noise sources from the residuals of a fit: what is left of an output beside what the others make there.
+
+The mean square of an output is a sum over sources, each in proportion to the square of its level. So the level of one
+source follows from the residuals' mean square less those of the others, by the noise budget of the graph.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.names import Missing, find_any
+from proofmass.runner.analysis.noise.budget import noise
+
+_QUANTILE = 1.959964  # of the normal distribution, for 95 %
+
+
+@dataclass(frozen=True)
+class NoiseLevel:
+    """The level of a source, None where what is left is no more than what the other sources make."""
+
+    parameter: str
+    unit: str
+    before: float
+    value: float | None
+    half_width: float
+    output: str
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "before": self.before,
+            "value": self.value,
+            "half_width": self.half_width if math.isfinite(self.half_width) else None,
+            "unit": self.unit,
+            "from_output": self.output,
+        }
+
+
+def noise_levels(
+    graph: Graph, parameters: Sequence[str], left: Mapping[str, tuple[float, int]]
+) -> Iterator[NoiseLevel]:
+    """Yield the level of each source, from the output of which it makes the largest part.
+
+    `left` has the rms of the residuals of each output, and how many there are.
+    """
+    if not parameters:
+        return
+    flat = flatten(graph)
+    budgets = {signal: noise(graph, signal) for signal in left}
+    for written in parameters:
+        name = inside(graph, graph.exports.get(written, written))
+        found = find_any(flat, name)
+        if isinstance(found, Missing):
+            raise ModelError([Problem(message=found.message, key=written, hint=found.hint)])
+        if not isinstance(found[1], Parameter) or found[1].kind is not float:
+            raise ModelError([Problem(message="is not a level of noise", key=written, hint="name a parameter")])
+        block, parameter = split(name)
+        before = float(getattr(flat.blocks[block], parameter))
+        shares = {}
+        for signal, budget in budgets.items():
+            own = sum(source.rms**2 for source in budget.sources if source.block == block)
+            shares[signal] = own, budget.rms**2 - own
+        signal = max(shares, key=lambda key: shares[key][0] / (sum(shares[key]) or 1.0))
+        own, others = shares[signal]
+        if own <= 0.0 or before <= 0.0:
+            message, hint = "makes no noise in the recorded outputs", "give it a value above zero to begin with"
+            raise ModelError([Problem(message=message, key=written, got=f"{before:g}", hint=hint)])
+        rms, count = left[signal]
+        rest = rms**2 - others
+        value = before * math.sqrt(rest / own) if rest > 0.0 else None
+        half = math.inf if value is None else _QUANTILE * value * rms**2 / rest / math.sqrt(2.0 * count)
+        unit = short_unit(unit_of(found[0], found[1]))
+        yield NoiseLevel(written, unit, before, value, half, signal)

@@ -1,0 +1,182 @@
+"""Recordings that a graph is compared with, and what is done about gaps, missing values and the first time.
+
+Times must ascend. They are counted from the first row. A value that is missing in an output is not compared; one that
+is missing in an input is refused. A gap, more than one and a half steps long, is refused unless the recording is to be
+cut there: the pieces then run one by one, each from rest.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
+from proofmass.blocks.declaration.units import convert_exactly, same_dimension
+from proofmass.runner.design.identification.tables import Table, read_table_file
+from proofmass.runner.run.result import Array
+
+GAP = 1.5  # steps
+FEWEST = 8  # rows of a piece
+_NAMED = 3  # gaps in a message
+Gaps = Literal["refuse", "split"]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One stretch of recorded signals, in the units of the graph: times from 0, inputs and outputs by signal."""
+
+    source: str
+    times: Array
+    inputs: Mapping[str, Array]
+    outputs: Mapping[str, Array]
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first row to the last."""
+        return float(self.times[-1])
+
+    @property
+    def rate(self) -> float:
+        """Rows a second."""
+        return (len(self.times) - 1) / self.duration
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A signal of the graph and the column that holds it."""
+
+    signal: str
+    column: str
+    unit: str
+
+
+def recordings_of(
+    data: object, inputs: Sequence[Wanted], outputs: Sequence[Wanted], gaps: Gaps
+) -> tuple[list[Recording], list[str]]:
+    """Return recordings of files, tables of arrays or xarray datasets, and what is to be said of them.
+
+    A table of arrays has the times under "time", or under its first name. Raises `ModelError`.
+    """
+    sources = list(data) if isinstance(data, list | tuple) else [data]
+    stretches, notes = list[Recording](), list[str]()
+    for number, source in enumerate(sources, 1):
+        table = _table(source, [w.column for w in (*inputs, *outputs)], f"recording {number}")
+        notes += [f"{table.source}: {note}" for note in table.notes]
+        made, said = _stretches(table, inputs, outputs, gaps)
+        stretches += made
+        notes += [f"{table.source}: {note}" for note in said]
+    return stretches, notes
+
+
+def _table(source: Any, wanted: list[str], name: str) -> Table:
+    if isinstance(source, str | Path):
+        return read_table_file(Path(source), wanted)
+    if isinstance(source, Table):
+        return source
+    if hasattr(source, "data_vars"):  # an xarray dataset: one axis of time, units as attributes
+        axis = next(iter(source.dims))
+        named = {axis: source[axis], **{key: source[key] for key in source.data_vars}}
+        units = {key: str(values.attrs.get("units", "")) for key, values in named.items()}
+        return Table(name, {key: np.asarray(values, dtype=float) for key, values in named.items()}, units)
+    if not isinstance(source, Mapping) or not source:
+        message, hint = "is no recording", 'give a file, or {"time": times, "force": values, ...}'
+        raise ModelError([Problem(message=message, key=name, got=type(source).__name__, hint=hint)])
+    named = {"time": source["time"], **source} if "time" in source else dict(source)
+    columns = {str(key): np.asarray(values, dtype=float) for key, values in named.items()}
+    lengths = {key: values.shape for key, values in columns.items()}
+    if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
+        message, got = "its arrays are not of one length", ", ".join(f"{k} {v}" for k, v in lengths.items())
+        raise ModelError([Problem(message=message, key=name, got=got)])
+    return Table(name, columns, {})
+
+
+def _stretches(
+    table: Table, inputs: Sequence[Wanted], outputs: Sequence[Wanted], gaps: Gaps
+) -> tuple[list[Recording], list[str]]:
+    notes = list[str]()
+    first = next(iter(table.columns))
+    times = _converted(table, first, "s")
+    _refuse_times(table.source, first, times)
+    played = {w.signal: _converted(table, w.column, w.unit) for w in inputs}
+    seen = {w.signal: _converted(table, w.column, w.unit) for w in outputs}
+    for wanted in inputs:
+        missing = np.flatnonzero(~np.isfinite(played[wanted.signal]))
+        if len(missing):
+            message = f"the input {wanted.column} misses {len(missing)} of {len(times)} values"
+            got, hint = f"the first in row {missing[0] + 1}", "an input must be known at all times: fill the values in"
+            raise ModelError([Problem(message=message, file=table.source, key=wanted.column, got=got, hint=hint)])
+    for wanted in outputs:
+        missing = np.flatnonzero(~np.isfinite(seen[wanted.signal]))
+        if len(missing) == len(times):
+            raise ModelError([Problem(message="holds no values", file=table.source, key=wanted.column)])
+        if len(missing):
+            notes.append(f"{len(missing)} of {len(times)} values of {wanted.column} are missing and are not compared")
+    if times[0]:
+        notes.append(f"starts at {times[0]:.6g} s, which is taken for 0")
+    step = float(np.median(np.diff(times)))
+    cuts = np.flatnonzero(np.diff(times) > GAP * step)
+    if len(cuts) and gaps == "refuse":
+        some = ", ".join(f"{times[i]:.6g} s to {times[i + 1]:.6g} s" for i in cuts[:_NAMED])
+        more = f", and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""
+        message, hint = f"has {len(cuts)} gaps", "--gaps split runs the pieces one by one, each from rest"
+        expected = f"steps of at most {GAP * step:.6g} s"
+        problem = Problem(message=message, file=table.source, key=first, got=some + more, expected=expected, hint=hint)
+        raise ModelError([problem])
+    ends = [0, *(int(i) + 1 for i in cuts), len(times)]
+    made = []
+    for low, high in pairwise(ends):
+        if high - low < FEWEST:
+            notes.append(f"a piece of {high - low} rows at {times[low]:.6g} s is left out")
+            continue
+        inside = slice(low, high)
+        made.append(
+            Recording(
+                table.source,
+                times[inside] - times[low],
+                {signal: values[inside] for signal, values in played.items()},
+                {signal: values[inside] for signal, values in seen.items()},
+            )
+        )
+    if not made:
+        message = f"holds {len(times)} rows"
+        raise ModelError([Problem(message=message, file=table.source, expected=f"at least {FEWEST} without a gap")])
+    rows, seconds = sum(len(r.times) for r in made), sum(r.duration for r in made)
+    pieces = f" in {len(made)} pieces" if len(made) > 1 else ""
+    notes.append(f"{rows:,} rows{pieces}, {seconds:.6g} s at {made[0].rate:.6g} Hz")
+    return made, notes
+
+
+def _converted(table: Table, name: str, unit: str) -> Array:
+    values, given = table.column(name), table.units.get(name, "") or unit
+    try:
+        if not same_dimension(given, unit):
+            hint = f"a column without a unit is taken to be in {unit}"
+            message = "is in a unit that does not fit"
+            problem = Problem(message=message, file=table.source, key=name, got=given, expected=unit, hint=hint)
+            raise ModelError([problem])
+        factor = float(convert_exactly(f"1 {given}", unit))
+    except Refusal as error:
+        raise ModelError([error.problem(name, given).at(table.source, 0)]) from None
+    return values if factor == 1.0 else np.asarray(values * factor)
+
+
+def _refuse_times(source: str, name: str, times: Array) -> None:
+    problem = None
+    wrong = np.flatnonzero(~np.isfinite(times))
+    if len(wrong):
+        problem = Problem(message=f"has no time in row {wrong[0] + 1}", file=source, key=name)
+    elif len(times) < FEWEST:
+        expected = f"at least {FEWEST}"
+        problem = Problem(message="has too few rows", file=source, key=name, got=str(len(times)), expected=expected)
+    else:
+        back = np.flatnonzero(np.diff(times) <= 0.0)
+        if len(back):
+            row = int(back[0]) + 1
+            got = f"{times[row - 1]:.9g} s in row {row}, {times[row]:.9g} s in row {row + 1}"
+            hint = "sort the rows, or remove those that repeat a time"
+            problem = Problem(message="its time does not grow", file=source, key=name, got=got, hint=hint)
+    if problem is not None:
+        raise ModelError([problem])

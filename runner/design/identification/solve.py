@@ -1,0 +1,258 @@
+"""Nonlinear least squares for the unknowns of a graph: Levenberg and Marquardt's steps within bounds, from SciPy.
+
+Residuals are differences between recording and run, divided by the noise of each output, which is estimated again from
+what is left. Derivatives are central differences between runs. Their steps move an output by a small part of its size,
+and by many codes of a converter, whose steps derivatives at a point would not see.
+"""
+
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+
+from proofmass.runner.design.identification.model import Model
+from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown
+from proofmass.runner.run.result import Array
+
+LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
+_FIRST_STEP = 1e-4  # of an unknown, before its standard error is known
+_SMALLEST, _LARGEST = 1e-7, 1e-2  # of an unknown, between which steps lie
+_MOVED, _CODES = 3e-3, 10.0  # of the size of an output, and codes, that a step moves it by
+_FEW_CODES = 0.5  # of the rows: fewer values than that are those of a converter
+_PASSES, _SETTLED = 4, 0.01  # of the estimate of the noise
+_WEAK = 3.0  # sizes of an unknown, by which it strays from its start where recordings do not hold it
+_POLISHES, _NEAR, _ROUGH = 2, 3.0, 1.0  # steps; of a step, in units of the noise; of the sum of squares
+_FAILED = 1e6  # residual of a run that fails
+_minimise: Any = scipy.optimize.least_squares
+
+Progress = Callable[[int, int], None]
+
+
+class InterruptedFit(Exception):  # noqa: N818  # ends a fit from within SciPy
+    """Ctrl-C was pressed."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """End of a fit: the unknowns, residuals in units of the noise, their derivatives, and the noise."""
+
+    values: Array
+    residuals: Array  # of recordings alone
+    jacobian: Array  # by the unknowns, priors below
+    noise: Mapping[str, float]  # of each output
+    cost: float
+    converged: bool
+
+
+class Solver:
+    """Solves for the unknowns over all recordings."""
+
+    def __init__(
+        self,
+        models: Sequence[Model],
+        unknowns: Sequence[Unknown],
+        loss: str,
+        skip: float,
+        progress: Progress | None,
+        stop: threading.Event | None,
+    ) -> None:
+        self.models, self.unknowns, self.loss = models, unknowns, loss
+        self._progress = progress
+        self._stop: threading.Event | None = None
+        self.best: tuple[float, Array] | None = None
+        self.scales = np.array([unknown.scale for unknown in unknowns])
+        self._steps = _FIRST_STEP * self.scales
+        self.masks = [
+            [np.isfinite(m.recording.outputs[s]) & (m.recording.times >= skip) for s in m.signals] for m in models
+        ]
+        self.signals = sorted({signal for model in models for signal in model.signals})
+        self.noise = {signal: self.spread(signal) for signal in self.signals}
+        begin = np.array([unknown.start for unknown in unknowns])
+        self._expected, self._code = 1, dict.fromkeys(self.signals, 0.0)
+        self.raw(begin)
+        self._code = {signal: self._step_of_codes(signal) for signal in self.signals}
+        self._steps = self._suited(begin)
+        self._stop = stop  # from here on Ctrl-C leaves something to go by
+
+    @property
+    def runs(self) -> int:
+        """Number of runs of the graph."""
+        return sum(model.runs for model in self.models)
+
+    def spread(self, signal: str) -> float:
+        """Return how much an output moves in all recordings."""
+        parts = [
+            model.recording.outputs[signal][mask]
+            for model, masks in zip(self.models, self.masks, strict=True)
+            for name, mask in zip(model.signals, masks, strict=True)
+            if name == signal
+        ]
+        values = np.concatenate(parts)
+        if not len(values):
+            return 1.0
+        return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0
+
+    def solved(self, begin: Array) -> Solution:
+        """Return the solution from a start: again with the noise that is left, until that settles."""
+        values = begin
+        for number in range(_PASSES):
+            found = self._least_squares(values)
+            values = found.x * self.scales
+            left = self._noise_left(self.raw(values))
+            change = max(abs(math.log(left[s] / self.noise[s])) for s in self.signals)
+            self.noise = left
+            self._steps = self._suited(values)
+            if change < _SETTLED and number:
+                break
+        if self.loss == "linear":
+            values = self._polished(values)
+        residuals, jacobian = self.residuals(values), self.jacobian(values)
+        return Solution(values, residuals, jacobian, dict(self.noise), float(found.cost), bool(found.success))
+
+    def _polished(self, values: Array) -> Array:
+        """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop."""
+        for _ in range(_POLISHES):
+            before = np.concatenate([self.residuals(values), self._prior(values)])
+            table = self.jacobian(values) * self.scales
+            step = np.linalg.lstsq(table, -before, rcond=1e-8)[0] * self.scales
+            tried = values + step
+            inside = all(u.at_least <= v <= u.at_most for u, v in zip(self.unknowns, tried, strict=True))
+            after = np.concatenate([self.residuals(tried), self._prior(tried)]) if inside else before
+            if not inside or float(np.linalg.norm(table @ (step / self.scales))) > _NEAR:
+                break
+            if float(after @ after) > float(before @ before) + _ROUGH:
+                break
+            values = tried
+        return values
+
+    def _least_squares(self, values: Array) -> Any:
+        low, high = (
+            np.array([getattr(u, key) for u in self.unknowns]) / self.scales for key in ("at_least", "at_most")
+        )
+        inside = np.clip(values / self.scales, low + 1e-12, high - 1e-12)
+        hold = np.eye(len(self.unknowns)) / _WEAK
+        return _minimise(
+            lambda x: np.concatenate([self._all(x * self.scales), (x - inside) / _WEAK]),
+            inside,
+            jac=lambda x: np.vstack([self.jacobian(x * self.scales) * self.scales, hold]),
+            bounds=(low, high),
+            method="trf",
+            loss=LOSSES[self.loss],
+            x_scale="jac",
+            xtol=1e-10,
+            ftol=1e-10,
+            gtol=1e-10,
+            max_nfev=60,
+        )
+
+    def _all(self, values: Array) -> Array:
+        residuals = np.concatenate([self.residuals(values), self._prior(values)])
+        cost = float(residuals @ residuals)
+        if self.best is None or cost < self.best[0]:
+            self.best = cost, values.copy()
+        return residuals
+
+    def residuals(self, values: Array) -> Array:
+        """Return the residuals of all recordings in units of the noise."""
+        raw = self.raw(values)
+        return np.concatenate([part / self.noise[signal] for signal, part in raw])
+
+    def interrupt(self) -> None:
+        """Let what is left to do run without a look at Ctrl-C."""
+        self._stop = None
+
+    def as_it_is(self, values: Array) -> Solution:
+        """Return the state of affairs at some values."""
+        self.noise = self._noise_left(self.raw(values))
+        return Solution(values, self.residuals(values), self.jacobian(values), dict(self.noise), math.inf, False)
+
+    def modelled(self, values: Array) -> list[dict[str, Array]]:
+        """Return the outputs of each recording, offsets and delays included; NaN where nothing is compared."""
+        parts = iter(self.raw(values))
+        outputs = []
+        for model, masks in zip(self.models, self.masks, strict=True):
+            made = {}
+            for signal, mask in zip(model.signals, masks, strict=True):
+                made[signal] = np.full(len(mask), np.nan)
+                made[signal][mask] = next(parts)[1] + model.recording.outputs[signal][mask]
+            outputs.append(made)
+        return outputs
+
+    def raw(self, values: Array) -> list[tuple[str, Array]]:
+        """Return the differences between run and recording of each output, recording by recording."""
+        if self._stop is not None and self._stop.is_set():
+            raise InterruptedFit
+        if self._progress:
+            self._expected = max(self._expected, self.runs + 2 * len(self.unknowns) + 1)
+            self._progress(self.runs, self._expected)
+        given = dict(zip((unknown.name for unknown in self.unknowns), values.tolist(), strict=True))
+        parameters = {u.name: given[u.name] for u in self.unknowns if u.of_block}
+        delays = {name.removeprefix(f"{DELAY} "): value for name, value in given.items() if name.startswith(DELAY)}
+        parts = []
+        for model, masks in zip(self.models, self.masks, strict=True):
+            outputs = model.outputs(parameters, {s: d for s, d in delays.items() if s in model.signals})
+            for number, (signal, mask) in enumerate(zip(model.signals, masks, strict=True)):
+                measured = model.recording.outputs[signal][mask]
+                if outputs is None:
+                    parts.append((signal, np.full(len(measured), _FAILED * self.noise[signal])))
+                else:
+                    offset = given.get(f"{OFFSET} {signal}", 0.0)
+                    parts.append((signal, np.asarray(outputs[number][mask] + offset - measured)))
+        return parts
+
+    def _prior(self, values: Array) -> Array:
+        known = [(i, u) for i, u in enumerate(self.unknowns) if math.isfinite(u.uncertainty)]
+        return np.array([(values[i] - u.expected) / u.uncertainty for i, u in known])
+
+    def jacobian(self, values: Array) -> Array:
+        """Return the derivatives of residuals and priors by the unknowns."""
+        columns = []
+        for number, unknown in enumerate(self.unknowns):
+            step = self._steps[number]
+            ends = []
+            for side in (1.0, -1.0):
+                moved = values.copy()
+                moved[number] = min(max(values[number] + side * step, unknown.at_least), unknown.at_most)
+                ends.append((moved[number], np.concatenate([self.residuals(moved), self._prior(moved)])))
+            (above, higher), (below, lower) = ends
+            columns.append((higher - lower) / (above - below))
+        return np.array(columns).T
+
+    def _noise_left(self, raw: list[tuple[str, Array]]) -> dict[str, float]:
+        """Return the noise of each output: what is left, less the unknowns' share; of outliers their middle."""
+        left = {}
+        for signal in self.signals:
+            values = np.concatenate([part for name, part in raw if name == signal])
+            size = float(np.sqrt(np.mean(values**2)))
+            if self.loss != "linear":
+                size = 1.4826 * float(np.median(np.abs(values)))
+            free = max(len(values) - len(self.unknowns) / len(self.signals), 1.0)
+            least = 1e-9 * self.spread(signal)  # of data without noise
+            left[signal] = max(size * math.sqrt(len(values) / free), least)
+        return left
+
+    def _suited(self, values: Array) -> Array:
+        """Return steps that move some output by a part of its size, and by many steps of a converter."""
+        jacobian = np.abs(self.jacobian(values) * self.scales)
+        wanted, place = np.full(len(values), _LARGEST), 0
+        for signal, part in self.raw(values):
+            rows = jacobian[place : place + len(part)]
+            place += len(part)
+            moved = np.sqrt(np.mean(rows**2, axis=0)) * self.noise[signal] if len(rows) else np.zeros(len(values))
+            enough = max(_MOVED * self.spread(signal), _CODES * self._code[signal])
+            with np.errstate(divide="ignore"):
+                wanted = np.minimum(wanted, np.where(moved > 0.0, enough / moved, _LARGEST))
+        return np.asarray(np.clip(wanted, _SMALLEST, _LARGEST) * self.scales)
+
+    def _step_of_codes(self, signal: str) -> float:
+        """Return the step between the values of an output that a converter makes; 0 where it moves smoothly."""
+        model = next(model for model in self.models if signal in model.signals)
+        rows = model.rows[model.signals.index(signal)]
+        if rows.dtype.kind == "i":
+            return 1.0
+        known = np.unique(rows)
+        return float(np.median(np.diff(known))) if 1 < len(known) < _FEW_CODES * len(rows) else 0.0

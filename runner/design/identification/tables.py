@@ -1,0 +1,137 @@
+"""Tables of recorded signals: CSV in its dialects, Parquet and netCDF, all columns at once.
+
+The separator of a CSV file is a comma, a semicolon, a tab or blanks; with all but commas numbers may have a decimal
+comma. Lines that begin with # are comments. A head may say a unit, `force [N]`, and so may a second line.
+"""
+
+import csv
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.runner.plan.recording import Column, RecordingError, numbers, read_columns, split_unit
+from proofmass.runner.run.result import Array
+
+_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+LARGEST_FILE = 2 << 30
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns by name with their units, and what is to be said of how they were read."""
+
+    source: str
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+    notes: tuple[str, ...] = ()
+
+    def column(self, name: str) -> Array:
+        """Return a column; raises `ModelError`."""
+        if name in self.columns:
+            return self.columns[name]
+        hint = did_you_mean(name, self.columns, "its columns")
+        raise ModelError([Problem(message=f"has no column {name}", file=self.source, key=name, hint=hint)])
+
+
+def read_table_file(path: Path, wanted: list[str]) -> Table:
+    """Return the first column and the wanted ones of a file; raises `ModelError`."""
+    try:
+        if path.suffix.lower() in (".csv", ".txt", ".tsv", ".dat"):
+            return _read_text(path)
+        return _read_pairs(path, wanted)
+    except RecordingError as error:
+        problem = Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)
+        raise ModelError([problem]) from None
+    except FileNotFoundError:
+        raise ModelError([Problem(message="there is no such file", file=str(path))]) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ModelError([Problem(message=f"cannot be read: {error}", file=str(path))]) from None
+
+
+def _read_text(path: Path) -> Table:
+    if path.is_file() and path.stat().st_size > LARGEST_FILE:
+        raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        numbered = [(at, line) for at, line in enumerate(file, 1) if line.strip() and not line.lstrip().startswith("#")]
+    if not numbered:
+        raise RecordingError("holds no rows")
+    separator = next((s for s in _SEPARATORS if s in numbered[0][1]), None)
+    rows = [(at, _cells(line, separator)) for at, line in numbered]
+    heads = [split_unit(cell) for cell in rows[0][1]]
+    if len(heads) < 2 or any(_number(name, separator) is not None for name, _ in heads):
+        hint = "the first line must name the columns: time [s],force [N],displacement [m]"
+        raise RecordingError("needs a row of column names", rows[0][0], hint)
+    names = [name for name, _ in heads]
+    for name in names:
+        if names.count(name) > 1:
+            message = f"has {names.count(name)} columns {name!r}"
+            raise RecordingError(message, rows[0][0], "rename them: which of them is meant cannot be known")
+    units = [unit for _, unit in heads]
+    body, notes = rows[1:], []
+    if body and all(_number(cell, separator) is None for cell in body[0][1]) and len(body[0][1]) == len(names):
+        units = [cell.strip("[]() ") or unit for cell, unit in zip(body[0][1], units, strict=True)]
+        notes.append(f"line {body[0][0]} is taken for units: {', '.join(filter(None, units))}")
+        body = body[1:]
+    if separator != ",":
+        decimal = (
+            ", numbers with a decimal comma" if any("," in cell for _, cells in body[:20] for cell in cells) else ""
+        )
+        notes.append(f"columns are separated by {_SEPARATORS.get(separator or '', 'blanks')}{decimal}")
+    table = np.empty((len(body), len(names)))
+    for row, (at, cells) in enumerate(body):
+        if len(cells) != len(names):
+            raise RecordingError(f"has {len(cells)} cells where the head has {len(names)}", at)
+        for column, cell in enumerate(cells):
+            number = _number(cell, separator)
+            if number is None:
+                raise RecordingError(f"column {names[column]} holds {cell[:40]!r}, which is no number", at)
+            table[row, column] = number
+    if not len(table):
+        raise RecordingError("holds no rows below its head")
+    columns = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
+    return Table(str(path), columns, dict(zip(names, units, strict=True)), tuple(notes))
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    if separator is None:
+        return line.split()
+    return [
+        cell.strip() for cell in next(csv.reader([line.rstrip("\r\n")], delimiter=separator, skipinitialspace=True))
+    ]
+
+
+def _number(cell: str, separator: str | None) -> float | None:
+    """The number in a cell; "nan" and nothing are a value that is missing."""
+    if cell.strip().lower() in ("", "nan", "na"):
+        return float("nan")
+    text = cell.replace(",", ".") if separator != "," and cell.count(",") == 1 and "." not in cell else cell
+    try:
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None
+
+
+def _read_pairs(path: Path, wanted: list[str]) -> Table:
+    columns: dict[str, Array] = {}
+    units: dict[str, str] = {}
+
+    def pair(name: str) -> Callable[..., tuple[int, int]]:
+        def choice(names: list[str]) -> tuple[int, int]:
+            if name not in names:
+                raise RecordingError(f"has no column {name}", hint=did_you_mean(name, names, "its columns"))
+            if names.count(name) > 1:
+                raise RecordingError(f"has {names.count(name)} columns {name!r}", hint="rename them")
+            return 0, names.index(name)
+
+        return choice
+
+    for name in wanted:
+        time, column = read_columns(path, pair(name))
+        for one in (time, Column(name, column.unit, column.values)):
+            columns[one.name], units[one.name] = np.array(numbers(one)), one.unit
+        if any(len(values) != len(columns[time.name]) for values in columns.values()):
+            raise RecordingError(f"column {name} has a time axis of its own")
+    return Table(str(path), columns, units)

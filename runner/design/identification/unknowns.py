@@ -1,0 +1,105 @@
+"""Unknowns of a fit: parameters of blocks, a constant offset and a delay of each output."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from proofmass.blocks.declaration.problem import ModelError, Refusal, shown
+from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.studies.study_tables import StudyTables
+from proofmass.graphs.studies.table_entries import checked_table, read_quantity
+
+OFFSET, DELAY = "offset of", "delay of"  # before the name of an output
+UNKNOWN_KEYS = {
+    "at_least": "Lower bound.",
+    "at_most": "Upper bound.",
+    "expected": "What is known of it beforehand: the most likely value.",
+    "uncertainty": "Standard deviation of what is known beforehand.",
+}
+_SPREAD = 2.0  # factor up and down from which starts are taken if there are no bounds
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number to find: its name, where it starts, its unit, and what is known of it."""
+
+    name: str  # in the flat graph, or OFFSET or DELAY and an output
+    written: str
+    unit: str
+    start: float
+    at_least: float = -math.inf
+    at_most: float = math.inf
+    expected: float = math.nan
+    uncertainty: float = math.inf
+
+    @property
+    def scale(self) -> float:
+        """Its size, by which it is divided."""
+        width = self.at_most - self.at_least
+        return abs(self.start) or (width if math.isfinite(width) else 0.0) or 1.0
+
+    @property
+    def of_block(self) -> bool:
+        """True if it is a parameter of a block."""
+        return not self.name.startswith((OFFSET, DELAY))
+
+    def sampled(self, part: float) -> float:
+        """Return another start, for a number between 0 and 1."""
+        low, high = self.at_least, self.at_most
+        if not self.of_block:
+            return self.start
+        if not math.isfinite(low) or not math.isfinite(high):
+            low, high = max(low, self.start / _SPREAD), min(high, self.start * _SPREAD)
+            if self.start < 0.0:
+                low, high = max(self.at_least, self.start * _SPREAD), min(self.at_most, self.start / _SPREAD)
+        if low > 0.0:
+            return float(low * (high / low) ** part)
+        return low + part * (high - low)
+
+
+def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> list[Unknown]:
+    """Return the free parameters of blocks; raises `ModelError` with every problem."""
+    table = free if isinstance(free, Mapping) else {name: {} for name in free}
+    read = _Tables(checked(graph), "")
+    entries = read.parameters("free", table, _read_entry)
+    unknowns = []
+    adjustable = Adjustable(read.flat)
+    for name, known in entries.items():
+        value, unit = adjustable.nominal(name), adjustable.unit_of(name)
+        bounds, limits = list[float](), list[float]()
+        if not adjustable.is_value(name):
+            block, parameter = split(name)
+            declared = type(read.flat.blocks[block]).parameters[parameter]
+            bounds = [bound for bound in (declared.above, declared.at_least) if bound is not None]
+            limits = [bound for bound in (declared.below, declared.at_most) if bound is not None]
+        low = max([known.get("at_least", -math.inf), *bounds])
+        high = min([known.get("at_most", math.inf), *limits])
+        if not low <= value <= high:
+            message, expected = "its value in the graph is out of its bounds", f"{low:g} to {high:g}"
+            read.refuse(Refusal(message, got=f"{value:g}", expected=expected), "free", read.written[name])
+        beforehand = {key: known[key] for key in ("expected", "uncertainty") if key in known}
+        unknowns.append(Unknown(name, read.written[name], unit, value, low, high, **beforehand))
+    if read.problems:
+        raise ModelError(read.problems)
+    return unknowns
+
+
+class _Tables(StudyTables):
+    docs = {"free": 'name parameters: ["sensor.stiffness", "sensor.damping"], or with bounds in a table'}  # noqa: RUF012
+
+    def refuse(self, error: Refusal, *path: str) -> None:
+        """Note a refusal under a path of keys."""
+        self._refuse(error, *path)
+
+
+def _read_entry(entry: object, unit: str) -> dict[str, float]:
+    table = checked_table(entry, UNKNOWN_KEYS, 'write { at_least = "100 N/m", at_most = "200 N/m" }')
+    known = {key: read_quantity(table, key, unit) for key in table}
+    if known.get("at_least", -math.inf) >= known.get("at_most", math.inf):
+        raise Refusal("leaves nothing free", got=shown(dict(table)), expected="at_least below at_most")
+    if ("expected" in known) != ("uncertainty" in known) or known.get("uncertainty", 1.0) <= 0.0:
+        expected = "a value and its standard deviation above zero"
+        raise Refusal("expected and uncertainty go together", got=shown(dict(table)), expected=expected)
+    return known

@@ -1,0 +1,153 @@
+"""Values of several quantities of a graph for given parameters, with derivatives by the free ones.
+
+Loops, noise and transfers are linearised with exact derivatives. Measures come from runs: their derivatives are
+differences between runs that lie side by side in lanes and share their noise.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Refusal
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.changes import changed_blocks
+from proofmass.graphs.model.graph import Endpoint, Graph, split
+from proofmass.graphs.tuning.quantities import LoopFigure, MeasureOf, Noise, Quantity, TransferPart
+from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
+from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
+from proofmass.runner.design.quantities.noise_figures import read_noise
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.run.engines import LANES
+from proofmass.runner.run.side_by_side import SideBySide
+
+STABLE = "stability of"  # before the name of a loop
+Readings = dict[str, Reading | None]  # None where a loop is unstable or a run failed
+_STEP = 1e-3  # of a parameter's width, for differences between runs
+
+
+class Evaluator:
+    """Evaluates quantities of one graph again and again; it is planned and compiled once."""
+
+    def __init__(self, graph: Graph, quantities: Mapping[str, Quantity], at: str, widths: Mapping[str, float]) -> None:
+        self.plan = plan(graph.changed(probes=()))
+        self._adjustable = Adjustable(self.plan.graph)
+        self.quantities, self.at, self.widths = quantities, at, widths
+        self.loops = {q.loop: one_loop(self.plan, q.loop)[1] for q in quantities.values() if isinstance(q, LoopFigure)}
+        self.measures = {name: q.measure for name, q in quantities.items() if isinstance(q, MeasureOf)}
+        self.evaluations = 0
+        self._runs: dict[tuple[str, ...], SideBySide] = {}
+        if self.measures:
+            self.ticks = self.plan.ticks()
+
+    def readings(self, values: Mapping[str, float], slopes: bool = True) -> Readings:
+        """Return each quantity, and the growth of each loop by `STABLE` and its name, at these parameters."""
+        self.evaluations += 1
+        try:
+            changed = varied(self.plan, changed_blocks(self.plan.blocks, self._adjustable.settings(values)))
+        except (ModelError, Refusal, ArithmeticError):
+            return dict.fromkeys([*(f"{STABLE} {loop}" for loop in self.loops), *self.quantities])
+        readings: Readings = {}
+        moved = {name: self._adjustable.moved_by(name, values) for name in self.widths} if slopes else {}
+        free = self._parameters(changed, moved)
+        for loop, node in self.loops.items():
+            readings |= self._loop(changed, loop, node, free, slopes)
+        grown = [readings[f"{STABLE} {loop}"] for loop in self.loops]
+        if any(reading is None or reading.value >= 0.0 for reading in grown):
+            known = {name: _chained(reading, moved) for name, reading in readings.items()}
+            return known | {name: None for name in self.quantities if name not in readings}
+        for name, quantity in self.quantities.items():
+            if isinstance(quantity, Noise):
+                readings[name] = self._tried(read_noise, changed, quantity, self.at, free, slopes)
+            elif isinstance(quantity, TransferPart):
+                readings[name] = self._tried(self._transfer, changed, quantity, free)
+        chained = {name: _chained(reading, moved) for name, reading in readings.items()}
+        return chained | (self._measured(values, slopes) if self.measures else {})
+
+    @staticmethod
+    def _parameters(changed: Plan, moved: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+        """Return all parameters that move with the free numbers, as they are."""
+        nodes = {target: split(target) for by_name in moved.values() for target in by_name}
+        return {target: float(getattr(changed.blocks[name], entry)) for target, (name, entry) in nodes.items()}
+
+    @staticmethod
+    def _tried(read: Callable[..., Reading | None], *given: Any) -> Reading | None:
+        try:
+            return read(*given)
+        except (ModelError, np.linalg.LinAlgError):
+            return None
+
+    def _loop(self, changed: Plan, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool) -> Readings:
+        """Return the figures of a loop; of an unstable one its growth alone."""
+        wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
+        nothing: Readings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
+        try:
+            tick = tick_at(changed, self.at or 0.0)
+            system = open_loop(changed, node, tick, by_parameters=slopes)
+            margins = margins_of(system, loop, ".".join(node))
+        except (ModelError, np.linalg.LinAlgError, ArithmeticError):
+            return nothing
+        grown = growth(system, list(free) if slopes else [])
+        if not margins.stable:
+            return nothing | {f"{STABLE} {loop}": grown._replace(value=abs(grown.value))}
+        readings: Readings = {f"{STABLE} {loop}": grown._replace(value=-abs(grown.value))}
+        for name, quantity in wanted.items():
+            readings[name] = _figure(margins, system, quantity.figure, free, slopes)
+        return readings
+
+    def _transfer(self, changed: Plan, wanted: TransferPart, free: Mapping[str, float]) -> Reading:
+        nodes = node_of(changed, wanted.input), node_of(changed, wanted.output)
+        both = transfer_sensitivities(changed, *nodes, tick_at(changed, self.at or 0.0))
+        found = both[wanted.part == "bias"]
+        slopes = {effect.parameter: effect.derivative for effect in found.effects}
+        return Reading(found.value, {name: slopes.get(name, 0.0) for name in free})
+
+    def _measured(self, values: Mapping[str, float], slopes: bool) -> Readings:
+        """Return the measures, and their differences between runs side by side."""
+        names = list(self.widths) if slopes else []
+        rows = [dict(values)]
+        for name in names:
+            for side in (1.0, -1.0):
+                rows.append({**values, name: values[name] + side * _STEP * self.widths[name]})
+        table = self.measure(rows)
+        order = {measure.name: column for column, measure in enumerate(self.plan.measures)}
+        readings: Readings = {}
+        for goal, measure in self.measures.items():
+            column = table[:, order[measure]]
+            sides = column[1:].reshape(-1, 2)
+            moved = (sides[:, 0] - sides[:, 1]) / (2.0 * _STEP * np.array([self.widths[name] for name in names]))
+            known = dict(zip(names, np.nan_to_num(moved).tolist(), strict=True))
+            readings[goal] = Reading(float(column[0]), known) if math.isfinite(column[0]) else None
+        return readings
+
+    def measure(self, rows: Sequence[Mapping[str, float]]) -> Array:
+        """Return the measures of runs with these parameters, a row for each; NaN where a run failed."""
+        rows = [self._adjustable.settings(row) for row in rows]
+        names = tuple(rows[0])
+        if names not in self._runs:
+            lanes = min((n for n in LANES if n >= len(rows)), default=LANES[0])
+            self._runs[names] = SideBySide(self.plan, self.plan.graph.seed, self.ticks, lanes, names)
+        given = {name: np.array([row[name] for row in rows]) for name in names}
+        measured, sound = self._runs[names].measured(given, np.zeros(len(rows), dtype=np.int64))
+        measured[~sound] = np.nan
+        return measured
+
+
+def _chained(reading: Reading | None, moved: Mapping[str, Mapping[str, float]]) -> Reading | None:
+    """Return a reading with derivatives by the free numbers, from those by the parameters that move with them."""
+    if reading is None:
+        return None
+    pairs = {name: [(by, reading.slopes.get(target, 0.0)) for target, by in of.items()] for name, of in moved.items()}
+    return Reading(reading.value, {name: sum(by * slope for by, slope in terms) for name, terms in pairs.items()})
+
+
+def _figure(margins: Margins, system: OpenLoop, figure: str, free: Mapping[str, float], slopes: bool) -> Reading:
+    if slopes:
+        return read_figure(margins, system, figure, free)
+    return Reading(value_of_figure(margins, figure), {})

@@ -1,0 +1,100 @@
+"""Rms noise of an output with its exact derivatives by parameters.
+
+The mean square in all frequencies is J = tr(C P C' + D V D') / r with P = A P A' + B V B'. With Q = A' Q A + C' C / r,
+
+    dJ = 2 tr(Q (dA P A' + dB V B')) + 2 tr(dC P C' + dD V D') / r
+
+In a band, and referred to an input, the derivative is a difference along the exact derivatives of the matrices.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.tuning.quantities import Noise
+from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
+from proofmass.runner.analysis.noise.band import bends, integral
+from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, rows_of, summed
+from proofmass.runner.derivatives.dual_noise import noise_blocks
+from proofmass.runner.design.quantities.loop_figures import Reading
+from proofmass.runner.plan.planned import Plan
+
+_STEP = 1e-5  # of a parameter
+_LEAST = 1e-4  # of half the rate: the lowest frequency of a density that is referred to an input
+
+
+def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, float], slopes: bool) -> Reading | None:
+    """Return the rms noise; None if the output grows without end."""
+    target = node_of(planned, wanted.output)
+    source = node_of(planned, wanted.input) if wanted.input else None
+    inputs, noisy = [source] if source else [], noise_blocks(planned)
+    tick = tick_at(planned, at) if at else common_period(planned, inputs, [target], noise=noisy)
+    whole = map_at(planned, inputs, [target], noise=noisy, by_parameters=slopes, tick=tick)
+    found = noise_map(whole, target)
+    if not found.settles and wanted.band is None:
+        return None
+    if float(np.max(np.abs(found.poles), initial=0.0)) > 1.0 + 1e-9:
+        return None
+    value, ends = _mean_square(found, source, wanted.band, None)
+    if not slopes or value <= 0.0:
+        return Reading(math.sqrt(value), {})
+    names = [name for name in parameters if name in whole.slopes]
+    if wanted.band is None and source is None:
+        exact = _whole_slopes(whole, target, names)
+        if exact is not None:
+            return Reading(math.sqrt(value), {name: slope / (2.0 * math.sqrt(value)) for name, slope in exact.items()})
+    moved = {}
+    for name in names:
+        step = _STEP * (abs(parameters[name]) or 1.0)
+        sides = []
+        for side in (1.0, -1.0):
+            along = replace(whole, matrix=whole.matrix + side * step * whole.slopes[name])
+            sides.append(_mean_square(noise_map(along, target), source, wanted.band, ends)[0])
+        moved[name] = (sides[0] - sides[1]) / (4.0 * step * math.sqrt(value))
+    return Reading(math.sqrt(value), moved)
+
+
+def _mean_square(
+    found: NoiseMap, source: Endpoint | None, band: tuple[float, float] | None, ends: Array | None
+) -> tuple[float, Array | None]:
+    """Return the mean square, and the frequencies between which a density was integrated."""
+    if source is None and band is None:
+        return float(np.sum(found.mean_squares())), None
+    half = 0.5 * found.rate
+    low, high = band or (_LEAST * half, half)
+    high = min(high, half)
+    if ends is None:
+        ends = bends(found, low, high)
+
+    def density(frequencies: Array) -> Array:
+        squares = found.densities(frequencies).sum(axis=1)
+        if source is not None:
+            squares = squares / np.abs(found.gain(frequencies, source)) ** 2
+        return np.asarray(squares[:, None])
+
+    return float(integral(density, ends)[0]), ends
+
+
+def _whole_slopes(whole: PeriodMap, target: Endpoint, names: list[str]) -> dict[str, float] | None:
+    """Return derivatives of the mean square; None if modes that last are left out of the map."""
+    rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == target]
+    reached = rows_of(whole, rows).between()
+    a, b, c, d = reached.parts()
+    found = noise_map(whole, target)
+    if len(found.matrices[0]) != len(a):
+        return None
+    variance, values = found.variances, found.values
+    covariance = summed(a, (b * variance) @ b.T)
+    observed = found.observed
+    slopes = {}
+    for name in names:
+        da, db, dc, dd = reached.parts(reached.slopes[name])
+        moved = da @ covariance @ a.T + (db * variance) @ b.T
+        seen = dc @ covariance @ c.T + (dd * variance) @ d.T
+        slopes[name] = 2.0 * float(np.sum(observed * moved.T)) + 2.0 * float(np.trace(seen)) / values
+    return slopes

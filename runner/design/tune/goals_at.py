@@ -1,0 +1,160 @@
+"""Goals at a point of the search: slacks of hard goals, objectives, and their gradients.
+
+A slack is the distance into the allowed side, relative to the limit; it is negative where a hard goal is missed. An
+objective is the logarithm of a value that is to be small, or how far a soft limit is missed. Both have gradients by the
+parts of the way of each free parameter from its lower to its upper bound.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from proofmass.graphs.tuning.tuning import Goal, Tuning
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
+from proofmass.runner.design.quantities.loop_figures import Reading
+
+LARGEST_SLACK = 2.0  # a margin without limit counts as this
+UNDEFINED = -4.0  # slack of everything where a loop is unstable
+
+
+class Row(NamedTuple):
+    """A slack or an objective: which goal it is of, in which case, and its gradient."""
+
+    goal: str
+    case: str
+    value: float
+    gradient: Array
+    limit: float = 0.0
+
+
+@dataclass(frozen=True)
+class At:
+    """The goals at one point of the search."""
+
+    parts: Array
+    values: Mapping[str, float]  # of the free parameters
+    readings: Mapping[str, Readings]  # by case
+    slacks: tuple[Row, ...]
+    objectives: tuple[Row, ...]
+    growth: Row | None  # of the least stable loop
+    inside: bool  # the bounds
+
+    @property
+    def defined(self) -> bool:
+        """True if every quantity has a value."""
+        return all(reading is not None for readings in self.readings.values() for reading in readings.values())
+
+    @property
+    def violation(self) -> float:
+        """Distance by which the worst hard goal is missed; negative if all are met."""
+        if not self.defined:
+            return -UNDEFINED + (max(self.growth.value, 0.0) if self.growth else 1.0)
+        return max((-row.value for row in self.slacks), default=0.0)
+
+    @property
+    def objective(self) -> float:
+        """The worst of the objectives."""
+        return max((row.value for row in self.objectives), default=0.0) if self.defined else math.inf
+
+
+class GoalsAt:
+    """Evaluates the goals of a tuning."""
+
+    def __init__(self, tuning: Tuning) -> None:
+        self.tuning, self.names = tuning, list(tuning.free)
+        widths = {name: free.at_most - free.at_least for name, free in tuning.free.items()}
+        quantities = {name: goal.quantity for name, goal in tuning.goals.items()}
+        self.evaluator = Evaluator(tuning.graph, quantities, tuning.at, widths)
+        self._sizes = dict[str, float]()  # of quantities that are to be small or large
+        self.note: Callable[[At], None] = lambda at: None
+
+    def nominal(self) -> At:
+        """Return the goals at the parameters of the graph; the sizes of what is sought are those that it has there."""
+        note, self.note = self.note, lambda at: None
+        self._measure_sizes(self.at_values(self.tuning.nominal, True))
+        self.note = note
+        return self.at_values(self.tuning.nominal, True)
+
+    def _measure_sizes(self, at: At) -> None:
+        for name, goal in self.tuning.goals.items():
+            known = [readings[name] for readings in at.readings.values()]
+            sizes = [abs(reading.value) for reading in known if reading is not None and reading.value]
+            if (goal.minimise or goal.maximise) and sizes:
+                self._sizes[name] = max(sizes)
+
+    def at(self, parts: Array, slopes: bool = True) -> At:
+        """Return the goals at parts of the way between the bounds."""
+        inside = np.clip(parts, 0.0, 1.0)
+        frees = self.tuning.free.items()
+        values = {name: free.value(float(part)) for (name, free), part in zip(frees, inside, strict=True)}
+        return self._at(values, np.asarray(inside), slopes)
+
+    def at_values(self, values: Mapping[str, float], slopes: bool) -> At:
+        """Return the goals at values of the free parameters."""
+        parts = np.array([free.part(values[name]) for name, free in self.tuning.free.items()])
+        return self._at(values, parts, slopes)
+
+    def _at(self, values: Mapping[str, float], parts: Array, slopes: bool) -> At:
+        readings, factors_of = {}, {}
+        for case, (points, factors) in self.tuning.cases().items():
+            given = {**values, **points}
+            now = {**given, **self.tuning.adjustable.dependence.followed(given)}
+            given |= {n: now.get(n, self.tuning.value(n)) * factor for n, factor in factors.items()}
+            readings[case], factors_of[case] = self.evaluator.readings(given, slopes), factors
+        slacks, objectives, growths = list[Row](), list[Row](), list[Row]()
+        for case, found in readings.items():
+            chain = np.array([self._chain(name, values[name], factors_of[case]) for name in self.names])
+            for name, reading in found.items():
+                if reading is None:
+                    continue
+                gradient = np.array([reading.slopes.get(p, 0.0) for p in self.names]) * chain
+                if name.startswith(STABLE):
+                    growths.append(Row(name, case, reading.value, gradient))
+                else:
+                    self._rows(self.tuning.goals[name], Row(name, case, reading.value, gradient), slacks, objectives)
+        worst = max(growths, key=lambda row: row.value, default=None)
+        inside = all(free.at_least <= values[name] <= free.at_most for name, free in self.tuning.free.items())
+        at = At(parts, dict(values), readings, tuple(slacks), tuple(objectives), worst, inside)
+        self.note(at)
+        return at
+
+    def _chain(self, name: str, value: float, factors: Mapping[str, float]) -> float:
+        return self.tuning.free[name].slope(value) * factors.get(name, 1.0)
+
+    def _rows(self, goal: Goal, row: Row, slacks: list[Row], objectives: list[Row]) -> None:
+        for sign, limit in goal.limits:
+            scale = abs(limit) or 1.0
+            slack = sign * (row.value - limit) / scale
+            gradient = sign * row.gradient / scale
+            if not slack < LARGEST_SLACK:
+                slack, gradient = LARGEST_SLACK, np.zeros_like(gradient)
+            slack = slack if math.isfinite(slack) else UNDEFINED
+            moved = row._replace(value=slack, gradient=gradient, limit=limit)
+            if goal.soft:
+                objectives.append(moved._replace(value=-slack, gradient=-gradient))
+            else:
+                slacks.append(moved)
+        if goal.minimise or goal.maximise:
+            objectives.append(self._objective(goal, row))
+
+    def _objective(self, goal: Goal, row: Row) -> Row:
+        sign, size = (1.0 if goal.minimise else -1.0), self._sizes.get(row.goal, 1.0)
+        if not math.isfinite(row.value):
+            return row._replace(value=-sign * 1e3, gradient=np.zeros_like(row.gradient))
+        if row.value > 0.0:
+            return row._replace(value=sign * math.log(row.value / size), gradient=sign * row.gradient / row.value)
+        return row._replace(value=sign * row.value / size, gradient=sign * row.gradient / size)
+
+
+def worst_reading(at: At, goal: str, sign: float) -> tuple[str, Reading | None]:
+    """Return the case in which a goal has its lowest value (sign 1) or highest (-1), and the reading."""
+    found = {case: readings[goal] for case, readings in at.readings.items()}
+    undefined = next((case for case, reading in found.items() if reading is None), None)
+    if undefined is not None:
+        return undefined, None
+    case = min(found, key=lambda name: sign * (found[name].value if found[name] else 0.0))  # type: ignore[union-attr]
+    return case, found[case]

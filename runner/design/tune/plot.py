@@ -1,0 +1,103 @@
+"""A picture of a tuning: parameters between their bounds, how far goals are met, loops before and after."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from proofmass.graphs.tuning.quantities import LoopFigure
+from proofmass.runner.analysis.linearisation.linearise import one_loop, open_loop, tick_at
+from proofmass.runner.analysis.margins.frequencies import sweep
+from proofmass.runner.design.tune.tune import Tuned
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.planning.plan import plan
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST_LOOPS = 2
+
+
+def plot_tuned(tuned: Tuned) -> "Figure":
+    """Draw parameters and goals above, the first loops below."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    quantities = [goal.goal.quantity for goal in tuned.goals]
+    loops = list(dict.fromkeys(q.loop for q in quantities if isinstance(q, LoopFigure)))[:_MOST_LOOPS]
+    rows = max(len(tuned.parameters), len(tuned.goals))
+    top = 1.2 + 0.36 * rows
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(10.5, top + 4.2 * len(loops)), facecolor=PAPER, layout="constrained")
+        figure.suptitle("all hard goals are met" if tuned.met else "hard goals are missed", size=12, weight="bold")
+        grid = figure.add_gridspec(1 + 2 * len(loops), 2, height_ratios=[top, *[2.1] * (2 * len(loops))])
+        _draw_parameters(tuned, figure.add_subplot(grid[0, 0]))
+        _draw_goals(tuned, figure.add_subplot(grid[0, 1]))
+        for number, loop in enumerate(loops):
+            size = figure.add_subplot(grid[1 + 2 * number, :])
+            _draw_loop(tuned, loop, size, figure.add_subplot(grid[2 + 2 * number, :], sharex=size))
+    return figure
+
+
+def _draw_parameters(tuned: Tuned, panel: "Axes") -> None:
+    free = tuned.tuning.free
+    for place, (name, value) in enumerate(tuned.parameters.items()):
+        before, after = (free[name].part(v) for v in (tuned.before[name], value))
+        panel.plot([0.0, 1.0], [place, place], color="#d9d9d9", linewidth=5.0, solid_capstyle="round", zorder=1)
+        panel.plot(
+            before, place, "o", markerfacecolor=PAPER, color=INK, zorder=2, label="before" if not place else None
+        )
+        panel.plot(after, place, "o", color=BLUE, zorder=3, label="after" if not place else None)
+        for part, bound, side in ((0.0, free[name].at_least, "left"), (1.0, free[name].at_most, "right")):
+            panel.annotate(f"{bound:.3g}", (part, place), (0, 7), textcoords="offset points", ha=side, size=8)
+    panel.set_yticks(range(len(tuned.parameters)), [tuned.tuning.written.get(n, n) for n in tuned.parameters])
+    panel.set_ylim(len(tuned.parameters) - 0.4, -0.6)
+    panel.set_xticks([])
+    panel.grid(visible=False)
+    panel.set_title("parameters between their bounds", loc="left", size=10)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+
+
+def _draw_goals(tuned: Tuned, panel: "Axes") -> None:
+    """Draw by how much each goal is over its limit, or better than before, in per cent."""
+    names, values, colours = [], [], []
+    for goal in tuned.goals:
+        if goal.after is None:
+            continue
+        if goal.goal.limits:
+            sign, limit = min(goal.goal.limits, key=lambda pair: pair[0] * (goal.after - pair[1]))  # type: ignore[operator]
+            value = 100.0 * sign * (goal.after - limit) / (abs(limit) or 1.0)
+        elif goal.before:
+            value = 100.0 * (goal.after / goal.before - 1.0) * (-1.0 if goal.goal.minimise else 1.0)
+        else:
+            continue
+        names.append(f"{goal.name}{' (binds)' if goal.binds else ''}")
+        values.append(min(value, 200.0))
+        colours.append(BLUE if value >= -1e-6 else ORANGE)
+    panel.barh(range(len(names)), values, color=colours, height=0.6)
+    panel.axvline(0.0, color=INK, linewidth=0.8)
+    panel.set_yticks(range(len(names)), names)
+    panel.set_ylim(max(len(names), 1) - 0.4, -0.6)
+    panel.grid(visible=False, axis="y")
+    panel.set_xlabel("better than the limit, or than before [%]")
+    panel.set_title("goals", loc="left", size=10)
+
+
+def _draw_loop(tuned: Tuned, loop: str, size: "Axes", phase: "Axes") -> None:
+    for graph, colour, label in ((tuned.tuning.graph, INK, "before"), (tuned.graph, BLUE, "after")):
+        planned = plan(graph.changed(probes=()))
+        system = open_loop(planned, one_loop(planned, loop)[1], tick_at(planned, tuned.tuning.at or 0.0))
+        w = sweep(system)
+        response = system.response(w)
+        frequency, style = w / (2.0 * math.pi), "--" if label == "before" else "-"
+        size.plot(frequency, 20.0 * np.log10(np.abs(response)), style, color=colour, label=label)
+        phase.plot(frequency, np.degrees(np.unwrap(np.angle(response))), style, color=colour)
+    size.axhline(0.0, color=INK, linewidth=0.8)
+    size.set_xscale("log")
+    size.set_ylabel("|L| [dB]")
+    size.set_title(f"loop {loop}", loc="left", size=10)
+    size.legend(loc="upper right")
+    phase.set_ylabel("arg L [°]")
+    phase.set_xlabel("frequency [Hz]")

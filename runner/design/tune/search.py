@@ -1,0 +1,210 @@
+"""The search for parameters: samples over the box, then sequential quadratic programming from the best of them.
+
+Hard goals come first: as long as one is missed, the worst slack is raised. Once all are met, the worst objective is
+lowered while they stay met. Loops that are unstable are made stable before. Every point that is tried counts: the best
+is the answer, also after an interruption.
+"""
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+import scipy.stats
+
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.design.tune.goals_at import UNDEFINED, At, GoalsAt, Row
+
+KEPT = 0.0  # violation up to which a point counts as feasible
+_AIM = 1e-6  # slack that the search keeps, so that rounding of what is written misses nothing
+_ROUNDS = 40
+_ACCURACY = 1e-8
+
+Progress = Callable[[int, int], None]
+_minimize: Any = scipy.optimize.minimize
+
+
+class InterruptedSearch(Exception):  # noqa: N818  # ends a search from within SciPy
+    """Ctrl-C was pressed."""
+
+
+class Search:
+    """Looks for the best point and remembers it."""
+
+    def __init__(self, goals: GoalsAt, progress: Progress | None, stop: threading.Event | None) -> None:
+        self.goals, self._progress, self.stop = goals, progress, stop
+        self.best: At | None = None
+        self.count = 0
+        self.seen: list[Array] = []  # points to begin with, beside the graph's and the samples
+        self.interrupted = False
+        self._latest: At | None = None
+        self.first: At
+        tuning = goals.tuning
+        self._expected = tuning.samples + tuning.starts * _ROUNDS // 2
+        goals.note = self._noted
+
+    def _noted(self, at: At) -> None:
+        self.count += 1
+        if at.inside and (self.best is None or better(at, self.best)):
+            self.best = at
+        if self._progress:
+            self._progress(self.count, max(self._expected, self.count + 1))
+        if self.stop is not None and self.stop.is_set():
+            raise InterruptedSearch
+
+    def run(self) -> At:
+        """Return the best point."""
+        try:
+            self._all()
+        except InterruptedSearch:
+            self.interrupted = True
+        return self.best or self.first
+
+    def _all(self) -> None:
+        self.first = self.goals.nominal()
+        points = [
+            self.first,
+            *(self.goals.at(parts, slopes=False) for parts in self.seen),
+            *(self.goals.at(parts, slopes=False) for parts in self._samples()),
+        ]
+        points.sort(key=_order)
+        for start in _apart(points, self.goals.tuning.starts):
+            self._from(start.parts)
+        if self.best is not None:  # once more from the best of all
+            self._from(self.best.parts)
+
+    def _samples(self) -> Array:
+        tuning = self.goals.tuning
+        sobol = scipy.stats.qmc.Sobol(len(tuning.free), rng=np.random.default_rng(tuning.seed))
+        points: Array = np.asarray(sobol.random(1 << (tuning.samples - 1).bit_length()), dtype=np.float64)
+        first: Array = np.asarray(points[: tuning.samples], dtype=np.float64)
+        return first
+
+    def _from(self, parts: Array) -> None:
+        at = self._full(parts)
+        if not at.defined:
+            at = self._stabilised(at)
+        if not at.defined:
+            return
+        if at.violation > -_AIM and at.slacks:
+            at = self._feasible(at)
+        if at.violation <= KEPT and at.objectives:
+            self._improved(at)
+
+    def _full(self, parts: Array) -> At:
+        if self._latest is None or not np.array_equal(self._latest.parts, np.clip(parts, 0.0, 1.0)):
+            self._latest = self.goals.at(parts)
+        return self._latest
+
+    def _stabilised(self, at: At) -> At:
+        if at.growth is None:
+            return at
+
+        def growth(parts: Array) -> tuple[float, Array]:
+            row = self._full(parts).growth
+            return (row.value, row.gradient) if row is not None else (1.0, np.zeros(len(parts)))
+
+        scale = max(abs(at.growth.value), 1e-6)
+        found = _minimize(
+            lambda parts: tuple(entry / scale for entry in growth(parts)),
+            at.parts,
+            jac=True,
+            method="SLSQP",
+            bounds=[(0.0, 1.0)] * len(at.parts),
+            options={"maxiter": _ROUNDS, "ftol": 1e-3},
+        )
+        return self._full(found.x)
+
+    def _feasible(self, at: At) -> At:
+        """Raise the worst slack until all goals are met, as far as it goes."""
+        size = len(at.parts)
+
+        def slacks(x: Array) -> Array:
+            return np.asarray(_values(self._full(x[:size]).slacks, at.slacks) - x[size])
+
+        def gradients(x: Array) -> Array:
+            now = _gradients(self._full(x[:size]).slacks, at.slacks, size)
+            return np.hstack([now, -np.ones((len(at.slacks), 1))])
+
+        begin = np.append(at.parts, -max(at.violation, 0.0))
+        found = self._solved(
+            lambda x: (-x[size], np.append(np.zeros(size), -1.0)),
+            begin,
+            [(0.0, 1.0)] * size + [(2.0 * UNDEFINED, 0.05)],
+            slacks,
+            gradients,
+        )
+        return self._full(found[:size])
+
+    def _improved(self, at: At) -> At:
+        """Lower the worst objective while all hard goals stay met."""
+        size, rows = len(at.parts), len(at.objectives)
+
+        def constraints(x: Array) -> Array:
+            now = self._full(x[:size])
+            return np.append(
+                _values(now.slacks, at.slacks) - _AIM, x[size] - _values(now.objectives, at.objectives, 10.0)
+            )
+
+        def gradients(x: Array) -> Array:
+            now = self._full(x[:size])
+            above = np.hstack([_gradients(now.slacks, at.slacks, size), np.zeros((len(at.slacks), 1))])
+            below = np.hstack([-_gradients(now.objectives, at.objectives, size), np.ones((rows, 1))])
+            return np.vstack([above, below])
+
+        begin = np.append(at.parts, at.objective)
+        found = self._solved(
+            lambda x: (x[size], np.append(np.zeros(size), 1.0)),
+            begin,
+            [(0.0, 1.0)] * size + [(-1e4, 1e4)],
+            constraints,
+            gradients,
+        )
+        return self._full(found[:size])
+
+    def _solved(self, objective: Any, begin: Array, bounds: Any, constraints: Any, gradients: Any) -> Array:
+        found = _minimize(
+            objective,
+            begin,
+            jac=True,
+            method="SLSQP",
+            bounds=bounds,
+            constraints=[{"type": "ineq", "fun": constraints, "jac": gradients}],
+            options={"maxiter": _ROUNDS, "ftol": _ACCURACY},
+        )
+        return np.asarray(found.x)
+
+
+def better(one: At, other: At) -> bool:
+    """Return whether a point is better: hard goals first, then the objective."""
+    return _order(one) < _order(other)
+
+
+def _order(at: At) -> tuple[float, float]:
+    violation = at.violation
+    return (0.0, at.objective) if violation <= KEPT else (violation, at.objective)
+
+
+def _apart(points: Sequence[At], count: int) -> list[At]:
+    """Return the best points that are not next to each other."""
+    chosen: list[At] = []
+    least = 0.5 * len(points) ** (-1.0 / max(1, len(points[0].parts)))
+    for at in points:
+        if len(chosen) == count:
+            break
+        if all(float(np.max(np.abs(at.parts - other.parts))) > least for other in chosen):
+            chosen.append(at)
+    return chosen
+
+
+def _values(rows: Sequence[Row], like: Sequence[Row], undefined: float = UNDEFINED) -> Array:
+    """Return the values in the order of other rows; `undefined` where a quantity has none."""
+    known = {(row.goal, row.case, row.limit): row.value for row in rows}
+    return np.array([known.get((row.goal, row.case, row.limit), undefined) for row in like])
+
+
+def _gradients(rows: Sequence[Row], like: Sequence[Row], size: int) -> Array:
+    known = {(row.goal, row.case, row.limit): row.gradient for row in rows}
+    nothing = np.zeros(size)
+    return np.array([known.get((row.goal, row.case, row.limit), nothing) for row in like]).reshape(len(like), size)

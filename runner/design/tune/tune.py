@@ -1,0 +1,233 @@
+"""Parameters of a graph that meet its goals, and what binds them."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+
+from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.tuning.build import tuning_of
+from proofmass.graphs.tuning.tuning import Goal, Tuning
+from proofmass.runner.design.tune.goals_at import At, GoalsAt, Row, worst_reading
+from proofmass.runner.design.tune.search import Progress, Search
+from proofmass.runner.host.interrupts import interrupts
+
+_ACTIVE = 1e-3  # slack up to which a goal may bind
+_DIGITS = 9  # of the numbers that are written: rounding misses no goal
+_COUNTS = 1e-6  # of a multiplier
+_MET = 1e-9  # slack of a goal that rounding may hide
+_FEW = 8  # samples of a search that begins at a good point
+
+
+@dataclass(frozen=True)
+class TunedGoal:
+    """A goal: what is wanted, and its worst value over all operating points before and after."""
+
+    name: str
+    goal: Goal
+    before: float | None
+    after: float | None
+    case: str  # in which it is worst
+    price: (
+        float  # change of the objective, relative, for one per cent of the limit; of the conflict where one is missed
+    )
+    reachable: float | None = None  # of a missed goal: what it reaches if all other hard goals are met
+
+    @property
+    def met(self) -> bool:
+        """True if its limits are kept."""
+        if self.after is None:
+            return False
+        return all(sign * (self.after - limit) >= -_MET * (abs(limit) or 1.0) for sign, limit in self.goal.limits)
+
+    @property
+    def binds(self) -> bool:
+        """True if the result would be better without it."""
+        return self.price > _COUNTS
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "quantity": str(self.goal.quantity),
+            "unit": self.goal.quantity.unit,
+            "wanted": self.goal.wanted,
+            "before": _finite(self.before),
+            "after": _finite(self.after),
+            "met": self.met,
+            "worst_at": self.case,
+            "binds": self.binds,
+            "price_of_one_percent": self.price,
+            "reachable": _finite(self.reachable),
+        }
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """The result of a search: parameters, goals, and what binds."""
+
+    tuning: Tuning
+    before: Mapping[str, float]
+    parameters: Mapping[str, float]  # by names in the flat graph
+    goals: tuple[TunedGoal, ...]
+    at_bounds: Mapping[str, str]  # parameters that end at a bound which binds: "lower" or "upper"
+    evaluations: int
+    interrupted: bool
+    objective: float  # the logarithm of the improvement; 0 without one
+
+    @property
+    def met(self) -> bool:
+        """True if all hard goals are met."""
+        return all(goal.met for goal in self.goals if goal.goal.hard)
+
+    @property
+    def changes(self) -> dict[str, float | str]:
+        """The parameters with their units, by the names that the graph file has."""
+        written = {}
+        for name, value in self.parameters.items():
+            unit = self.tuning.unit_of(name)
+            written[self.tuning.written.get(name, name)] = f"{value!r} {unit}" if unit != "1" else value
+        return written
+
+    @cached_property
+    def graph(self) -> Graph:
+        """The graph with these parameters."""
+        return with_parameters(self.tuning.graph, self.changes)
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "met": self.met,
+            "interrupted": self.interrupted,
+            "evaluations": self.evaluations,
+            "parameters": {
+                self.tuning.written.get(name, name): {
+                    "before": self.before[name],
+                    "after": value,
+                    "unit": self.tuning.unit_of(name),
+                    "at_least": self.tuning.free[name].at_least,
+                    "at_most": self.tuning.free[name].at_most,
+                    "binds_at": self.at_bounds.get(name),
+                }
+                for name, value in self.parameters.items()
+            },
+            "goals": {goal.name: goal.as_data() for goal in self.goals},
+        }
+
+
+def tune(graph: Graph | Tuning, *, progress: Progress | None = None, **tables: Any) -> Tuned:
+    """Find parameters of a graph that meet goals.
+
+    `free` and `goals`, and if wanted `points`, `tolerances`, `at`, `starts`, `samples` and `seed`, are tables and
+    numbers as in `[tune]` of a graph file; or give a `Tuning`, as `read_tuning` returns it. Ctrl-C ends the search;
+    the best point so far is the result.
+
+        tune(graph, free={"pid.integral": {"at_least": "1 1/s", "at_most": "100 1/s"}},
+             goals={"phase": {"loop": "main", "figure": "phase_margin", "at_least": "60 deg"},
+                    "quiet": {"noise": "dac.code", "minimise": True}})
+
+    Raises `ModelError` with everything that is wrong with the tables.
+    """
+    tuning = graph if isinstance(graph, Tuning) else tuning_of(graph, **tables)
+    goals = GoalsAt(tuning)
+    with interrupts() as stop:
+        search = Search(goals, progress, stop)
+        best = search.run()
+        reachable = {} if search.interrupted else _reachable(search, best)
+        goals.note = lambda at: None
+        rounded = {name: float(f"{value:.{_DIGITS}g}") for name, value in best.values.items()}
+        best = goals.at_values({name: tuning.free[name].inside(value) for name, value in rounded.items()}, True)
+    prices, bounds = _multipliers(best, tuning)
+    return Tuned(
+        tuning=tuning,
+        before=tuning.nominal,
+        parameters=best.values,
+        goals=tuple(_outcome(tuning, name, search.first, best, prices, reachable) for name in tuning.goals),
+        at_bounds=bounds,
+        evaluations=search.count,
+        interrupted=search.interrupted,
+        objective=best.objective,
+    )
+
+
+def _outcome(
+    tuning: Tuning, name: str, first: At, best: At, prices: Mapping[str, float], reachable: Mapping[str, float]
+) -> TunedGoal:
+    goal = tuning.goals[name]
+    sign = -1.0 if goal.minimise or (goal.limits and goal.limits[0][0] < 0.0) else 1.0
+    _, before = worst_reading(first, name, sign)
+    case, after = worst_reading(best, name, sign)
+    return TunedGoal(
+        name,
+        goal,
+        before.value if before else None,
+        after.value if after else None,
+        case,
+        prices.get(name, 0.0),
+        reachable.get(name),
+    )
+
+
+def _multipliers(at: At, tuning: Tuning) -> tuple[dict[str, float], dict[str, str]]:
+    """Return by how much each goal worsens the objective, and the bounds that do.
+
+    At an optimum the gradient of what is sought is a sum, with positive factors, of gradients of what binds. Where a
+    hard goal is missed, the worst slack is sought.
+    """
+    missed = at.violation > _MET
+    if not at.defined or not (missed or at.objectives):
+        return {}, {}
+    if missed:
+        sought = [row._replace(value=-row.value, gradient=-row.gradient) for row in at.slacks]
+        worst, kept = [row for row in sought if row.value >= at.violation - _ACTIVE], list[Row]()
+    else:
+        worst = [row for row in at.objectives if row.value >= at.objective - _ACTIVE]
+        kept = [row for row in at.slacks if row.value <= _ACTIVE]
+    sides = [(i, "lower") for i, part in enumerate(at.parts) if part <= 1e-6]
+    sides += [(i, "upper") for i, part in enumerate(at.parts) if part >= 1.0 - 1e-6]
+    size = len(at.parts)
+    edges = [np.eye(size)[i] * (1.0 if side == "lower" else -1.0) for i, side in sides]
+    columns = [row.gradient for row in worst] + [-row.gradient for row in kept] + [-edge for edge in edges]
+    scale = max((float(np.max(np.abs(column), initial=0.0)) for column in columns), default=0.0) or 1.0
+    table = np.array(columns).T / scale
+    table = np.vstack([table, [1.0] * len(worst) + [0.0] * (len(kept) + len(edges))])
+    factors = scipy.optimize.nnls(table, np.append(np.zeros(size), 1.0))[0]
+    prices = dict[str, float]()
+    for row, factor in zip([*worst, *kept], factors, strict=False):
+        if missed or row in kept:
+            prices[row.goal] = prices.get(row.goal, 0.0) + float(factor) * (1.0 if missed else 0.01)
+    names = list(tuning.free)
+    on_edges = zip(sides, factors[len(worst) + len(kept) :], strict=True)
+    return prices, {names[i]: side for (i, side), factor in on_edges if factor > 1e-3}
+
+
+def _reachable(search: Search, best: At) -> dict[str, float]:
+    """Return, of each goal that a conflict misses, the best value that the other hard goals leave."""
+    if best.violation <= _MET or not best.defined:
+        return {}
+    tuning, reached = search.goals.tuning, {}
+    missed = {row.goal for row in best.slacks if row.value >= -best.violation - _ACTIVE and row.value < -_MET}
+    for name in missed:
+        goal = tuning.goals[name]
+        if len(goal.limits) != 1:
+            continue
+        sign = goal.limits[0][0]
+        others = {n: g for n, g in tuning.goals.items() if g.hard and n != name}
+        wanted = Goal(goal.quantity, minimise=sign < 0.0, maximise=sign > 0.0)
+        narrower = replace(tuning, goals={**others, name: wanted}, samples=_FEW, starts=1)
+        alone = Search(GoalsAt(narrower), None, search.stop)
+        alone.seen = [best.parts]
+        found = alone.run()
+        if found.violation <= _MET:
+            reading = worst_reading(found, name, sign)[1]
+            if reading is not None:
+                reached[name] = reading.value
+    return reached
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

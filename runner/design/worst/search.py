@@ -1,0 +1,177 @@
+"""The search for the worst case in a box of parameters.
+
+Derivatives name a corner: each parameter goes where the derivative says that it gets worse. At that corner they name
+the next, until it is its own. From the worst corners each parameter is tried at its other end. If there are few corners
+all are tried. Random points look for what the corners miss, and from the worst points a bounded descent looks inside.
+Nothing of this proves that there is no worse case, so it counts what was tried.
+"""
+
+import itertools
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.optimize
+
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
+from proofmass.runner.design.worst.ranges import Range
+
+UNSTABLE = 1e6  # badness of an unstable loop, before its growth is added
+_DESCENTS = 2  # bounded descents of each quantity
+_TURNS = 20  # corners that derivatives may name in a row
+_SWEEPS = 4  # rounds in which every parameter is tried at its other end
+
+Progress = Callable[[int, int], None]
+_minimise: Any = scipy.optimize.minimize
+
+
+class InterruptedSearch(Exception):  # noqa: N818  # ends a search from within SciPy
+    """Ctrl-C was pressed."""
+
+
+class Side(NamedTuple):
+    """A quantity and the side on which it is bad: 1 if low values are, -1 if high ones are."""
+
+    quantity: str
+    sign: float
+
+
+class Case(NamedTuple):
+    """A point of the box and what the quantities are there."""
+
+    place: tuple[float, ...]
+    readings: Readings
+    slopes: bool
+
+    @property
+    def corner(self) -> bool:
+        """True if every parameter is at an end."""
+        return all(abs(part) == 1.0 for part in self.place)
+
+
+class BoxSearch:
+    """Evaluates points of a box and remembers all of them."""
+
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        ranges: Sequence[Range],
+        expected: int,
+        progress: Progress | None,
+        stop: threading.Event | None,
+    ) -> None:
+        self.evaluator, self.ranges = evaluator, ranges
+        self.cases: dict[tuple[float, ...], Case] = {}
+        self.random: list[tuple[float, ...]] = []
+        self._expected, self._progress, self._stop = expected, progress, stop
+
+    def at(self, place: Sequence[float], slopes: bool = False) -> Case:
+        """Return the case at a place, known already or evaluated now."""
+        key = tuple(float(part) for part in place)
+        known = self.cases.get(key)
+        if known is not None and (known.slopes or not slopes):
+            return known
+        if self._stop is not None and self._stop.is_set():
+            raise InterruptedSearch
+        values = {r.name: r.at(part) for r, part in zip(self.ranges, key, strict=True)}
+        self.cases[key] = Case(key, self.evaluator.readings(values, slopes), slopes)
+        if self._progress:
+            self._progress(len(self.cases), max(self._expected, len(self.cases) + 1))
+        return self.cases[key]
+
+    def badness(self, case: Case, side: Side) -> float:
+        """Return a number that grows as the quantity gets worse, and beyond all others where a loop is unstable."""
+        grown = [r for name, r in case.readings.items() if name.startswith(STABLE)]
+        if case.readings[side.quantity] is None:
+            return UNSTABLE + max((r.value for r in grown if r is not None), default=0.0)
+        value = case.readings[side.quantity].value  # type: ignore[union-attr]
+        return float(np.clip(-side.sign * value, -0.5 * UNSTABLE, 0.5 * UNSTABLE))
+
+    def gradient(self, case: Case, side: Side) -> Array:
+        """Return the derivatives of the badness by the places."""
+        reading, sign = case.readings[side.quantity], -side.sign
+        if reading is None:
+            grown = [r for name, r in case.readings.items() if name.startswith(STABLE) and r is not None]
+            reading, sign = max(grown, key=lambda r: r.value, default=None), 1.0
+        slopes: Mapping[str, float] = reading.slopes if reading is not None else {}
+        pairs = zip(self.ranges, case.place, strict=True)
+        return np.array([sign * slopes.get(r.name, 0.0) * r.slope(part) for r, part in pairs])
+
+    def worst(self, side: Side) -> Case:
+        """Return the worst case so far."""
+        return max(self.cases.values(), key=lambda case: self.badness(case, side))
+
+    def search(self, sides: Sequence[Side], corners: int, samples: int, seed: int) -> None:
+        """Try everything, for each of some quantities and sides."""
+        size = len(self.ranges)
+        nominal = (0.0,) * size
+        self.at(nominal, slopes=True)
+        for number, sign in itertools.product(range(size), (-1.0, 1.0)):  # one at a time, for the table
+            self.at([sign if i == number else 0.0 for i in range(size)])
+        for side in sides:
+            self._named(side, nominal)
+        if 2**size <= corners:
+            for corner in itertools.product((-1.0, 1.0), repeat=size):
+                self.at(corner)
+        for place in np.random.default_rng(seed).uniform(-1.0, 1.0, (samples, size)):
+            self.random.append(self.at(place).place)
+        for side in sides:
+            self._others(side)
+            starts = sorted(self.cases.values(), key=lambda case: -self.badness(case, side))[:_DESCENTS]
+            starts.append(max((self.cases[place] for place in self.random), key=lambda c: self.badness(c, side)))
+            for case in starts:
+                self._inside(side, case)
+            self._others(side)
+
+    def _named(self, side: Side, place: tuple[float, ...]) -> None:
+        """Follow the corners that derivatives name."""
+        for _ in range(_TURNS):
+            case = self.at(place, slopes=True)
+            gradient = self.gradient(case, side)
+            signs = (float(np.sign(g)) or part or 1.0 for g, part in zip(gradient, place, strict=True))
+            following = tuple(1.0 if sign > 0.0 else -1.0 for sign in signs)
+            if following in self.cases and self.cases[following].slopes:
+                break
+            place = following
+
+    def _others(self, side: Side) -> None:
+        """Try every parameter at its other end from the worst corner, until none is worse."""
+        corners = [case for case in self.cases.values() if case.corner]
+        if not corners:
+            return
+        best = max(corners, key=lambda case: self.badness(case, side))
+        for _ in range(_SWEEPS):
+            tried = [
+                self.at([-part if i == number else part for i, part in enumerate(best.place)])
+                for number in range(len(self.ranges))
+            ]
+            worse = max(tried, key=lambda case: self.badness(case, side))
+            if self.badness(worse, side) <= self.badness(best, side):
+                break
+            best = worse
+
+    def _inside(self, side: Side, case: Case) -> None:
+        """Descend from a case within the bounds, if the derivatives there point inside."""
+        case = self.at(case.place, slopes=True)
+        if case.readings[side.quantity] is None:
+            return
+        gradient = self.gradient(case, side)
+        outward = [abs(part) == 1.0 and part * g >= 0.0 for part, g in zip(case.place, gradient, strict=True)]
+        if all(outward):
+            return
+        size = abs(self.badness(case, side)) or 1.0
+
+        def objective(place: Array) -> tuple[float, Array]:
+            there = self.at(np.clip(place, -1.0, 1.0).tolist(), slopes=True)
+            return -self.badness(there, side) / size, -self.gradient(there, side) / size
+
+        _minimise(
+            objective,
+            np.array(case.place),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[(-1.0, 1.0)] * len(self.ranges),
+            options={"maxiter": 15, "ftol": 1e-9},
+        )

@@ -1,0 +1,70 @@
+"""Worst cases as text for people."""
+
+import math
+from collections.abc import Iterator
+
+from proofmass.runner.design.worst.worst import WorstCase, WorstCases
+from proofmass.runner.output.counts import count
+from proofmass.runner.output.text_table import text_table
+
+_ROWS = 12  # parameters in a table
+_NOTHING = 1e-9  # part of the largest effect
+
+
+def worst_text(found: WorstCases) -> str:
+    """Return each worst case with what makes it, and how much was looked at."""
+    lines = ["interrupted: the worst so far"] if found.interrupted else []
+    for case in found.cases:
+        lines += [*_case(case, found), ""]
+    return "\n".join([*lines, *_coverage(found)])
+
+
+def _case(case: WorstCase, found: WorstCases) -> Iterator[str]:
+    unit = f" {case.quantity.unit}" if case.quantity.unit != "1" else ""
+    worst = "unstable" if case.worst is None else f"{_number(case.worst)}{unit}"
+    where = "inside the tolerances" if case.inside else "at a corner"
+    yield f"{case.name}: {_number(case.nominal)}{unit} nominal, {worst} at worst, {where}"
+    if case.first_order is not None and case.worst is not None:
+        yield f"  derivatives at the nominal values say {_number(case.first_order)}{unit}"
+    effects = {single.parameter: _effect(case, single.parameter) for single in case.one_at_a_time}
+    largest = max(effects.values(), default=0.0)
+    rows: list[tuple[str, ...]] = [("parameter", "low", "high", "at worst", "unit", "alone, low", "alone, high")]
+    order = sorted(found.ranges, key=lambda r: -effects[r.written])
+    shown = [r for r in order if effects[r.written] > _NOTHING * largest][:_ROWS]
+    singles = {single.parameter: single for single in case.one_at_a_time}
+    for r in shown:
+        place, single = case.places[r.written], singles[r.written]
+        at = f"{case.values[r.written]:.6g} " + ("low" if place == -1.0 else "high" if place == 1.0 else "inside")
+        ends = f"{r.low:.6g}", f"{r.high:.6g}"
+        alone = _number(single.at_low), _number(single.at_high)
+        rows.append((r.written, *ends, at, r.unit if r.unit != "1" else "", *alone))
+    yield from (f"  {line}" for line in text_table(rows, left=(0, 4)))
+    silent = [r.written for r in order if r not in shown]
+    if silent:
+        yield f"  of little or no effect alone: {', '.join(silent[:_ROWS])}" + (" and more" if silent[_ROWS:] else "")
+
+
+def _effect(case: WorstCase, parameter: str) -> float:
+    single = next(s for s in case.one_at_a_time if s.parameter == parameter)
+    if case.nominal is None or single.at_low is None or single.at_high is None:
+        return math.inf
+    changes = [abs(end - case.nominal) for end in (single.at_low, single.at_high)]
+    return max((change for change in changes if math.isfinite(change)), default=math.inf)
+
+
+def _coverage(found: WorstCases) -> Iterator[str]:
+    corners = 2 ** len(found.ranges)
+    tried = "all" if found.all_corners else f"{found.corners:,} of"
+    yield (
+        f"looked at {tried} {count(corners, 'corner')} and {count(found.random, 'random point')} of"
+        f" {count(len(found.ranges), 'parameter')}, {count(found.evaluations, 'point')} in all"
+    )
+    if found.random:
+        yield (
+            f"no random point is worse: with 95 % confidence less than {100.0 * found.unseen:.2g} % of the box is;"
+            " this is a search, not a proof"
+        )
+
+
+def _number(value: float | None) -> str:
+    return "unstable" if value is None else "no limit" if math.isinf(value) else f"{value:.6g}"

@@ -1,0 +1,238 @@
+"""The worst cases of quantities of a graph within tolerances, what makes them, and how much was looked at."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import SETTLED
+from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.tuning.quantities import QUANTITY_KEYS, LoopFigure, Noise, Quantity, read_quantity_of
+from proofmass.runner.design.quantities.evaluator import Evaluator
+from proofmass.runner.design.worst.ranges import Range, ranges_of
+from proofmass.runner.design.worst.search import BoxSearch, Case, InterruptedSearch, Progress, Side
+from proofmass.runner.host.interrupts import interrupts
+
+CORNERS, SAMPLES = 256, 100
+_CONFIDENCE = 0.95
+_HIGH_IS_BAD = ("sensitivity_peak", "overshoot", "settling_time")
+_DEFAULT_FIGURES = ("gain_margin", "phase_margin")
+_LISTED = 5  # corners in a table
+
+
+@dataclass(frozen=True)
+class OneAtATime:
+    """A quantity with one parameter at its ends and all others nominal; None where it is undefined."""
+
+    parameter: str
+    at_low: float | None
+    at_high: float | None
+
+
+@dataclass(frozen=True)
+class WorstCase:
+    """The worst value of one quantity on one side, and where it is."""
+
+    name: str
+    quantity: Quantity
+    side: str  # "lowest" or "highest"
+    nominal: float | None
+    worst: float | None  # None where a loop is unstable or a run fails
+    first_order: float | None  # what the derivatives at the nominal values say
+    values: Mapping[str, float]  # parameters by the names that were written
+    places: Mapping[str, float]  # from -1, lowest, to 1, highest
+    one_at_a_time: tuple[OneAtATime, ...]
+    corners: tuple[tuple[str, float | None], ...]  # the worst: signs of the parameters in their order, and the value
+
+    @property
+    def inside(self) -> bool:
+        """True if the worst case is at no corner."""
+        return any(abs(place) < 1.0 for place in self.places.values())
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "quantity": str(self.quantity),
+            "unit": self.quantity.unit,
+            "side": self.side,
+            "nominal": _finite(self.nominal),
+            "worst": _finite(self.worst),
+            "first_order": _finite(self.first_order),
+            "at": dict(self.values),
+            "places": dict(self.places),
+            "inside": self.inside,
+            "one_at_a_time": {o.parameter: [_finite(o.at_low), _finite(o.at_high)] for o in self.one_at_a_time},
+            "corners": [{"signs": signs, "value": _finite(value)} for signs, value in self.corners],
+        }
+
+
+@dataclass(frozen=True)
+class WorstCases:
+    """All worst cases, and how much of the box was looked at."""
+
+    ranges: tuple[Range, ...]
+    cases: tuple[WorstCase, ...]
+    corners: int  # that were tried
+    random: int
+    evaluations: int
+    interrupted: bool
+
+    @property
+    def all_corners(self) -> bool:
+        """True if every corner was tried."""
+        return self.corners == 1 << len(self.ranges)
+
+    @property
+    def unseen(self) -> float:
+        """Part of the box that may be worse than the worst, with a confidence of 95 %; by the random points."""
+        return 1.0 - (1.0 - _CONFIDENCE) ** (1.0 / self.random) if self.random else 1.0
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "ranges": {
+                r.written: {"nominal": r.nominal, "low": r.low, "high": r.high, "unit": r.unit} for r in self.ranges
+            },
+            "cases": {case.name: case.as_data() for case in self.cases},
+            "corners_tried": self.corners,
+            "corners": 2 ** len(self.ranges),
+            "random_points": self.random,
+            "unseen_part_95": self.unseen,
+            "evaluations": self.evaluations,
+            "interrupted": self.interrupted,
+        }
+
+
+def worst(
+    source: Graph | Study,
+    quantities: Mapping[str, Mapping[str, Any]] | None = None,
+    *,
+    tolerances: Mapping[str, Any] | None = None,
+    at: str = "",
+    corners: int = CORNERS,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> WorstCases:
+    """Find how bad quantities of a graph can get within tolerances.
+
+    `quantities` are tables by name, as goals of `[tune]` name them: `{"phase": {"loop": "main", "figure":
+    "phase_margin"}}`; unless given, the gain and phase margins of all named loops. `tolerances` maps parameters to
+    "5 %", to a width with a unit or to a list of two values; a study brings those of its spread, normal ones up to
+    three standard deviations. All corners are tried if there are no more than `corners`, and so many random
+    `samples`.
+
+    Raises `ModelError` with everything that is wrong.
+    """
+    graph = source.graph if isinstance(source, Study) else source
+    ranges = ranges_of(source, tolerances or {})
+    wanted = _quantities(graph, quantities)
+    _refuse_moment(at)
+    widths = {r.name: r.high - r.low for r in ranges}
+    sides = {name: _sides(quantity) for name, quantity in wanted.items()}
+    searched = [Side(name, sign) for name, signs in sides.items() for sign in signs]
+    expected = 2 * len(ranges) + samples + min(2 ** len(ranges), corners) + 20 * len(searched)
+    with interrupts() as stop:
+        search = BoxSearch(Evaluator(graph, wanted, at, widths), ranges, expected, progress, stop)
+        interrupted = False
+        try:
+            search.search(searched, corners, samples, seed)
+        except InterruptedSearch:
+            interrupted = True
+    if not search.cases:
+        raise ModelError([Problem(message="interrupted before anything was evaluated", key="worst")])
+    return WorstCases(
+        ranges=tuple(ranges),
+        cases=tuple(_case(search, side, wanted[side.quantity], len(sides[side.quantity]) > 1) for side in searched),
+        corners=sum(case.corner for case in search.cases.values()),
+        random=len(search.random),
+        evaluations=len(search.cases),
+        interrupted=interrupted,
+    )
+
+
+def _quantities(graph: Graph, given: Mapping[str, Mapping[str, Any]] | None) -> dict[str, Quantity]:
+    flat = flatten(graph)
+    tables: Mapping[str, Any] = given or {
+        f"{loop}.{figure}": {"loop": loop, "figure": figure} for loop in flat.loops for figure in _DEFAULT_FIGURES
+    }
+    if not tables:
+        hint = "name a quantity: --figure dac.voltage:phase_margin, --measure NAME, --noise OUTPUT"
+        raise ModelError([Problem(message="the graph names no loops, and nothing else is asked for", hint=hint)])
+    read, problems = dict[str, Quantity](), list[Problem]()
+    for name, table in tables.items():
+        try:
+            for key in table:
+                if key not in QUANTITY_KEYS:
+                    hint = did_you_mean(str(key), QUANTITY_KEYS, "the keys")
+                    raise Refusal("unknown key", hint, key=str(key), got=shown(key))
+            read[name] = read_quantity_of(table, flat)
+        except Refusal as error:
+            key = f"{name}.{error.key}" if error.key else name
+            got, expected = error.got, error.expected
+            problems.append(Problem(message=str(error), key=key, got=got, expected=expected, hint=error.hint))
+    if problems:
+        raise ModelError([graph.placed(problem) for problem in problems])
+    return read
+
+
+def _refuse_moment(at: str) -> None:
+    if at and at != SETTLED:
+        try:
+            read_duration(at)
+        except Refusal as error:
+            raise ModelError([error.problem("at", at)]) from None
+
+
+def _sides(quantity: Quantity) -> tuple[float, ...]:
+    """Return the sides on which a quantity is bad: 1 low, -1 high; both of what has no good side."""
+    if isinstance(quantity, LoopFigure):
+        return (-1.0,) if quantity.figure in _HIGH_IS_BAD else (1.0,)
+    return (-1.0,) if isinstance(quantity, Noise) else (1.0, -1.0)
+
+
+def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> WorstCase:
+    size, ranges = len(search.ranges), search.ranges
+    nominal, found = search.cases[(0.0,) * size], search.worst(side)
+    word = "lowest" if side.sign > 0.0 else "highest"
+    singles = []
+    for number, wanted in enumerate(ranges):
+        ends = [tuple(sign if i == number else 0.0 for i in range(size)) for sign in (-1.0, 1.0)]
+        low, high = (_value(search.cases.get(end), side) for end in ends)
+        singles.append(OneAtATime(wanted.written, low, high))
+    begin, first_order = _value(nominal, side), None
+    if begin is not None:
+        change = float(np.sum(np.abs(search.gradient(nominal, side))))
+        first_order = begin - side.sign * change
+    corners = sorted((c for c in search.cases.values() if c.corner), key=lambda c: -search.badness(c, side))
+    return WorstCase(
+        name=f"{side.quantity}, {word}" if both else side.quantity,
+        quantity=quantity,
+        side=word,
+        nominal=begin,
+        worst=_value(found, side),
+        first_order=first_order,
+        values={r.written: r.at(part) for r, part in zip(ranges, found.place, strict=True)},
+        places={r.written: part for r, part in zip(ranges, found.place, strict=True)},
+        one_at_a_time=tuple(singles),
+        corners=tuple((_signs(case), _value(case, side)) for case in corners[:_LISTED]),
+    )
+
+
+def _value(case: Case | None, side: Side) -> float | None:
+    reading = case.readings[side.quantity] if case is not None else None
+    return None if reading is None else reading.value
+
+
+def _signs(case: Case) -> str:
+    return "".join("+" if part > 0.0 else "-" for part in case.place)
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,87 @@
+"""The table `[tune]`: read with units, refused with every problem at once, and described by the schema."""
+
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.schema.schema import schema
+from proofmass.graphs.tuning.build import tuning_of
+from proofmass.graphs.tuning.reader import read_tuning
+from tests.by_hand.design_texts import INTEGRATING, TUNE
+from tests.by_hand.graph_texts import changed, problems_of
+
+TEXT = INTEGRATING + TUNE
+
+
+def test_it_is_read_with_units(tmp_path: Path) -> None:
+    path = tmp_path / "loop.toml"
+    more = '[tune.points]\nweak = { "controller.gain" = "50" }\n[tune.tolerances]\n"plant.gain" = "10 %"\n'
+    path.write_text(TEXT + more, encoding="utf-8")
+    tuning = read_tuning(path)
+    assert tuning.free["controller.gain"].logarithmic, "its bounds are three decades apart"
+    assert tuning.goals["phase"].at_least == 60.0
+    assert tuning.goals["fast"].maximise
+    assert tuning.points["weak"] == {"controller.gain": 50.0}
+    cases = tuning.cases()
+    assert set(cases) == {"weak, corner 1", "weak, corner 2"}
+    assert [factors["plant.gain"] for _, factors in cases.values()] == pytest.approx([0.9, 1.1])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("at_least = 1.0, at_most = 1000.0", "at_least = 5.0, at_most = 1.0", "leaves nothing free"),
+        ("at_least = 1.0, at_most = 1000.0", "at_least = 1.0", "has no at_most"),
+        ("controller.gain", "controler.gain", "did you mean controller"),
+        ('figure = "phase_margin"', 'figure = "fase_margin"', "did you mean phase_margin"),
+        ('loop = "main", figure = "phase', 'loop = "mian", figure = "phase', "did you mean main"),
+        ("maximise = true", "maximise = true, minimise = true", "must say what is wanted"),
+        ("maximise = true", 'maximise = true, at_least = "1 V"', "V is m^2*kg/s^3/A, not 1/s"),
+        ('figure = "bandwidth", ', "", "there is no such figure"),
+        ('loop = "main", figure = "bandwidth"', 'noise = "plant.output", band = ["5 Hz", "1 Hz"]', "empty"),
+        ('loop = "main", figure = "bandwidth"', 'measure = "botom"', "no such measure"),
+        ('"60 deg"', '"60 deg", gain = 3', "unknown key"),
+    ],
+)
+def test_a_mistake_is_named_with_its_line(old: str, new: str, words: str) -> None:
+    found = [str(problem) for problem in problems_of(changed(TUNE, old, new).join([INTEGRATING, ""]))]
+    assert len(found) >= 1
+    assert any(words in text for text in found), found
+    assert all("model.toml:" in text for text in found)
+
+
+def test_all_mistakes_come_at_once() -> None:
+    wrong = TUNE.replace("phase_margin", "fase").replace("at_least = 1.0", "at_least = -1.0")
+    wrong = wrong.replace("[tune.free]", "[tune]\nstarts = 0\nsample = 3\n[tune.free]").replace("1000.0 }", "-2 }")
+    assert len(problems_of(INTEGRATING + wrong)) == 4
+
+
+def test_a_graph_without_the_table_says_what_to_add(tmp_path: Path) -> None:
+    path = tmp_path / "loop.toml"
+    path.write_text(INTEGRATING, encoding="utf-8")
+    with pytest.raises(ModelError, match=r"no table \[tune\]"):
+        read_tuning(path)
+
+
+def test_the_schema_takes_it_and_refuses_misspellings() -> None:
+    validator = jsonschema.Draft202012Validator(schema())
+    assert validator.is_valid(tomllib.loads(TEXT))
+    for old, new in (("at_most", "atmost"), ("figure", "figur"), ("maximise", "maximize"), ("goals", "gaols")):
+        assert not validator.is_valid(tomllib.loads(TEXT.replace(old, new))), new
+
+
+def test_python_tables_are_those_of_the_file() -> None:
+    graph = read_graph_text(INTEGRATING)
+    tables = tomllib.loads(TUNE)["tune"]
+    assert tuning_of(graph, **tables).goals.keys() == {"phase", "fast"}
+    with pytest.raises(ModelError, match="corners"):
+        tuning_of(
+            graph,
+            **tables,
+            tolerances=dict.fromkeys(("plant.gain", "controller.gain"), "1 %"),
+            points={str(i): {} for i in range(99)},
+        )

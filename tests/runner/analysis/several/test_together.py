@@ -1,0 +1,143 @@
+"""Disk margins of several loops at once: a published example, dense sweeps by SLICOT, and the graph's own poles."""
+
+import math
+
+import control
+import numpy as np
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.studies.study_reader import read_study_text
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.analysis.several.over import margins_over, margins_over_age
+from proofmass.runner.analysis.several.plot import plot_over, plot_together
+from proofmass.runner.analysis.several.together import Together, margins_together, of_system
+from tests.by_hand.design_texts import COUPLED, INTEGRATING
+
+slycot = pytest.importorskip("slycot")
+GRAPH = read_graph_text(COUPLED)
+X, Y, X_CROSS, Y_CROSS = 0.2, 0.12, 0.6, -0.9  # gains of a tick
+
+
+def system_of(a: Array, b: Array, c: Array, d: Array, period: float) -> OpenLoop:
+    """An open loop of these matrices, with the sign of negative feedback."""
+    states, wires = len(a), b.shape[1]
+    matrix = np.block([[a, b, np.zeros((states, 1))], [-c, -d, np.zeros((wires, 1))]])
+    ends = tuple((f"wire_{i}", "output", 0) for i in range(wires))
+    entries = tuple((f"state_{i}", "x", -1) for i in range(states))
+    return OpenLoop(PeriodMap(entries, ends, ends, matrix, {}, period))
+
+
+def test_the_spinning_satellite() -> None:
+    """Doyle's example: each loop alone has any gain and 90 deg, both at once next to nothing (Zhou, 1996, section 9.6).
+
+    diskmargin of the Robust Control Toolbox gives 0.0997 for both at once. Tustin's rule maps the axis on the circle.
+    """
+    plant = control.ss([[0.0, 10.0], [-10.0, 0.0]], np.eye(2), [[1.0, 10.0], [-10.0, 1.0]], np.zeros((2, 2)))
+    sampled = control.sample_system(plant, 0.01, method="bilinear")
+    found = of_system(system_of(sampled.A, sampled.B, sampled.C, sampled.D, 0.01), ["x", "y"], [1, 1])
+    assert found.margin == pytest.approx(0.0997, abs=1e-4)
+    assert found.margin == pytest.approx(1.0 / math.sqrt(100.5), rel=1e-4), "|(j w - 1) / 2 + 10 j| / |1 + j w|"
+    assert found.alone == pytest.approx((2.0, 2.0), rel=1e-6)
+    assert found.gain == pytest.approx(1.105, abs=1e-3)
+
+
+def loop(z: complex) -> np.ndarray:  # type: ignore[type-arg]
+    """L of COUPLED, by hand: gain and delay of each loop, two integrators, and what crosses over."""
+    through = np.diag([X, Y]) / z
+    return through @ np.array([[1.0, X_CROSS], [Y_CROSS, 1.0]]) / (z - 1.0)
+
+
+def test_two_loops_of_a_graph_against_a_dense_sweep_by_slicot() -> None:
+    found = margins_together(GRAPH)
+    angles = np.concatenate([np.geomspace(1e-4, 0.05, 60), np.linspace(0.05, math.pi, 600)])
+    largest, alone = 0.0, np.zeros(2)
+    for angle in angles:
+        disk = np.linalg.inv(np.eye(2) + loop(np.exp(1j * angle))) - 0.5 * np.eye(2)
+        largest = max(largest, slycot.ab13md(disk, [1, 1], [2, 2])[0])
+        alone = np.maximum(alone, np.abs(np.diag(disk)))
+    assert found.margin is not None
+    assert found.margin <= 1.0 / largest * (1.0 + 1e-9), "the sweep misses the peak by a little"
+    assert found.margin == pytest.approx(1.0 / largest, rel=1e-4)
+    assert found.alone == pytest.approx(1.0 / alone, rel=1e-4)
+    for name, value in zip(found.loops, found.alone, strict=True):
+        assert value == pytest.approx(margins(GRAPH, name).disk_margin, rel=1e-6)
+    assert found.unstructured is not None
+    assert found.unstructured <= found.margin
+
+
+def test_its_factors_put_a_pole_on_the_circle_and_smaller_ones_do_not() -> None:
+    found = margins_together(GRAPH)
+    assert found.reached == pytest.approx(found.margin, rel=1e-6)
+    z = np.exp(2j * math.pi * (found.frequency or 0.0) * 1e-3)
+    closed = np.eye(2) + loop(z) @ np.diag(found.factors)
+    assert abs(np.linalg.det(closed)) < 1e-5
+    rng, margin = np.random.default_rng(1), found.margin or 0.0
+    for _ in range(20):
+        deltas = 0.999 * margin * np.exp(2j * math.pi * rng.random(2))
+        factors = (1.0 + deltas / 2.0) / (1.0 - deltas / 2.0)
+        roots = closed_poles(np.diag(factors))
+        assert np.max(np.abs(roots)) < 1.0
+
+
+def closed_poles(factors: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    """Poles of z (z - 1) I + F G = 0, by a companion matrix."""
+    gains = factors @ np.diag([X, Y]) @ np.array([[1.0, X_CROSS], [Y_CROSS, 1.0]])
+    companion = np.block([[np.zeros((2, 2)), np.eye(2)], [-gains, np.eye(2)]])
+    return np.linalg.eigvals(companion)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("seed", range(100))
+def test_random_systems_of_two_and_three_loops(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    wires = 2 + seed % 2
+    while True:
+        sizes = int(rng.integers(2, 6)), wires
+        a = rng.standard_normal((sizes[0], sizes[0]))
+        a *= 0.95 / np.max(np.abs(np.linalg.eigvals(a)))
+        b, c = rng.standard_normal(sizes), rng.standard_normal(sizes[::-1]) * 0.3
+        system = system_of(a, b, c, np.zeros((wires, wires)), 1e-3)
+        if np.max(np.abs(np.linalg.eigvals(a - b @ c))) < 0.98:
+            break
+    found = of_system(system, [f"loop {i}" for i in range(wires)], [1] * wires)
+    largest = 0.0
+    for angle in np.linspace(0.0, math.pi, 1500):
+        response = c @ np.linalg.solve(np.exp(1j * angle) * np.eye(len(a)) - a, b.astype(complex))
+        disk = np.linalg.inv(np.eye(wires) + response) - 0.5 * np.eye(wires)
+        largest = max(largest, slycot.ab13md(disk, [1] * wires, [2] * wires)[0])
+    assert found.margin is not None
+    assert found.margin <= 1.0 / largest * (1.0 + 1e-6)
+    assert found.margin == pytest.approx(1.0 / largest, rel=1e-3)
+
+
+def test_pictures_and_refusals() -> None:
+    found = margins_together(GRAPH, ["x", "y"])
+    assert "disk margin" in plot_together(found).axes[0].get_title(loc="left")
+    with pytest.raises(ModelError, match="several loops"):
+        margins_together(read_graph_text(INTEGRATING))
+    with pytest.raises(ModelError, match="same output"):
+        margins_together(GRAPH, ["x", "x_gain.output"])
+    wild = margins_together(GRAPH.with_parameters({"x_gain.gain": 1500.0}))
+    assert isinstance(wild, Together)
+    assert wild.margin is None
+    assert wild.verdict == "unstable"
+
+
+def test_margins_over_a_parameter_and_over_age() -> None:
+    graph = read_graph_text(INTEGRATING)
+    over = margins_over(graph, "controller.gain", [100.0, 300.0, 1200.0])
+    phases = [row["main"].phase_margin for row in over.margins]
+    known = [math.radians(90.0) - 3.0 * math.asin(gain * 0.5e-3) for gain in (100.0, 300.0)]
+    assert phases[:2] == pytest.approx(known, rel=1e-9)
+    assert not over.margins[2]["main"].stable
+    assert "not stable" in plot_over(over).axes[0].get_title(loc="left")
+    text = '\n[study]\nmargins = "0 s"\nepochs = { ages = ["0 h", "10 year"] }\n'
+    drift = '[study.drift]\n"controller.gain" = { ramp = "2 %/year", ramp_spread = "1 %/year", relative = true }\n'
+    aged = margins_over_age(read_study_text(INTEGRATING + text + drift))
+    assert aged.margins[1]["main"].phase_margin == pytest.approx(math.radians(90.0) - 3.0 * math.asin(0.06), rel=1e-6)
+    with pytest.raises(ModelError, match="nothing drifts"):
+        margins_over_age(read_study_text(INTEGRATING + text))

@@ -1,0 +1,140 @@
+"""`tune`, `fit` with recordings, `worst` and `margins` of several loops as the shell sees them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.command_line import main
+from tests.by_hand.design_texts import COUPLED, INTEGRATING, RESONATOR, TUNE
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def loop(tmp_path: Path) -> Path:
+    path = tmp_path / "loop.toml"
+    path.write_text(INTEGRATING + TUNE, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def resonator(tmp_path: Path) -> Path:
+    """A graph, and beside it a recording of a device with 5.4 N/m."""
+    path = tmp_path / "resonator.toml"
+    path.write_text(RESONATOR, encoding="utf-8")
+    data = tmp_path / "run"
+    force = "force.value=2uN"
+    assert main(["run", str(path), "--set", "sensor.stiffness=5.4", "--set", force, "--out", str(data)]) == 0
+    times = np.arange(2001) / 20e3
+    w = np.sqrt(5.4 / 50e-9 - (5e-5 / 100e-9) ** 2)
+    decay = np.exp(-times * 5e-5 / 100e-9)
+    volts = 2.0 / 5.4 * (1.0 - decay * (np.cos(w * times) + 5e-5 / 100e-9 / w * np.sin(w * times)))
+    volts += 1e-3 * np.random.default_rng(0).standard_normal(len(times))
+    rows = [f"{t:.6f},2.0,{v:.9f}" for t, v in zip(times, volts, strict=True)]
+    (tmp_path / "record.csv").write_text("\n".join(["time [s],push [uN],volts [V]", *rows]), encoding="utf-8")
+    return path
+
+
+def test_tune_writes_the_graph_with_its_comments(loop: Path, tmp_path: Path, capsys: Captured) -> None:
+    picture, target = tmp_path / "tuned.png", tmp_path / "tuned.toml"
+    given = ["--samples", "8", "--starts", "1", "--plot", str(picture), "--write", str(target)]
+    assert main(["tune", str(loop), *given]) == 0
+    out = capsys.readouterr().out
+    assert "phase binds" in out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    before, after = loop.read_text(encoding="utf-8").splitlines(), target.read_text(encoding="utf-8").splitlines()
+    assert [line for line in after if line not in before] == [
+        f"gain = {read_graph(target).blocks['controller'].gain!r}             # slow at first"  # type: ignore[attr-defined]
+    ]
+    assert main(["check", str(target)]) == 0
+
+
+def test_tune_as_json_and_what_cannot_be_met(loop: Path, capsys: Captured) -> None:
+    loop.write_text(
+        loop.read_text(encoding="utf-8").replace("maximise = true", 'at_least = "190 Hz"'), encoding="utf-8"
+    )
+    assert main(["tune", str(loop), "--json", "--samples", "4", "--starts", "1", "--write", str(loop)]) == 1
+    captured = capsys.readouterr()
+    answer = json.loads(captured.out)
+    assert answer["met"] is False
+    assert answer["goals"]["phase"]["binds"]
+    assert "nothing was written" in captured.err
+
+
+def test_fit_writes_what_it_finds(resonator: Path, tmp_path: Path, capsys: Captured) -> None:
+    picture = tmp_path / "fit.svg"
+    given = ["--data", str(tmp_path / "record.csv"), "--input", "force.output=push", "--output", "seen.output=volts"]
+    free = ["--free", "sensor.stiffness=4 N/m..7 N/m", "--free", "sensor.damping"]
+    assert main(["fit", str(resonator), *given, *free, "--plot", str(picture), "--write", str(resonator)]) == 0
+    out = capsys.readouterr().out
+    assert "2,001 rows, 0.1 s at 20000 Hz" in out
+    assert read_graph(resonator).blocks["sensor"].stiffness == pytest.approx(5.4, rel=1e-3)  # type: ignore[attr-defined]
+    assert "# as designed" in resonator.read_text(encoding="utf-8")
+    assert "<svg" in picture.read_text(encoding="utf-8")
+
+
+def test_fit_refuses_to_write_what_is_not_determined(resonator: Path, tmp_path: Path, capsys: Captured) -> None:
+    given = ["--data", str(tmp_path / "record.csv"), "--input", "force.output=push", "--output", "seen.output=volts"]
+    before = resonator.read_text(encoding="utf-8")
+    free = [word for name in ("stiffness", "damping", "mass") for word in ("--free", f"sensor.{name}")]
+    assert (
+        main(["fit", str(resonator), *given, *free, "--free", "readout.gain", "--json", "--write", str(resonator)]) == 1
+    )
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["determined"] is False
+    assert "nothing was written" in captured.err
+    assert resonator.read_text(encoding="utf-8") == before
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--free", "sensor.mass"], "--free needs --data"),
+        (["--data", "x.csv", "--free", "sensor.mass"], "name what was recorded"),
+        (["--data", "x.csv", "--output", "seen.output", "--order", "3"], "--order: an option of temperature laws"),
+        (["--temperature", "a.b", "--output", "seen.output", "--tries", "3"], "--tries: an option of recordings"),
+        (["--data", "x.csv", "--output", "seen.output", "--free", "sensor.mass=3"], "write bounds as"),
+        (["--data", "x.csv", "--output", "volts", "--free", "sensor.mass"], "write BLOCK.PORT=COLUMN"),
+        (["--temperature", "a", "--output", "b", "--output", "c"], "has one output"),
+    ],
+)
+def test_fit_says_which_options_go_together(resonator: Path, capsys: Captured, words: list[str], said: str) -> None:
+    assert main(["fit", str(resonator), *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_worst_of_a_graph_and_of_a_study(loop: Path, tmp_path: Path, capsys: Captured) -> None:
+    picture = tmp_path / "worst.png"
+    given = ["--tolerance", "controller.gain=10 %", "--figure", "main:phase_margin", "--samples", "5"]
+    assert main(["worst", str(loop), *given, "--plot", str(picture)]) == 0
+    out = capsys.readouterr().out
+    assert "at a corner" in out
+    assert "a search, not a proof" in out
+    assert picture.exists()
+    spread = '[study]\nmargins = "0 s"\n[study.spread]\n"plant.gain" = { uniform = 0.1 }\n'
+    loop.write_text(INTEGRATING + spread, encoding="utf-8")
+    assert main(["worst", str(loop), "--json", "--samples", "5"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert set(answer["cases"]) == {"main.gain_margin", "main.phase_margin"}
+    assert answer["cases"]["main.gain_margin"]["worst"] == pytest.approx(-20.0 * np.log10(0.11), rel=1e-6)
+    for words, said in ((["--figure", "phase"], "LOOP:FIGURE"), (["--tolerance", "gain"], "BLOCK.PARAMETER")):
+        assert main(["worst", str(loop), *words]) == 2
+        assert said in capsys.readouterr().err
+
+
+def test_margins_of_several_loops_and_over_a_parameter(tmp_path: Path, capsys: Captured) -> None:
+    path, picture = tmp_path / "coupled.toml", tmp_path / "together.png"
+    path.write_text(COUPLED, encoding="utf-8")
+    assert main(["margins", str(path), "--together", "--plot", str(picture)]) == 0
+    assert "2 loops at once" in capsys.readouterr().out
+    assert picture.exists()
+    assert main(["margins", str(path), "--loop", "x", "--with", "y", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["disk_margin"] == pytest.approx(0.65241745, rel=1e-6)
+    assert main(["margins", str(path), "--over", "x_gain.gain=100..2000:3"]) == 1
+    assert "unstable" in capsys.readouterr().out
+    for over, said in (("x_gain.gain", "write age, or"), ("x_gian.gain=1..2", "x_gain")):
+        assert main(["margins", str(path), "--over", over]) in (1, 2)
+        assert said in capsys.readouterr().err

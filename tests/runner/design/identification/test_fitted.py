@@ -1,0 +1,209 @@
+"""Fits of graphs to recordings: known truths, intervals against Cramer and Rao, what is not identifiable."""
+
+import math
+import os
+import signal
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.design.identification.fitted import fit
+from proofmass.runner.design.identification.plot import plot_fitted
+from proofmass.runner.design.identification.text import fitted_text
+from proofmass.runner.run.result import Array
+from tests.by_hand.design_texts import RESONATOR
+
+GRAPH = read_graph_text(RESONATOR)
+RATE, ROWS, NOISE = 20e3, 2000, 0.02
+TIMES = np.arange(ROWS) / RATE
+FORCE = np.where(np.random.default_rng(5).random(ROWS // 20).repeat(20) > 0.5, 1e-6, -1e-6)
+TRUTH = {"stiffness": 5.4, "damping": 6.3e-5}
+MASS, GAIN = 50e-9, 1e6
+INPUTS, OUTPUTS = {"force.output": "force"}, {"seen.output": "volts"}
+FREE = ["sensor.stiffness", "sensor.damping"]
+
+
+def response(stiffness: float, damping: float) -> Array:
+    """Volts of a mass on a spring under a held force, by SciPy."""
+    system = scipy.signal.cont2discrete(([GAIN], [MASS, damping, stiffness]), 1.0 / RATE, "zoh")
+    return np.asarray(scipy.signal.lfilter(np.squeeze(system[0]), system[1], FORCE))
+
+
+CLEAN = response(**TRUTH)
+
+
+def recorded(seed: int) -> dict[str, Array]:
+    return {"time": TIMES, "force": FORCE, "volts": CLEAN + NOISE * np.random.default_rng(seed).standard_normal(ROWS)}
+
+
+def cramer_rao() -> Array:
+    """Standard errors that no unbiased estimate can beat, by differences of SciPy's response."""
+    columns = []
+    for name, value in TRUTH.items():
+        sides = [response(**{**TRUTH, name: value * (1.0 + side)}) for side in (1e-5, -1e-5)]
+        columns.append((sides[0] - sides[1]) / (2e-5 * value))
+    table = np.array(columns).T / NOISE
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(table.T @ table))))
+
+
+def test_known_truths_are_found_within_cramer_and_rao() -> None:
+    errors, widths = [], []
+    for seed in range(12):
+        fitted = fit(GRAPH, recorded(seed), inputs=INPUTS, outputs=OUTPUTS, free=FREE)
+        errors.append([e.value - truth for e, truth in zip(fitted.estimates, TRUTH.values(), strict=True)])
+        widths.append([e.standard_error for e in fitted.estimates])
+        assert fitted.determined
+        assert fitted.converged
+    bound = cramer_rao()
+    assert np.mean(widths, axis=0) == pytest.approx(bound, rel=0.03), "the standard errors it states"
+    assert np.all(np.sqrt(np.mean(np.square(errors), axis=0)) < 1.6 * bound), "chance: 1e-4 for twelve recordings"
+
+
+@pytest.mark.exhaustive
+def test_known_truths_of_200_recordings_are_found_within_cramer_and_rao() -> None:
+    runs = [fit(GRAPH, recorded(seed), inputs=INPUTS, outputs=OUTPUTS, free=FREE) for seed in range(200)]
+    errors = np.array([[e.value for e in run.estimates] for run in runs]) - list(TRUTH.values())
+    assert np.all(np.sqrt(np.mean(errors**2, axis=0)) < 1.1 * cramer_rao())
+    inside = np.abs(errors) < [[e.half_width for e in run.estimates] for run in runs]
+    assert np.all(np.mean(inside, axis=0) > 0.90), "intervals of 95 %"
+
+
+def test_what_only_acts_together_is_named() -> None:
+    free = ["sensor.mass", "sensor.stiffness", "sensor.damping", "readout.gain"]
+    fitted = fit(GRAPH, recorded(1), inputs=INPUTS, outputs=OUTPUTS, free=free)
+    assert not fitted.determined
+    assert "all raised by the same factor, change nothing" in fitted.findings[0]
+    assert set(free) == {name for name in free if name in fitted.findings[0]}
+    assert all(math.isinf(e.half_width) for e in fitted.estimates)
+    assert "not identifiable" in fitted_text(fitted)
+
+
+def test_mass_is_not_identifiable_from_static_data() -> None:
+    steps = np.repeat([0.5e-6, 1e-6, -1e-6, 0.2e-6], 2000)
+    times = np.arange(len(steps)) / RATE
+    still = 1e6 * steps / 5.2 + 1e-4 * np.random.default_rng(3).standard_normal(len(steps))
+    still[np.arange(len(steps)) % 2000 < 1900] = np.nan  # values are kept once the mass is at rest
+    graph = GRAPH.with_parameters({"sensor.damping": "4e-4 kg/s"})
+    data = {"time": times, "force": steps, "volts": still}
+    fitted = fit(graph, data, inputs=INPUTS, outputs=OUTPUTS, free=["sensor.mass", "sensor.stiffness"])
+    assert [e.name for e in fitted.estimates if math.isinf(e.half_width)] == ["sensor.mass"]
+    assert fitted.estimates[1].value == pytest.approx(5.2, rel=1e-4)
+    free = ["readout.gain", "sensor.stiffness"]
+    ratio = fit(graph, data, inputs=INPUTS, outputs=OUTPUTS, free=free)
+    assert "only their ratio is determined" in ratio.findings[0]
+
+
+def test_what_is_known_beforehand_settles_what_recordings_leave_open() -> None:
+    known = {"expected": "1e6 V/m", "uncertainty": "1e4 V/m"}
+    free = {"sensor.stiffness": {}, "sensor.damping": {}, "sensor.mass": {}, "readout.gain": known}
+    fitted = fit(GRAPH, recorded(2), inputs=INPUTS, outputs=OUTPUTS, free=free)
+    assert fitted.determined
+    gain = fitted.estimates[3]
+    assert gain.standard_error == pytest.approx(1e4, rel=0.05)
+
+
+def test_offset_delay_and_noise_level_are_found() -> None:
+    later = np.interp(TIMES - 3.3e-4, TIMES, CLEAN, left=0.0) + 0.37
+    volts = later + 2e-3 * np.random.default_rng(4).standard_normal(ROWS)
+    data = {"time": TIMES, "force": FORCE, "volts": volts}
+    shifted = {"offsets": ["seen.output"], "delays": ["seen.output"]}
+    fitted = fit(GRAPH, data, inputs=INPUTS, outputs=OUTPUTS, free=FREE, levels=["hiss.density"], **shifted)
+    by_name = {e.name: e for e in fitted.estimates}
+    assert by_name["offset of seen.output"].value == pytest.approx(0.37, abs=1e-3)
+    assert by_name["delay of seen.output"].value == pytest.approx(3.3e-4, rel=1e-2)
+    assert fitted.levels[0].value == pytest.approx(2e-3 / math.sqrt(RATE / 2.0), rel=0.1)
+    assert fitted.changes["hiss.density"] != GRAPH.blocks["hiss"].density  # type: ignore[attr-defined]
+
+
+def test_outliers_count_hardly_at_all() -> None:
+    data = recorded(6)
+    data["volts"][::50] += 20.0
+    free = {"sensor.stiffness": {}, "sensor.damping": {}}
+    plain = fit(GRAPH, data, inputs=INPUTS, outputs=OUTPUTS, free=free)
+    robust = fit(GRAPH, data, inputs=INPUTS, outputs=OUTPUTS, free=free, loss="outliers")
+    off = [abs(one.estimates[0].value - TRUTH["stiffness"]) for one in (plain, robust)]
+    assert off[1] < 0.1 * off[0]
+    assert off[1] < 6.0 * cramer_rao()[0]
+
+
+def test_several_recordings_are_fitted_together_and_residuals_that_are_not_white_are_told() -> None:
+    both = [recorded(7), recorded(8)]
+    fitted = fit(GRAPH, both, inputs=INPUTS, outputs=OUTPUTS, free=FREE)
+    assert fitted.rows == 2 * ROWS
+    assert fitted.estimates[0].standard_error == pytest.approx(cramer_rao()[0] / math.sqrt(2.0), rel=0.05)
+    assert fitted.outputs[0].whiteness.white
+    wandering = recorded(9)
+    wandering["volts"] = wandering["volts"] + 0.05 * np.sin(40.0 * TIMES)
+    told = fit(GRAPH, wandering, inputs=INPUTS, outputs=OUTPUTS, free=FREE)
+    assert not told.outputs[0].whiteness.white
+    assert "not white" in fitted_text(told)
+
+
+def test_several_starts_find_what_one_misses() -> None:
+    far = GRAPH.with_parameters({"sensor.stiffness": "20 N/m"})
+    free = {"sensor.stiffness": {"at_least": 2.0, "at_most": 30.0}, "sensor.damping": {}}
+    fitted = fit(far, recorded(10), inputs=INPUTS, outputs=OUTPUTS, free=free, starts=8)
+    assert fitted.estimates[0].value == pytest.approx(TRUTH["stiffness"], rel=1e-3)
+    assert 1 <= fitted.reached <= 8
+
+
+def test_ctrl_c_keeps_the_best_so_far() -> None:
+    def press(done: int, _: int) -> None:
+        if done == 9:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    fitted = fit(GRAPH, recorded(11), inputs=INPUTS, outputs=OUTPUTS, free=FREE, progress=press)
+    assert fitted.interrupted
+    assert len(fitted.estimates) == 2
+    assert "interrupted" in fitted_text(fitted)
+
+
+def test_the_picture_shows_run_residuals_and_autocorrelation() -> None:
+    fitted = fit(GRAPH, recorded(12), inputs=INPUTS, outputs=OUTPUTS, free=FREE)
+    assert "white" in " ".join(axes.get_title(loc="left") for axes in plot_fitted(fitted).axes)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"free": ["sensor.stifness"]}, "did you mean stiffness"),
+        ({"outputs": {"seen.volts": "volts"}}, "is no output"),
+        ({"outputs": {"seen.output": "vots"}}, "did you mean volts"),
+        ({"inputs": {"hiss.output": "force", "sensor.velocity": "force"}}, "no wire begins there"),
+        ({"free": {"sensor.stiffness": {"at_least": 6.0}}}, "out of its bounds"),
+        ({"free": {"sensor.stiffness": {"expected": 6.0}}}, "go together"),
+        ({"free": []}, "nothing free"),
+        ({"loss": "cubic"}, "no such loss"),
+        ({"skip": 1.0}, "too few values"),
+        ({"levels": ["force.value"]}, "makes no noise"),
+    ],
+)
+def test_a_mistake_is_named(change: dict[str, object], words: str) -> None:
+    given: dict[str, object] = {"inputs": INPUTS, "outputs": OUTPUTS, "free": FREE}
+    with pytest.raises(ModelError) as told:
+        fit(GRAPH, recorded(1), **{**given, **change})  # type: ignore[arg-type]
+    assert any(words in str(problem) for problem in told.value.problems), told.value
+
+
+def test_named_values_are_fitted_through_what_follows_from_them() -> None:
+    text = RESONATOR.replace("[blocks.force]", '[values]\nf0 = "1.6 kHz"\n\n[blocks.force]')
+    text = text.replace('stiffness = "5 N/m" ', 'stiffness = "= 50 ug * (2 * pi * f0)^2" ')
+    fitted = fit(read_graph_text(text), recorded(3), inputs=INPUTS, outputs=OUTPUTS, free=["f0", "sensor.damping"])
+    known = math.sqrt(TRUTH["stiffness"] / MASS) / (2.0 * math.pi)
+    assert fitted.estimates[0].value == pytest.approx(known, rel=1e-3)
+    assert "Hz" in str(fitted.changes["f0"]) or "1/s" in str(fitted.changes["f0"])
+
+
+def test_codes_of_a_converter_are_compared_too() -> None:
+    text = RESONATOR + '\n[blocks.adc]\nkind = "AnalogToDigital"\nbits = 12\nreference = "5 V"\n'
+    text = text.replace(
+        '    "force.output -> sensor.force",', '    "force.output -> sensor.force",\n    "seen.output -> adc.voltage",'
+    )
+    codes = np.floor(recorded(4)["volts"] / (5.0 / 2**11) + 0.5)
+    data = {"time": TIMES, "force": FORCE, "code": codes}
+    fitted = fit(read_graph_text(text), data, inputs=INPUTS, outputs={"adc.code": "code"}, free=FREE)
+    off = [abs(e.value - truth) for e, truth in zip(fitted.estimates, TRUTH.values(), strict=True)]
+    assert np.all(np.array(off) < 4.0 * cramer_rao())

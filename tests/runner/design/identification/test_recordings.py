@@ -1,0 +1,102 @@
+"""Recordings: dialects of CSV, units, gaps, missing values, times, other sources; each handled as stated or refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.design.identification.recordings import Gaps, Recording, Wanted, recordings_of
+
+INPUTS, OUTPUTS = [Wanted("force.output", "force", "N")], [Wanted("seen.output", "volts", "V")]
+ROWS = [(0.1 * k, 0.5 * k, 1.5 - 0.1 * k) for k in range(10)]
+
+
+def text(head: str, separator: str = ",", decimal: str = ".", rows: list[tuple[float, ...]] = ROWS) -> str:
+    lines = [separator.join(f"{v:.4f}".replace(".", decimal) for v in row) for row in rows]
+    return "\n".join([head, *lines]) + "\n"
+
+
+def read(folder: Path, content: str, gaps: Gaps = "refuse") -> tuple[list[Recording], list[str]]:
+    path = folder / "record.csv"
+    path.write_text(content, encoding="utf-8")
+    return recordings_of(path, INPUTS, OUTPUTS, gaps)
+
+
+@pytest.mark.parametrize(
+    ("content", "note"),
+    [
+        (text("time [s],force [N],volts [V]"), ""),
+        (text("time [s];force [N];volts [V]", ";"), "separated by semicolons"),
+        (text("time [s];force [N];volts [V]", ";", ","), "decimal comma"),
+        (text("time\tforce\tvolts", "\t"), "separated by tabs"),
+        (text("time force volts", " "), "separated by blanks"),
+        ("\ufeff# a comment\n" + text("time,force,volts"), ""),
+        (text("time,force,volts\ns,N,V"), "taken for units"),
+        (text("time [ms],force [uN],volts [mV]", rows=[(1e3 * t, 1e6 * f, 1e3 * v) for t, f, v in ROWS]), ""),
+        (text("time,force,volts", rows=[(t + 7.0, f, v) for t, f, v in ROWS]), "starts at 7 s"),
+        (text("time [s],other,volts,force", rows=[(t, 9.0, v, f) for t, f, v in ROWS]), ""),
+    ],
+)
+def test_dialects_units_and_starts(tmp_path: Path, content: str, note: str) -> None:
+    (recording,), notes = read(tmp_path, content)
+    assert recording.times == pytest.approx([row[0] for row in ROWS])
+    assert recording.inputs["force.output"] == pytest.approx([row[1] for row in ROWS])
+    assert recording.outputs["seen.output"] == pytest.approx([row[2] for row in ROWS])
+    assert note in " ".join(notes)
+    assert "10 rows, 0.9 s at 10 Hz" in notes[-1]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (text("time,force,volts,volts", rows=[(*row, 0.0) for row in ROWS]), "has 2 columns 'volts'"),
+        (text("time,force,bolts"), "did you mean bolts"),
+        (text("time [s],force [N],volts [m]"), "unit that does not fit"),
+        (text("time,force,volts", rows=[*ROWS[:5], ROWS[3], *ROWS[5:]]), "time does not grow"),
+        (text("time,force,volts", rows=[*ROWS[:5], ROWS[4], *ROWS[5:]]), "time does not grow"),
+        (text("time,force,volts", rows=[*ROWS[:3], *ROWS[6:], *[(1.0 + k, 0.0, 0.0) for k in range(5)]]), "gaps"),
+        (text("time,force,volts").replace("0.5000", "nan", 1), "the input force misses 1 of 10"),
+        (text("time,force,volts").replace("0.5000", "half", 1), "holds 'half', which is no number"),
+        (text("time,force,volts") + "1.0,2.0\n", "has 2 cells where the head has 3"),
+        (text("time,force,volts", rows=ROWS[:3]), "too few rows"),
+        ("0,1,2\n1,2,3\n", "row of column names"),
+        ("", "holds no rows"),
+        ("time,force,volts\n", "holds no rows"),
+    ],
+)
+def test_what_cannot_be_known_is_refused(tmp_path: Path, content: str, words: str) -> None:
+    with pytest.raises(ModelError) as told:
+        read(tmp_path, content)
+    assert words in str(told.value.problems[0])
+    assert "record.csv" in str(told.value.problems[0])
+
+
+def test_a_recording_is_cut_at_its_gaps_if_that_is_wanted(tmp_path: Path) -> None:
+    rows = [*ROWS, *[(t + 5.0, f, v) for t, f, v in ROWS], (20.0, 0.0, 0.0)]
+    pieces, notes = read(tmp_path, text("time,force,volts", rows=rows), "split")
+    assert [len(piece.times) for piece in pieces] == [10, 10]
+    assert pieces[1].times[0] == 0.0
+    assert "a piece of 1 rows at 20 s is left out" in " ".join(notes)
+
+
+def test_missing_outputs_are_not_compared(tmp_path: Path) -> None:
+    (recording,), notes = read(tmp_path, text("time,force,volts").replace("1.5000", "", 1))
+    assert np.isnan(recording.outputs["seen.output"][0])
+    assert "1 of 10 values of volts are missing" in " ".join(notes)
+
+
+def test_arrays_and_datasets_are_recordings_too() -> None:
+    time, force, volts = np.array(ROWS).T
+    tables = [
+        {"time": time, "force": force, "volts": volts},
+        xarray.Dataset(
+            {"force": ("t", 1e3 * force, {"units": "mN"}), "volts": ("t", volts)}, coords={"t": ("t", time)}
+        ),
+    ]
+    for recording in recordings_of(tables, INPUTS, OUTPUTS, "refuse")[0]:
+        assert recording.inputs["force.output"] == pytest.approx(force)
+    for wrong in ({"time": time, "force": force[1:], "volts": volts}, 3, {}):
+        with pytest.raises(ModelError):
+            recordings_of([wrong], INPUTS, OUTPUTS, "refuse")

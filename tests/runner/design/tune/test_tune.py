@@ -1,0 +1,115 @@
+"""Tuning: closed forms, grids, conflicts, operating points, interruptions."""
+
+import math
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.design.tune.plot import plot_tuned
+from proofmass.runner.design.tune.text import tuned_text
+from proofmass.runner.design.tune.tune import tune
+from tests.by_hand.design_texts import INTEGRATING
+
+GRAPH = read_graph_text(INTEGRATING)
+FREE = {"controller.gain": {"at_least": 1, "at_most": 1000}}
+PHASE = {"loop": "main", "figure": "phase_margin", "at_least": "60 deg"}
+FAST = {"loop": "main", "figure": "bandwidth", "maximise": True}
+SIXTY = 2.0 * math.sin(math.radians(10.0)) * 1e3  # K of a phase margin of 60 deg
+
+
+def test_the_fastest_loop_with_sixty_degrees() -> None:
+    tuned = tune(GRAPH, free=FREE, goals={"phase": PHASE, "fast": FAST}, samples=8, starts=2)
+    assert tuned.met
+    assert tuned.parameters["controller.gain"] == pytest.approx(SIXTY, rel=1e-4)
+    phase, fast = tuned.goals
+    assert phase.binds
+    assert not fast.binds
+    assert math.degrees(margins(tuned.graph).phase_margin or 0.0) >= 60.0, "rounding of what is written counts"
+    less = margins(GRAPH.with_parameters({"controller.gain": 2e3 * math.sin(math.radians(30.6 / 3.0))})).bandwidth
+    gained = math.log(less or 1.0) - math.log(fast.after or 1.0)  # with 1 % less phase margin, 59.4 deg
+    assert phase.price == pytest.approx(gained, rel=0.05)
+    assert "phase binds" in tuned_text(tuned)
+
+
+def test_a_conflict_is_answered_with_what_binds_and_how_far_it_goes() -> None:
+    goals = {
+        "phase": {**PHASE, "at_least": "80 deg"},
+        "fast": {"loop": "main", "figure": "bandwidth", "at_least": 60.0},
+    }
+    tuned = tune(GRAPH, free=FREE, goals=goals, samples=8, starts=1)
+    assert not tuned.met
+    phase, fast = tuned.goals
+    assert phase.binds
+    assert fast.binds
+    gains = np.linspace(50.0, 400.0, 71)
+    rows = [margins(GRAPH.with_parameters({"controller.gain": float(gain)})) for gain in gains]
+    fastest = max(row.bandwidth or 0.0 for row in rows if math.degrees(row.phase_margin or 0.0) >= 80.0)
+    assert fast.reachable is not None
+    assert fast.reachable == pytest.approx(fastest, rel=0.05)
+    assert fast.reachable >= fastest * (1.0 - 1e-6), "a grid is no better"
+    assert "conflict" in tuned_text(tuned)
+
+
+def test_goals_hold_at_all_points_and_corners() -> None:
+    goals = {"phase": PHASE, "fast": FAST}
+    points = {"strong": {"plant.gain": 2.0}, "weak": {"plant.gain": 0.5}}
+    tuned = tune(GRAPH, free=FREE, goals=goals, points=points, samples=8, starts=1)
+    assert tuned.parameters["controller.gain"] == pytest.approx(SIXTY / 2.0, rel=1e-4)
+    assert tuned.goals[0].case == "strong"
+    cornered = tune(GRAPH, free=FREE, goals=goals, tolerances={"plant.gain": "25 %"}, samples=8, starts=1)
+    assert cornered.parameters["controller.gain"] == pytest.approx(SIXTY / 1.25, rel=1e-4)
+
+
+def test_measures_and_soft_limits_are_goals_too() -> None:
+    goals = {
+        "top": {"measure": "top", "at_most": 1.2},
+        "phase": {**PHASE, "at_least": "89 deg", "soft": True},
+        "fast": {"loop": "main", "figure": "bandwidth", "at_least": "20 Hz"},
+    }
+    tuned = tune(GRAPH, free=FREE, goals=goals, samples=8, starts=1)
+    assert tuned.met, "a soft goal may be missed"
+    assert (tuned.goals[2].after or 0.0) == pytest.approx(20.0, rel=1e-3), "the slowest that is allowed: most phase"
+
+
+def test_it_gets_out_of_an_unstable_start() -> None:
+    wild = GRAPH.with_parameters({"controller.gain": 1500.0})
+    free = {"controller.gain": {"at_least": 1, "at_most": 2000, "scale": "linear"}}
+    tuned = tune(wild, free=free, goals={"phase": PHASE, "fast": FAST}, samples=1, starts=2)
+    assert tuned.goals[0].before is None
+    assert tuned.parameters["controller.gain"] == pytest.approx(SIXTY, rel=1e-3)
+
+
+def test_ctrl_c_keeps_the_best_so_far() -> None:
+    def press(done: int, _: int) -> None:
+        if done == 6:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    tuned = tune(GRAPH, free=FREE, goals={"phase": PHASE, "fast": FAST}, samples=50, progress=press)
+    assert tuned.interrupted
+    assert tuned.evaluations <= 8
+    assert tuned.met
+    assert "interrupted" in tuned_text(tuned)
+
+
+def test_the_picture_has_parameters_goals_and_the_loop() -> None:
+    tuned = tune(GRAPH, free=FREE, goals={"phase": PHASE, "fast": FAST}, samples=4, starts=1)
+    figure = plot_tuned(tuned)
+    assert [axes.get_title(loc="left") for axes in figure.axes][:3] == [
+        "parameters between their bounds",
+        "goals",
+        "loop main",
+    ]
+
+
+def test_named_values_are_tuned_through_what_follows_from_them() -> None:
+    text = INTEGRATING.replace("[loops.main]", '[values]\nspeed = "10 Hz"\n\n[loops.main]')
+    text = text.replace("gain = 100.0 ", 'gain = "= 10 * speed / (1 Hz)" ')
+    graph = read_graph_text(text)
+    free = {"speed": {"at_least": "1 Hz", "at_most": "100 Hz"}}
+    tuned = tune(graph, free=free, goals={"phase": PHASE, "fast": FAST}, samples=8, starts=1)
+    assert tuned.parameters["speed"] == pytest.approx(SIXTY / 10.0, rel=1e-4)
+    assert tuned.graph.blocks["controller"].gain == pytest.approx(SIXTY, rel=1e-4)  # type: ignore[attr-defined]

@@ -1,0 +1,175 @@
+"""Worst cases: closed forms, brute force over corners and random points, ranges of tolerances and studies."""
+
+import itertools
+import math
+import os
+import signal
+from typing import Any
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.studies.study_reader import read_study_text
+from proofmass.runner.design.quantities.evaluator import Evaluator
+from proofmass.runner.design.worst.plot import plot_worst
+from proofmass.runner.design.worst.ranges import ranges_of
+from proofmass.runner.design.worst.text import worst_text
+from proofmass.runner.design.worst.worst import WorstCases, worst
+from tests.by_hand.design_texts import COUPLED, INTEGRATING
+
+GRAPH = read_graph_text(INTEGRATING)
+PHASE = {"phase": {"loop": "main", "figure": "phase_margin"}}
+COUPLED_GRAPH = read_graph_text(COUPLED)
+EIGHT = {f"{axis}_{part}.gain": "20 %" for axis in "xy" for part in ("plant", "cross", "gain", "sum")}
+BOTH = {
+    "x": {"loop": "x", "figure": "phase_margin"},
+    "peak": {"loop": "y", "figure": "sensitivity_peak"},
+    "wide": {"loop": "x", "figure": "bandwidth"},
+}
+
+
+def phase_margin(gain: float) -> float:
+    return 90.0 - 1.5 * math.degrees(2.0 * math.asin(gain * 1e-3 / 2.0))
+
+
+def test_the_worst_corner_is_that_of_the_closed_form() -> None:
+    found = worst(GRAPH, PHASE, tolerances={"controller.gain": "10 %", "plant.gain": "0.2 1/s"}, samples=20)
+    (case,) = found.cases
+    assert case.nominal == pytest.approx(phase_margin(100.0))
+    assert case.worst == pytest.approx(phase_margin(110.0 * 1.2), rel=1e-9)
+    assert case.values == pytest.approx({"controller.gain": 110.0, "plant.gain": 1.2})
+    assert not case.inside
+    assert found.all_corners
+    assert case.one_at_a_time[0].at_high == pytest.approx(phase_margin(110.0), rel=1e-9)
+    slope = -math.degrees(1.5e-3 / math.sqrt(1.0 - 0.05**2))
+    assert case.first_order == pytest.approx(phase_margin(100.0) + slope * (10.0 + 20.0), rel=1e-9)
+    assert found.unseen == pytest.approx(1.0 - 0.05 ** (1.0 / 20.0))
+    assert "132.09" not in worst_text(found)
+    assert "at a corner" in worst_text(found)
+
+
+def test_a_loop_that_gets_unstable_is_the_worst() -> None:
+    found = worst(GRAPH, PHASE, tolerances={"controller.gain": [50.0, 1300.0]}, samples=10)
+    assert found.cases[0].worst is None
+    assert found.cases[0].values["controller.gain"] == 1300.0
+    assert "unstable at worst" in worst_text(found)
+
+
+def test_a_worst_case_inside_is_found_where_no_corner_is() -> None:
+    text = COUPLED.replace("gain = 0.6", "gain = 0.0").replace("gain = 200.0", "gain = 300.0")
+    graph, quantity = read_graph_text(text), {"high": {"loop": "x", "figure": "bandwidth"}}
+    tolerances: dict[str, Any] = {"x_cross.gain": [-0.9, 0.9], "y_cross.gain": [-1.0, 1.0]}
+    found = worst(graph, quantity, tolerances=tolerances, samples=30)
+    rows = itertools.product(np.linspace(-0.9, 0.9, 7), np.linspace(-1.0, 1.0, 7))
+    dense = [values_at(graph, quantity, {"x_cross.gain": x, "y_cross.gain": y})["high"] for x, y in rows]
+    known = min(value for value in dense if value is not None)
+    assert found.cases[0].worst is not None
+    assert found.cases[0].worst <= known * (1.0 + 1e-9)
+
+
+def values_at(graph: Any, quantities: dict[str, Any], values: dict[str, float]) -> dict[str, float | None]:
+    """Quantities at some parameters, evaluated alone."""
+    from proofmass.graphs.model.flatten import flatten
+    from proofmass.graphs.tuning.quantities import read_quantity_of
+
+    wanted = {name: read_quantity_of(table, flatten(graph)) for name, table in quantities.items()}
+    readings = Evaluator(graph, wanted, "", {}).readings(values, slopes=False)
+    return {name: reading.value if (reading := readings[name]) else None for name in quantities}
+
+
+def brute(points: list[tuple[float, ...]], found: WorstCases) -> None:
+    """No point is worse than the worst case that was found."""
+    from proofmass.graphs.model.flatten import flatten
+    from proofmass.graphs.tuning.quantities import read_quantity_of
+
+    wanted = {name: read_quantity_of(table, flatten(COUPLED_GRAPH)) for name, table in BOTH.items()}
+    evaluator = Evaluator(COUPLED_GRAPH, wanted, "", {})
+    cases = {case.name: case for case in found.cases}
+    for point in points:
+        values = {r.name: r.at(part) for r, part in zip(found.ranges, point, strict=True)}
+        readings = evaluator.readings(values, slopes=False)
+        for name, case in cases.items():
+            reading = readings[name]
+            if reading is None:
+                assert case.worst is None
+            elif case.worst is not None:
+                sign = 1.0 if case.side == "lowest" else -1.0
+                assert sign * (reading.value - case.worst) >= -1e-6 * abs(case.worst), (name, point)
+
+
+def few() -> dict[str, str]:
+    return dict.fromkeys(("x_gain.gain", "y_gain.gain", "x_cross.gain", "y_cross.gain"), "20 %")
+
+
+def test_brute_force_over_corners_and_middles_finds_nothing_worse() -> None:
+    found = worst(COUPLED_GRAPH, BOTH, tolerances=few(), samples=20)
+    grid = list(itertools.product((-1.0, 0.0, 1.0), repeat=4))
+    brute(grid, found)
+
+
+@pytest.mark.exhaustive
+def test_brute_force_over_eight_parameters_finds_nothing_worse() -> None:
+    names = ("x_gain", "y_gain", "x_cross", "y_cross", "x_plant", "y_plant")
+    tolerances: dict[str, Any] = {f"{name}.gain": "15 %" for name in names}
+    found = worst(COUPLED_GRAPH, BOTH, tolerances=tolerances, corners=0)
+    brute(list(itertools.product((-1.0, 0.0, 1.0), repeat=6)), found)
+    brute([tuple(row) for row in np.random.default_rng(8).uniform(-1.0, 1.0, (2000, 6))], found)
+
+
+def test_ranges_are_those_of_the_study_and_of_tolerances() -> None:
+    text = INTEGRATING + (
+        '\n[study]\nmargins = "0 s"\n[study.spread]\n"controller.gain" = { normal = "1 %", relative = true }\n'
+        '"plant.gain" = { uniform = 0.25 }\n'
+    )
+    study = read_study_text(text)
+    known = {r.name: (r.low, r.high) for r in ranges_of(study, {})}
+    assert known["controller.gain"] == pytest.approx((97.0, 103.0)), "three standard deviations"
+    assert known["plant.gain"] == pytest.approx((0.75, 1.25))
+    wider = {r.name: (r.low, r.high) for r in ranges_of(study, {"controller.gain": "50 %"})}
+    assert wider["controller.gain"] == pytest.approx((50.0, 150.0))
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "words"),
+    [
+        ({}, "nothing varies"),
+        ({"controller.gian": "5 %"}, "did you mean gain"),
+        ({"controller.gain": "5 V"}, "V is"),
+        ({"controller.gain": [1.0, 2.0]}, "does not hold the value"),
+        ({"controller.gain": "0 %"}, "no room"),
+        ({"controller.gain": [None]}, "no tolerance"),
+        ({"hiss.density": "200 %"}, "does not take all of its range"),
+    ],
+)
+def test_a_mistake_is_named(tolerances: dict[str, Any], words: str) -> None:
+    with pytest.raises(ModelError) as told:
+        worst(GRAPH, PHASE, tolerances=tolerances)
+    assert any(words in str(problem) for problem in told.value.problems), told.value
+
+
+def test_noise_scale_factor_and_measures_have_worst_cases_too() -> None:
+    quantities = {
+        "noise": {"noise": "plant.output"},
+        "scale": {"scale_factor": "plant.output", "input": "wanted.output"},
+        "top": {"measure": "top"},
+    }
+    found = worst(GRAPH, quantities, tolerances={"controller.gain": "20 %"}, samples=5)
+    names = [case.name for case in found.cases]
+    assert names == ["noise", "scale, lowest", "scale, highest", "top, lowest", "top, highest"]
+    noise, top = found.cases[0], found.cases[-1]
+    assert noise.values["controller.gain"] == 120.0, "a faster loop is noisier"
+    assert top.worst == max(values_at(GRAPH, quantities, {"controller.gain": g})["top"] or 0.0 for g in (80, 100, 120))
+    assert len(plot_worst(found).axes) == 5
+
+
+def test_ctrl_c_keeps_the_worst_so_far() -> None:
+    def press(done: int, _: int) -> None:
+        if done == 4:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    found = worst(COUPLED_GRAPH, BOTH, tolerances=few(), progress=press)
+    assert found.interrupted
+    assert found.evaluations <= 6
+    assert "interrupted" in worst_text(found)
