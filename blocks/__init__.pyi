@@ -176,6 +176,7 @@ from proofmass.blocks.sources.piecewise_constant import PiecewiseConstant as Pie
 from proofmass.blocks.sources.pulse import Pulse as Pulse
 from proofmass.blocks.sources.ramp import Ramp as Ramp
 from proofmass.blocks.sources.recorded_signal import RecordedSignal as RecordedSignal
+from proofmass.blocks.sources.repeating_sequence import RepeatingSequence as RepeatingSequence
 from proofmass.blocks.sources.shift_register import ShiftRegister as ShiftRegister
 from proofmass.blocks.sources.sine import Sine as Sine
 from proofmass.blocks.sources.step import Step as Step

@@ -142,4 +142,39 @@ def noise_model(**options: Any) -> int:
     return write_noise_model(NoiseModelRequest(**options))
 
 
-ANALYSES = (spectrum, allan, noise, noise_model)
+@click.command()
+@graph_argument
+@click.argument("source", metavar="INPUT")
+@click.argument("target", metavar="OUTPUT")
+@click.option(
+    "--simulate",
+    "stimulus",
+    type=click.Choice(["sine", "multitone", "chirp", "prbs"]),
+    help="Run the graph with this on top of the input too, and compare.",
+)
+@click.option("--amplitude", metavar="QUANTITY", help='Peak value of the stimulus, as "10 mV".')
+@click.option(
+    "--band", nargs=2, metavar="FROM TO", help='Let it lie in "1 Hz" to "100 Hz" (default: about the bandwidth).'
+)
+@click.option("--at", help='Linearise at this time, or "settled" (default: after one common period).')
+@plot_option("picture", "Draw it")
+@set_option
+@blocks_option
+@json_option
+def response(**options: Any) -> int:
+    """Show how one output answers to another.
+
+    Gain, phase, bandwidth, delay and the figures of a step, for small signals;
+    with --simulate also by runs of the graph itself.
+    INPUT and OUTPUT are outputs of blocks: what is added to the one moves the other.
+
+    \b
+    proofmass response sensor.toml acceleration.output adc.number --plot response.png
+    proofmass response sensor.toml acceleration.output adc.number --simulate multitone --amplitude "1 m/s^2"
+    """
+    from proofmass.runner.commands.response_command import ResponseRequest, show_response
+
+    return show_response(ResponseRequest(**options))
+
+
+ANALYSES = (spectrum, allan, noise, noise_model, response)

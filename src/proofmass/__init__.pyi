@@ -11,6 +11,7 @@ from proofmass.runner.analysis.linearisation.linearise import linearise as linea
 from proofmass.runner.analysis.margins.margins import Margins as Margins
 from proofmass.runner.analysis.margins.stability import margins as margins
 from proofmass.runner.analysis.noise.budget import NoiseBudget as NoiseBudget, noise as noise
+from proofmass.runner.analysis.response.response import Response as Response, response as response
 from proofmass.runner.analysis.spectrum.series import Series as Series, read_series as read_series
 from proofmass.runner.analysis.spectrum.tones import Tones as Tones, tones as tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum as Spectrum, spectrum as spectrum

@@ -67,8 +67,8 @@ def transfer_sensitivities(planned: Plan, source: Node, target: Node, tick: int 
     ratio = short_unit(f"({units[0]})/({units[1]})")
     by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
     return (
-        replace(_ranked(planned, "scale factor", ratio, scale, by_scale), undefined=period_map.undefined),
-        replace(_ranked(planned, "bias", units[0], bias, by_bias, settled.size), undefined=period_map.undefined),
+        replace(ranked(planned, "scale factor", ratio, scale, by_scale), undefined=period_map.undefined),
+        replace(ranked(planned, "bias", units[0], bias, by_bias, settled.size), undefined=period_map.undefined),
     )
 
 
@@ -83,7 +83,7 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     values = margins.as_data()
     keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
     ranked = [
-        _ranked(planned, f"{margins.loop}: {name}", unit, values[keys[name]], {p: slope(p) for p in system.map.slopes})
+        ranked(planned, f"{margins.loop}: {name}", unit, values[keys[name]], {p: slope(p) for p in system.map.slopes})
         for name, unit, slope in slopes
     ]
     return [replace(quantity, undefined=system.map.undefined) for quantity in ranked]
@@ -164,10 +164,10 @@ def _by_parameter(system: OpenLoop, factor: complex, parameter: str) -> Complex:
     return np.asarray(da - factor * change, dtype=complex)
 
 
-def _ranked(
+def ranked(
     planned: Plan, quantity: str, unit: str, value: float, slopes: Mapping[str, float], size: float = 0.0
 ) -> Sensitivity:
-    """The strongest effect first; what rounding leaves of numbers of some size counts as zero."""
+    """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero."""
     effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
     changes = {e: abs(e.derivative if e.of_one_percent is None else e.of_one_percent) for e in effects}
     rounding = 1e-12 * max(abs(value), size, *(abs(e.of_one_percent or 0.0) for e in effects), 0.0)

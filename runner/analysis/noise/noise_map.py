@@ -13,7 +13,7 @@ in it. Its integral is the mean square of the output, which needs no integral:
     sum over k of v[k] (B' Q B + D' D / r)[k, k],   Q = A' Q A + C' C / r
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -24,9 +24,11 @@ from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import Complex, Transfer
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
+from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ROUNDING
 
 VARIANCES = {DEVIATE: 1.0, ROUNDING: 1.0 / 12.0}  # of a rounded value: uniform over one step
+Matrices = tuple[Array, Array, Array, Array]
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
 _MARGIN = 1e-12  # of the spectral radius below one
@@ -36,10 +38,11 @@ _MARGIN = 1e-12  # of the spectral radius below one
 class NoiseMap:
     """The map from sources to one output, and from an input where there is one."""
 
-    matrices: tuple[Array, Array, Array, Array]
+    matrices: Matrices
     inputs: tuple[Entry, ...]  # a column each
     values: int  # of the output in a period
     period: float  # seconds
+    slopes: Mapping[str, Matrices]  # derivatives of the matrices by each parameter
 
     @property
     def rate(self) -> float:
@@ -91,17 +94,15 @@ class NoiseMap:
 
     def gain(self, frequencies: Array, source: Node) -> Complex:
         """Return what comes out at the frequency that goes in at an input."""
+        a, b, c, d = self.matrices
         columns = self.columns(source)
-        times = np.arange(len(columns)) * (self.period / max(1, len(columns)))
-        turn = np.exp(2j * np.pi * np.outer(frequencies, times))
-        gain: Complex = np.sum(self._heard(frequencies)[:, columns] * turn, axis=1) / self.values
-        return gain
+        return WireResponse((a, b[:, columns], c, d[:, columns]), self.period).gain(frequencies)
 
     def _densities(self, frequencies: Array) -> Array:
-        power = np.abs(self._heard(frequencies)) ** 2 * self.variances
+        power = np.abs(self.heard(frequencies)) ** 2 * self.variances
         return self._by_source(power) * (2.0 * self.period / self.values**2)
 
-    def _heard(self, frequencies: Array) -> Complex:
+    def heard(self, frequencies: Array) -> Complex:
         """Return the share of each column in the output at a frequency."""
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
         z = np.asarray(np.exp(2j * np.pi * frequencies * self.period), dtype=complex)
@@ -120,12 +121,19 @@ class NoiseMap:
 
 def noise_map(whole: PeriodMap, output: Node) -> NoiseMap:
     """The map to one output, without what does not reach it and without modes that do not show."""
-    found = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
-    a, b, c, d = found.parts()
+    to_output = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
+    a, b, c, d = to_output.parts()
     lasting = Lasting(a)
-    if not lasting.passes(b, c):
-        a, b, c = lasting.without(a, b, c)
-    return NoiseMap((a, b, c, d), found.inputs, len(found.outputs), found.period)
+    identity = np.eye(len(a))
+    left, right = (identity, identity) if lasting.passes(b, c) else lasting.reduction
+    slopes = {name: _reduced(to_output.parts(slope), left, right) for name, slope in to_output.slopes.items()}
+    reduced = _reduced((a, b, c, d), left, right)
+    return NoiseMap(reduced, to_output.inputs, len(to_output.outputs), to_output.period, slopes)
+
+
+def _reduced(parts: Matrices, left: Array, right: Array) -> Matrices:
+    a, b, c, d = parts
+    return left @ a @ right, left @ b, c @ right, d
 
 
 def rows_of(whole: PeriodMap, rows: Sequence[int]) -> PeriodMap:
