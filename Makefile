@@ -1,20 +1,23 @@
 # Two commands do everything on a machine with Python 3.11+, pip, venv and make:
 #   make demo    create .venv, install, run the PN self-test of a MEMS accelerometer, write its report
-#   make test    create .venv, install, run the whole test suite
-# make test-fast runs the tests that compile nothing: the loop of a developer.
+#   make test    create .venv, install, run the tests
+# make test-all runs the exhaustive tests too; make test-fast those that compile nothing: the loop of a developer.
 # PYTHON names another interpreter, VENV another folder for the environment.
 
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-fast defects lint benchmark clean
+.PHONY: demo test test-all test-fast defects lint benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+
+test-all: $(VENV)/installed-test
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --exhaustive
 
 FAST = tests/blocks/declaration tests/graphs tests/runner/commands/test_declarations.py tests/test_imports.py \
 	$(addprefix tests/documents/test_,ci.py claims.py decisions.py english.py stubs.py) \
@@ -25,7 +28,7 @@ test-fast: $(VENV)/installed-test
 
 # What was once silently wrong (S), hung (H) or crashed (C): test, before, after, outcome.
 defects: $(VENV)/installed-test
-	$(BIN)/python -m pytest -m defect --defects
+	$(BIN)/python -m pytest -m defect --defects --exhaustive
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -1,4 +1,4 @@
-"""What all tests share: compiled loops in a folder of the run's own, no deadlines, a last line on what was skipped."""
+"""What all tests share: a cache of compiled loops for the run, no deadlines, last lines on what did not run."""
 
 import os
 import shutil
@@ -8,7 +8,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from tests import skips
+from tests import exhaustive, skips
 from tests.defects import DefectTable
 
 hypothesis.settings.register_profile("proofmass", deadline=None)
@@ -16,17 +16,20 @@ hypothesis.settings.load_profile("proofmass")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--defects` prints the table of what was once wrong."""
+    """`--defects` prints the table of what was once wrong; `--exhaustive` runs what takes minutes too."""
+    exhaustive.pytest_addoption(parser)
     parser.addoption("--defects", action="store_true", help="print defect, test, before and after as a table")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
+    config.pluginmanager.register(exhaustive.Exhaustive(config.getoption("--exhaustive")))
     config.pluginmanager.register(skips)
     if config.getoption("--defects"):
         config.pluginmanager.register(DefectTable())
     if hasattr(config, "workerinput"):  # such a process: the folder is there
         return
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # or hundreds of processes would each compile the package anew
     folder = tempfile.mkdtemp(prefix="proofmass-tests-")
     os.environ["PROOFMASS_CACHE"] = str(Path(folder) / "cache")
     config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))

@@ -9,22 +9,11 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.model.changes import moved, with_parameters
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import (
-    DEFAULT_INTEGRATION,
-    LARGEST_RUN,
-    LARGEST_SEED,
-    NOWHERE,
-    Place,
-    Probe,
-    Size,
-    Wire,
-    size_of,
-    split,
-)
+from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Probe, Size, Wire, size_of, split
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
-from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, NAME, WIRES
+from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, LARGEST_SEED, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_measures
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate

@@ -17,8 +17,6 @@ from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
 
-LARGEST_RUN = 10**12  # ticks
-LARGEST_SEED = 2**62
 DEFAULT_INTEGRATION = Integration()
 
 Given = TypeVar("Given", bound="Graph")

@@ -7,10 +7,9 @@ from urllib.parse import quote
 from proofmass.blocks.declaration.catalog import Own, all_blocks, facts
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import LONGEST_TEXT
-from proofmass.graphs.model.graph import LARGEST_RUN, LARGEST_SEED
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
 from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, TOP_KEYS
-from proofmass.graphs.model.limits import BLOCKS, NAME, TEXT_LENGTH, WIRES
+from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, LARGEST_SEED, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import OPTIONS, STATISTICS
 from proofmass.graphs.schema.study_schema import Schema, study_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY

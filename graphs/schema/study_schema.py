@@ -2,9 +2,8 @@
 
 from typing import Any
 
-from proofmass.graphs.model.graph import LARGEST_SEED
 from proofmass.graphs.model.keys import EPOCH_KEYS, LIMIT_KEYS, RECALIBRATION_KEYS, STUDY_KEYS
-from proofmass.graphs.model.limits import TEXT_LENGTH
+from proofmass.graphs.model.limits import LARGEST_SEED, TEXT_LENGTH
 from proofmass.graphs.model.loops import SETTLED, VERDICTS
 from proofmass.graphs.studies.ageing import DRIFT_KEYS, LAWS, NEEDED_BY
 from proofmass.graphs.studies.designs import DESIGNS

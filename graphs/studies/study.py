@@ -12,7 +12,8 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.flatten import FlatGraph, flatten
-from proofmass.graphs.model.graph import LARGEST_SEED, Graph, Place, split
+from proofmass.graphs.model.graph import Graph, Place, split
+from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.studies.ageing import Drift
 from proofmass.graphs.studies.correlation import Correlation
 from proofmass.graphs.studies.designs import Design, stream_of

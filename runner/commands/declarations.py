@@ -58,7 +58,7 @@ def cli(traceback: bool) -> None:
     "--samples", type=click.IntRange(1), help="Run this many ticks of the base rate, instead of for a duration."
 )
 @seed_option("the graph")
-@engine_option("cxxrtl")
+@engine_option()
 @set_option
 @click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable.")
 @out_option("Write traces, plot and report to this folder (default: none is written).")
@@ -233,7 +233,7 @@ def fit(**options: Any) -> int:
 @file_argument("study")
 @click.option("--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors (default: as the study says).")
 @seed_option("the study")
-@engine_option()
+@engine_option(studies=True)
 @out_option("Write ledger, tables and report to this folder; a study that is there already is continued.")
 @click.option("--threads", type=click.IntRange(1, 1024), help="Use this many threads (default: one per processor).")
 @click.option(

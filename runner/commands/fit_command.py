@@ -13,7 +13,7 @@ from proofmass.runner.design.fit.data import Readings, read_table, run_cycle
 from proofmass.runner.design.fit.fit import FitReport, fit
 from proofmass.runner.design.fit.starts import Arrivals, from_starts
 from proofmass.runner.design.fit.text import data, starts_text, text
-from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.engine_table import EngineName
 
 
 @dataclass(frozen=True)

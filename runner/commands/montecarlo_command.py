@@ -15,7 +15,7 @@ from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
 from proofmass.runner.commands.study_text import study_text
-from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers

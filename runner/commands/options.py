@@ -6,7 +6,8 @@ from typing import Any, Protocol, TypeVar
 
 import click
 
-LARGEST_SEED = 2**62
+from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.runner.run.engine_table import engine_choices
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -49,11 +50,11 @@ def seed_option(source: str) -> Decorator:
     )
 
 
-def engine_option(*more: str) -> Decorator:
-    """Return the option for an engine: plain Python, the compiled loop, and `more`."""
+def engine_option(studies: bool = False) -> Decorator:
+    """Return the option for an engine, among those that run studies if `studies`."""
     return click.option(
         "--engine",
-        type=click.Choice(["auto", "python", "compiled", *more]),
+        type=click.Choice(engine_choices(studies)),
         default="auto",
         show_default=True,
         help="Choose an engine; auto picks the one that it expects to finish first. The bits are the same.",

@@ -16,7 +16,7 @@ from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
 

@@ -10,13 +10,20 @@ The functions work in place on flat sequences, row by row, so that plain Python 
 loop on arrays: to the same bits, in every tick where a driven parameter has moved.
 """
 
+from collections.abc import Callable
 from typing import Any
+
+import numpy as np
 
 Matrix = list[list[float]]
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
+Product = Callable[[Flat, Flat, int, Flat], None]
 
 TERMS = 22  # 1/22! is below the rounding error for a norm of at most 1
 LARGEST_SCALE = 2.0**300
+MANY_COLUMNS = (
+    24  # of a matrix, beyond which NumPy makes its products in plain Python, and a loop its sums in a program
+)
 SCRATCH = 3  # sequences as large as the matrix that `matrix_exponential` needs
 
 
@@ -34,7 +41,8 @@ def hold(a: Matrix, b: Matrix, period: float, ramps: tuple[int, ...] = ()) -> tu
     scale_rows(flat, n, n + m, size, period)
     for number, ramp in enumerate(ramps):
         flat[(n + ramp) * size + n + m + number] = 1.0
-    matrix_exponential(flat, size, *([0.0] * (size * size) for _ in range(SCRATCH)))
+    grown, square, scale = ([0.0] * (size * size) for _ in range(SCRATCH))
+    matrix_exponential(flat, size, grown, square, scale, multiply if size <= MANY_COLUMNS else multiply_arrays)
     rows = [flat[i * size : (i + 1) * size] for i in range(n)]
     return [row[:n] for row in rows], [row[n:] for row in rows]
 
@@ -55,8 +63,8 @@ def sum_rows(matrix: Flat, terms: Flat, sums: Flat, rows: int, columns: int) -> 
         sums[i] = total
 
 
-def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale: Flat) -> None:
-    """exp of a square matrix, in place; the others are scratch."""
+def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale: Flat, product: Product) -> None:
+    """exp of a square matrix, in place; the others are scratch. `product` is `multiply`, or what gives the same."""
     _balance(matrix, size, scale)
     norm = 0.0
     for i in range(size):
@@ -72,11 +80,11 @@ def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale
         grown[k] = matrix[k]
     # exp - 1 is carried through the squarings, (1 + E)^2 - 1 = 2 E + E^2, so that small entries keep their digits.
     for term in range(TERMS, 1, -1):
-        _multiply(matrix, grown, size, 1.0 / term, square)
+        product(matrix, grown, size, square)
         for k in range(size * size):
-            grown[k] = square[k] + matrix[k]
+            grown[k] = square[k] * (1.0 / term) + matrix[k]
     for _ in range(halvings):
-        _multiply(grown, grown, size, 1.0, square)
+        product(grown, grown, size, square)
         for k in range(size * size):
             grown[k] = 2.0 * grown[k] + square[k]
     for i in range(size):
@@ -85,13 +93,27 @@ def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale
             matrix[i * size + j] = grown[i * size + j] * scale[i] / scale[j]
 
 
-def _multiply(left: Flat, right: Flat, size: int, factor: float, product: Flat) -> None:
+def multiply(left: Flat, right: Flat, size: int, product: Flat) -> None:
+    """Product of two square matrices: each entry is summed from the first term to the last, without those of zeros."""
     for i in range(size):
         for j in range(size):
-            total = 0.0
-            for k in range(size):
-                total += left[i * size + k] * right[k * size + j]
-            product[i * size + j] = total * factor
+            product[i * size + j] = 0.0
+        for k in range(size):
+            entry = left[i * size + k]
+            if entry != 0.0:
+                for j in range(size):
+                    product[i * size + j] += entry * right[k * size + j]
+
+
+def multiply_arrays(left: Flat, right: Flat, size: int, product: Flat) -> None:
+    """As `multiply`, the same sums in the same order, a whole term of them at a time."""
+    a, b = (np.array(flat).reshape(size, size) for flat in (left, right))
+    total = np.zeros((size, size))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(size):
+            rows = np.flatnonzero(a[:, k])
+            total[rows] += a[rows, k, np.newaxis] * b[k]
+    product[:] = total.ravel().tolist()
 
 
 def _balance(matrix: Flat, size: int, scale: Flat) -> None:

@@ -16,6 +16,7 @@ from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
+from proofmass.runner.run.engine_table import ENGINES
 from proofmass.runner.run.result import Result
 
 _ONE_PAGE = 9  # panels that fit on one printed page
@@ -152,8 +153,8 @@ def _facts(result: Result) -> str:
 def _repeat(result: Result) -> str:
     file = Path(result.graph.place.file or "graph.toml").name
     words = ["proofmass", "run", file, "--samples", str(result.planned_ticks), "--seed", str(result.seed)]
-    engine = result.provenance.get("engine")
-    if engine in ("python", "compiled"):
+    engine = result.provenance.get("engine", "")
+    if engine in ENGINES:
         words += ["--engine", engine]
     return (
         f"<p>Save the graph below as <code>{escape(file)}</code>; it holds every parameter as it was in this run.</p>"

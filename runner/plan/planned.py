@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import LARGEST_RUN
+from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
 from proofmass.runner.plan.bindings import Binding, bindings

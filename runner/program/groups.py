@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from proofmass.graphs.checks.schedule import ConstantsOf, Node
-from proofmass.runner.continuous.exact_hold import matrix_exponential, scale_rows, sum_rows
+from proofmass.runner.continuous.exact_hold import MANY_COLUMNS, matrix_exponential, multiply, scale_rows, sum_rows
 from proofmass.runner.plan.groups import state_fields
 from proofmass.runner.plan.keys import SolverNumber, variable
 from proofmass.runner.plan.planned import Plan
@@ -16,8 +16,6 @@ from proofmass.runner.program.loops import LoopWriter
 from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered, leaves
-
-MANY_COLUMNS = 24  # of an exact group, beyond which a loop sums its rows: a long function takes long to compile
 
 
 class Writer(Protocol):
@@ -185,10 +183,10 @@ class ExactGroup(GroupWriter):
         self.matrix, self.grown, self.square, self.scale = squared
         self.context = self._still(self.constants(), self.group.inputs)
         self.assemble = self._assemble(self.rates(self.context))
+        self.used = self.writer.scratch(f"{self.name}_used", len(self._followed()))
         if self.solver.renewed:
-            self.used = self.writer.scratch(f"{self.name}_used", len(self._followed()))
             return
-        self._assembled()
+        self._renew()
         places = 0 if self.large else len(self.group.states) * self.columns
         self.factors = [self.builder.load(self.matrix, place) for place in range(places)]
 
@@ -233,7 +231,9 @@ class ExactGroup(GroupWriter):
         return self.builder.load(self.matrix, place) if self.solver.renewed else self.factors[place]
 
     def _followed(self) -> list[Operand]:
-        """The constants and factors that the matrices follow from."""
+        """The constants and factors that the matrices follow from; where nothing moves, that they are made at all."""
+        if not self.solver.renewed:
+            return [operand(1.0)]
         members = [member for member in self.group.members if self.plan.is_driven(member)]
         constants = tuple(self.frame.now(self.frame.constants[member]) for member in members)
         numbers = [value for value in leaves(constants) if not isinstance(value, Array)]
@@ -241,7 +241,7 @@ class ExactGroup(GroupWriter):
         return [as_kind(self.builder, value, FLOAT) for value in numbers]
 
     def _renew(self) -> None:
-        """The matrices, when a constant or factor that they follow from is another than in the tick before."""
+        """The matrices, when a constant or factor that they follow from is another than in the tick or call before."""
         builder, followed = self.builder, self._followed()
         moved: Operand = operand(False)
         for i, value in enumerate(followed):
@@ -292,7 +292,7 @@ class ExactGroup(GroupWriter):
         call(builder, scale_rows, (matrix, operand(n), operand(n + m), operand(size), period))
         for number, node in enumerate(self.group.ramps):
             builder.store(matrix, (n + self.group.inputs.index(node)) * size + n + m + number, 1.0)
-        call(builder, matrix_exponential, (matrix, operand(size), *arrays[1:]))
+        call(builder, matrix_exponential, (matrix, operand(size), *arrays[1:], multiply))
         return builder.function()
 
     def _columns(self, builder: Builder, arrays: Sequence[Array], rates_at: Any) -> None:

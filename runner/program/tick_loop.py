@@ -24,7 +24,7 @@ class TickLoop:
     memory: Slots[Moving]
     vectors: tuple[VectorOf, ...]  # buffers and wires with a shape, in the order of the arguments
     vector_kinds: tuple[type, ...]
-    scratch: int  # floats that the loop works on, not kept from call to call
+    scratch: int  # floats to work on: NaN before the first call of a run, later what the call before left
 
 
 def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:

@@ -1,13 +1,10 @@
 """Which engine runs a plan, and how one is made."""
 
-from typing import Literal
-
+from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.plan.memory import Engine, Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
-from proofmass.runner.reference.interpret import Interpreter
-
-EngineName = Literal["auto", "python", "compiled", "cxxrtl"]
+from proofmass.runner.run.engine_table import ENGINES, EngineName
 
 LANES = (32, 16, 8)  # to choose from; more than vectors of the processor hold in its registers are slower
 INTERPRETED_PART = 0.5  # of what compiling takes: what plain Python may take for a run before compiling is worth it
@@ -17,12 +14,14 @@ _COMPILING_FUNCTION = 2.5e-3  # seconds more for each function of a block: 7 s f
 _INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
 _INTERPRETED_PRODUCT = 0.1e-6  # and a product of a matrix
+_ARRAY_PRODUCT = 2e-9  # and where NumPy makes the products of large matrices
+_PRODUCTS = 30.0  # of matrices in an exponential, about
 _INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference takes apart in `FixedValue`
 
 _spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
 
 
-def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
+def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
     """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled before are compiled.
 
     Runs of like graphs add up, so that a loop over variants is compiled in the end.
@@ -34,13 +33,14 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
         return "python"
     lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
     tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
-    seconds = ticks * (tick + sum(map(_interpreted, planned.solvers)))
+    seconds = ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
     key = _likeness(planned)
     spent = _spent.get(key, 0.0) + seconds
     compiling = COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
     if seconds > INTERPRETED_PART * compiling or spent > compiling:
         return "compiled"
     if spent > _KNOWING_SECONDS:
+        # for start-up time: short runs need no compiler
         from proofmass.runner.targets.native import already_compiled
 
         if already_compiled(planned):
@@ -52,12 +52,24 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> str:
 def _interpreted(solver: Solver) -> float:
     """Seconds that a group takes for a tick in plain Python, about."""
     n, m = len(solver.group.states), len(solver.group.inputs)
-    instant = (n + len(solver.group.blocks) + len(solver.group.nodes)) * _INTERPRETED_STEP
     if solver.exact:
-        renewal = (n + m) * instant + 30.0 * (n + m) ** 3 * _INTERPRETED_PRODUCT
-        return n * (n + m) * _INTERPRETED_PRODUCT + (renewal if solver.renewed else 0.0)
+        return n * (n + m) * _INTERPRETED_PRODUCT + (_assembled(solver) if solver.renewed else 0.0)
     calls = {"runge_kutta_4": 4, "dormand_prince": 7}.get(solver.method, 20 + n)
-    return solver.substeps * calls * instant
+    return solver.substeps * calls * _instant(solver)
+
+
+def _assembled(solver: Solver) -> float:
+    """Seconds that the matrices of a group take in plain Python, about: its rates for each column, and products."""
+    if not solver.exact:
+        return 0.0
+    columns = len(solver.group.states) + len(solver.group.inputs)
+    product = _INTERPRETED_PRODUCT if columns <= MANY_COLUMNS else _ARRAY_PRODUCT
+    return columns * _instant(solver) + _PRODUCTS * columns**3 * product
+
+
+def _instant(solver: Solver) -> float:
+    group = solver.group
+    return (len(group.states) + len(group.blocks) + len(group.nodes)) * _INTERPRETED_STEP
 
 
 def _likeness(planned: Plan) -> int:
@@ -73,12 +85,4 @@ def lanes_for(runs: int) -> int:
 
 def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -> Engine:
     """An engine that starts from a memory."""
-    if name == "python":
-        return Interpreter(planned, seed, run, memory.copy())
-    if name == "cxxrtl":
-        from proofmass.runner.rtl.model.co_simulation import CoSimulation
-
-        return CoSimulation(planned, seed, run, memory)
-    from proofmass.runner.targets.native import CompiledLoop
-
-    return CompiledLoop(planned, seed, run, memory)
+    return ENGINES[name].prepare(planned)(planned, seed, run, memory)

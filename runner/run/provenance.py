@@ -9,6 +9,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.host.versions import version
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
+from proofmass.runner.run.engine_table import ENGINES
 
 
 def graph_hash(graph: Graph) -> str:
@@ -36,14 +37,13 @@ def _method(solver: Solver) -> str:
 
 def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
     """Facts to repeat a run: what ran, where, when."""
-    libraries = ("numpy", "llvmlite") if engine == "compiled" else ("numpy",)
     return {
         "graph_hash": graph_hash(graph),
         "engine": engine,
         **({"integration": integration} if integration else {}),
         "proofmass": version("proofmass"),
         "python": platform.python_version(),
-        **{library: version(library) for library in libraries},
+        **{library: version(library) for library in ENGINES[engine].libraries},
         "platform": platform.platform(),
         "processor": _processor(engine),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -52,8 +52,9 @@ def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, st
 
 def _processor(engine: str) -> str:
     """What the loop was compiled for; the kind of machine where nothing was compiled, which spares an import."""
-    if engine != "compiled":
+    if not ENGINES[engine].machine_code:
         return platform.machine()
+    # for start-up time: plain Python needs no compiler
     from llvmlite.binding import get_host_cpu_name
 
     return str(get_host_cpu_name())

@@ -3,12 +3,14 @@
 import math
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import get_args
+from typing import NamedTuple
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
-from proofmass.graphs.model.graph import LARGEST_SEED, Graph
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.plan.measuring import measured
@@ -16,7 +18,8 @@ from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
-from proofmass.runner.run.engines import EngineName, choose, make_engine
+from proofmass.runner.run.engine_table import EngineName, engine_problems
+from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import RunError, failed, name_fault
 from proofmass.runner.run.provenance import integration_of, provenance
 from proofmass.runner.run.result import Recorder, Result
@@ -51,39 +54,43 @@ def simulate(
     Raises `ModelError` when the graph is wrong and `RunError` when a number stops being finite, or leaves a format
     whose overflow is "refuse".
     """
-    began = time.perf_counter()
-    return simulate_plan(plan(graph), graph, 0, duration, samples, seed, engine, folder, progress, resume, began)
+    options = RunOptions(duration, samples, seed, engine, folder, progress, resume)
+    return simulate_plan(plan(graph), graph, options)
 
 
-def simulate_plan(
-    planned: Plan,
-    graph: Graph,
-    run: int,
-    duration: str | float | Fraction | None,
-    samples: int | None,
-    seed: int | None,
-    engine: EngineName,
-    folder: str | Path | None,
-    progress: Progress | None,
-    resume: bool,
-    began: float,
-) -> Result:
-    """As `simulate`, of a plan that is made already, `graph` as it was written; `run` counts in its noise."""
-    wanted = _Wanted(planned, duration, samples, seed, engine)
-    place = Path(folder) if folder is not None else None
-    streamed = _streamed(planned, wanted.ticks, place)
+@dataclass(frozen=True)
+class RunOptions:
+    """What a caller asks of one run, as given; `noise` counts runs of a study, and `began` is when preparing began."""
+
+    duration: str | float | Fraction | None = None
+    samples: int | None = None
+    seed: int | None = None
+    engine: EngineName = "auto"
+    folder: str | Path | None = None
+    progress: Progress | None = None
+    resume: bool = False
+    noise: int = 0
+    began: float = field(default_factory=time.perf_counter)
+
+
+def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
+    """Run a plan that is made already, of the graph as it was written, as `simulate` does."""
+    run = _run(planned, options)
+    place = Path(options.folder) if options.folder is not None else None
+    streamed = _streamed(planned, run.ticks, place)
     memory = start(planned)
-    kept: Mapping[str, int] = {}
-    if resume:
+    rows_before: Mapping[str, int] = {}
+    if options.resume:
         if place is None:
             raise ValueError("resume needs the folder of the interrupted run")
+        # for start-up time: most runs are not resumed
         from proofmass.runner.run.checkpoint import load_checkpoint
 
-        memory, kept = load_checkpoint(place, planned, wanted.seed, wanted.ticks)
-    runs = make_engine(planned, choose(planned, wanted.ticks, engine), wanted.seed, run, memory)
-    recorders = _recorders(planned, wanted.ticks, place, streamed, kept)
+        memory, rows_before = load_checkpoint(place, planned, run.seed, run.ticks)
+    engine = make_engine(planned, choose(planned, run.ticks, options.engine), run.seed, run.noise, memory)
+    recorders = _recorders(planned, run.ticks, place, streamed, rows_before)
     looped = time.perf_counter()
-    done, memory, unwritten = _loop(planned, runs, memory.tick, wanted, run, recorders, progress)
+    done, memory, unwritten = _loop(run, engine, memory.tick, recorders, options.progress)
     ended = time.perf_counter()
     base = planned.schedule.base_rate
     overflows = memory.overflow_counts()
@@ -92,17 +99,18 @@ def simulate_plan(
         traces={probe.signal: recorders[probe.signal].finish(base) for probe in graph.probes},
         measures=measured(planned, memory),
         ticks=done,
-        planned_ticks=wanted.ticks,
+        planned_ticks=run.ticks,
         base_rate=base,
-        seed=wanted.seed,
+        seed=run.seed,
         seconds=ended - looped,
-        preparation=looped - began,
-        provenance=provenance(graph, runs.name, integration_of(planned)),
+        preparation=looped - options.began,
+        provenance=provenance(graph, engine.name, integration_of(planned)),
         overflows=overflows,
         overflow_ticks={name: -(-done // planned.schedule.divisors[name]) for name in overflows},
-        memory=memory if done < wanted.ticks else None,
+        memory=memory if done < run.ticks else None,
     )
     if place is not None:
+        # for start-up time: most runs keep no checkpoint
         from proofmass.runner.run.checkpoint import remove_checkpoint, save_checkpoint
 
         if result.interrupted:
@@ -115,55 +123,55 @@ def simulate_plan(
     return result
 
 
-class _Wanted:
-    """Length, seed and engine of a run as the caller gave them, read and refused."""
+class _Run(NamedTuple):
+    """A plan, and what was asked of its run, read."""
 
-    def __init__(self, planned: Plan, duration: object, samples: object, seed: object, engine: object) -> None:
-        problems = []
+    planned: Plan
+    ticks: int
+    seed: int
+    noise: int
 
-        def refuse(key: str, value: object, message: str, expected: str = "", hint: str = "") -> None:
-            problems.append(Problem(message=message, key=key, got=shown(value), expected=expected, hint=hint))
 
-        seconds, ticks = None, None
-        if duration is not None and samples is not None:
-            refuse("samples", samples, "give samples or duration, not both")
-        elif duration is not None:
-            try:
-                seconds = read_duration(duration)
-            except Refusal as error:
-                refuse("duration", duration, str(error), hint=error.hint)
-        elif samples is not None:
-            if isinstance(samples, int) and not isinstance(samples, bool) and samples >= 1:
-                ticks = samples
-            else:
-                refuse("samples", samples, "must be an integer of at least 1")
-        self.seed = planned.graph.seed
-        if isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED:
-            self.seed = seed
-        elif seed is not None:
-            refuse("seed", seed, "must be an integer", expected=f"0 to {LARGEST_SEED}")
-        if engine not in get_args(EngineName):
-            hint = did_you_mean(str(engine), get_args(EngineName), "the engines")
-            refuse("engine", engine, "there is no such engine", hint=hint)
-        if problems:
-            raise ModelError(problems)
-        self.ticks = planned.ticks(seconds, ticks)
+def _run(planned: Plan, options: RunOptions) -> _Run:
+    """Return the run with its length and seed; raises `ModelError` with all options that are wrong."""
+    problems = engine_problems(options.engine)
+
+    def refuse(key: str, value: object, message: str, expected: str = "", hint: str = "") -> None:
+        problems.append(Problem(message=message, key=key, got=shown(value), expected=expected, hint=hint))
+
+    seconds, ticks = None, None
+    if options.duration is not None and options.samples is not None:
+        refuse("samples", options.samples, "give samples or duration, not both")
+    elif options.duration is not None:
+        try:
+            seconds = read_duration(options.duration)
+        except Refusal as error:
+            refuse("duration", options.duration, str(error), hint=error.hint)
+    elif options.samples is not None:
+        if _is_integer(options.samples) and options.samples >= 1:
+            ticks = options.samples
+        else:
+            refuse("samples", options.samples, "must be an integer of at least 1")
+    seed = planned.graph.seed if options.seed is None else options.seed
+    if not _is_integer(seed) or not 0 <= seed <= LARGEST_SEED:
+        refuse("seed", seed, "must be an integer", expected=f"0 to {LARGEST_SEED}")
+    if problems:
+        raise ModelError(problems)
+    return _Run(planned, planned.ticks(seconds, ticks), seed, options.noise)
+
+
+def _is_integer(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _loop(
-    planned: Plan,
-    engine: Engine,
-    done: int,
-    wanted: _Wanted,
-    run: int,
-    recorders: Mapping[str, Recorder],
-    progress: Progress | None,
+    run: _Run, engine: Engine, done: int, recorders: Mapping[str, Recorder], progress: Progress | None
 ) -> tuple[int, Memory, OSError | None]:
     """Chunk after chunk of about 50 ms, so that Ctrl-C and progress are soon served.
 
     Returns the ticks done, what moves after them, and why a file of rows could not be written.
     """
-    total, chunk = wanted.ticks, FIRST_CHUNK
+    planned, total, chunk = run.planned, run.ticks, FIRST_CHUNK
     row_bytes = sum(8 * math.prod(p.shape) / p.stride for p in planned.probes)
     largest = max(1, int(CHUNK_BYTES / row_bytes)) if row_bytes else total
     with interrupts() as interrupted:
@@ -176,7 +184,7 @@ def _loop(
             rows = [recorders[p.signal].space(p.rows(done, last)) for p in planned.probes]
             try:
                 if not engine.advance(last, rows):
-                    name_fault(planned, wanted.seed, run, before(), last)
+                    name_fault(planned, run.seed, run.noise, before(), last)
             except TickError as fault:
                 raise RunError(failed(planned, fault)) from fault.__cause__
             taken = time.perf_counter() - began
@@ -203,14 +211,15 @@ def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
 
 
 def _recorders(
-    planned: Plan, ticks: int, folder: Path | None, streamed: bool, kept: Mapping[str, int]
+    planned: Plan, ticks: int, folder: Path | None, streamed: bool, before: Mapping[str, int]
 ) -> dict[str, Recorder]:
-    """A recorder per probe, which goes on behind the rows that are kept."""
+    """A recorder per probe, which continues after the rows that an interrupted run wrote."""
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-    if folder is not None and kept:
+    if folder is not None and before:
+        # for start-up time: most runs are not resumed
         from proofmass.runner.run.checkpoint import recorder
 
-        return {p.signal: recorder(p, p.rows(0, ticks), folder, streamed, kept[p.signal]) for p in planned.probes}
+        return {p.signal: recorder(p, p.rows(0, ticks), folder, streamed, before[p.signal]) for p in planned.probes}
     place = folder if streamed else None
     return {p.signal: Recorder(p, p.rows(0, ticks), place) for p in planned.probes}

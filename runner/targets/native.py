@@ -70,7 +70,7 @@ class CompiledLoop:
             node: np.array(memory.vector(node), dtype=dtype_of(kind))
             for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
         }
-        self._scratch = np.empty(made.scratch + 1)
+        self._scratch = np.full(made.scratch + 1, np.nan)  # what nothing has been computed from yet
         states = [made.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states]
         integrated = [place for kind, place in states if kind is float]
         self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
@@ -78,7 +78,6 @@ class CompiledLoop:
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
-        self._scratch.fill(np.nan)  # what nothing has been computed from yet
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in self.arrays(rows)))
         self.tick = last
         finite = bool(np.isfinite(self._state[FLOATS][self._watched]).all())

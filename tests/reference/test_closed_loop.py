@@ -10,7 +10,8 @@ from proofmass.blocks import DriftRamp, Ramp
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import simulate
 
 GRAPH = library_file("closed_loop_accelerometer.toml")
 SAMPLES = 1_000_000

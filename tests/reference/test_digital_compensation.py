@@ -24,7 +24,8 @@ from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.design.fit.fit import fit
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import simulate
 from tests.by_hand.cordic import chain, growth, scaled, swept
 from tests.by_hand.temperature_sets import DEVICES, TEMPERATURE
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.graph import LARGEST_RUN
+from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan

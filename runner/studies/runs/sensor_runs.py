@@ -19,8 +19,9 @@ from proofmass.runner.plan.measuring import refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.reference.interpret import Interpreter, TickError
-from proofmass.runner.run.engines import EngineName, choose, lanes_for
+from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
+from proofmass.runner.run.engines import choose, lanes_for
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.draws.drawing import drawn_together
@@ -29,7 +30,6 @@ from proofmass.runner.studies.runs.margins_per_run import margin_measures, margi
 
 if TYPE_CHECKING:
     from proofmass.runner.studies.runs.side_by_side import SideBySide
-    from proofmass.runner.targets.native import CompiledPlan
 
 CHUNK = 1 << 18  # ticks between looks at Ctrl-C
 PART = 1 << 24  # ticks of all runs that are handed to a thread together
@@ -40,6 +40,9 @@ class SensorRuns:
     """Computes runs of a study."""
 
     def __init__(self, study: Study, engine: EngineName = "auto", lanes: int | None = None) -> None:
+        problems = engine_problems(engine, studies=True)
+        if problems:
+            raise ModelError(problems)
         self.study = study
         self.plan = plan(study.graph.changed(probes=()))
         self.measures = (*self.plan.measures, *margin_measures(self.plan, study.margins))
@@ -48,7 +51,7 @@ class SensorRuns:
         total = self.ticks * study.runs * study.points * len(study.epochs)
         self.engine = choose(self.plan, total, engine)
         wanted = lanes_for(study.runs * study.points) if lanes is None else lanes
-        self.lanes = wanted if self.engine == "compiled" else 0
+        self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
 
     def _side_by_side(self) -> "SideBySide":
@@ -183,18 +186,12 @@ class SensorRuns:
         return engine.memory()
 
     def _started(self, changed: Plan, run: int) -> Engine:
-        if self.engine == "python":
-            return Interpreter(changed, self.study.seed, run, start(changed))
-        from proofmass.runner.targets.native import CompiledLoop
-
-        return CompiledLoop(changed, self.study.seed, run, start(changed), self._compiled)
+        return self._starter(changed, self.study.seed, run, start(changed))
 
     @cached_property
-    def _compiled(self) -> "CompiledPlan":
-        """The loop of one run; not needed while all runs go side by side."""
-        from proofmass.runner.targets.native import CompiledPlan
-
-        return CompiledPlan(self.plan)
+    def _starter(self) -> Starter:
+        """Starts one run; not needed while all runs go side by side."""
+        return ENGINES[self.engine].prepare(self.plan)
 
 
 def _said(problem: Problem) -> str:

@@ -20,10 +20,10 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.host.interrupts import StoppedError, interrupts
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.engine_table import ENGINES, EngineName
 from proofmass.runner.run.provenance import provenance
 from proofmass.runner.run.result import Array, Result
-from proofmass.runner.run.simulate import simulate_plan
+from proofmass.runner.run.simulate import RunOptions, simulate_plan
 from proofmass.runner.studies.kept.folder import keep_study
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
 from proofmass.runner.studies.outcome.outcomes import Outcomes
@@ -118,7 +118,7 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
     planned = varied(plan(study.graph), study.blocks(values))
     graph = with_parameters(study.graph, values)
     number = noise_run(study, run, epoch)
-    result = simulate_plan(planned, graph, number, None, None, study.seed, engine, None, None, False, began)
+    result = simulate_plan(planned, graph, RunOptions(seed=study.seed, engine=engine, noise=number, began=began))
     found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)
     margins = {m.name: Measured(value, m.unit, m.signal, m.statistic) for m, value in found}
     return dataclasses.replace(result, measures={**result.measures, **margins})
@@ -158,7 +158,7 @@ def _in_threads(
     sensors: SensorRuns, threads: int, left: Array, means: RunningMeans, interrupted: threading.Event
 ) -> Generator[Outcomes, None, None]:
     """Yield results in the order of the runs, computed ahead in threads, until the means are known well enough."""
-    threads = threads if sensors.engine == "compiled" else 1  # plain Python gains nothing
+    threads = threads if ENGINES[sensors.engine].threads else 1
     parts, waiting = iter(sensors.parts(left, threads)), deque[Future[Outcomes]]()
     with ThreadPoolExecutor(threads) as pool, contextlib.suppress(StoppedError):
         while True:

@@ -15,7 +15,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.graphs.studies.study_writer import files_beside, write_study
 from proofmass.runner.host.versions import PROOFMASS
-from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.provenance import graph_text
 from proofmass.runner.studies.runs.facts import facts_of
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
@@ -55,11 +55,11 @@ def packed(sensors: SensorRuns) -> Parcel:
         return name
 
     graph = with_recordings(study.graph, "", by_content)
-    engine: EngineName = "compiled" if sensors.engine == "compiled" else "python"
     facts = _digest(facts_of(sensors) | {"graph": graph_text(graph)})
     text = write_study(study, graph)
     _refuse_unreadable(text)
-    return Parcel(text, tuple(files.items()), tuple(p.name for p in own), engine, sensors.lanes, PROOFMASS, facts)
+    names = tuple(path.name for path in own)
+    return Parcel(text, tuple(files.items()), names, sensors.engine, sensors.lanes, PROOFMASS, facts)
 
 
 def unpacked(parcel: Parcel, folder: Path) -> SensorRuns:

@@ -6,9 +6,8 @@ from typing import Any
 import click
 import pytest
 
-from proofmass.graphs.model.graph import LARGEST_SEED
+from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.command_line import cli
-from proofmass.runner.commands import options
 from proofmass.runner.commands.fit_command import FitRequest
 from proofmass.runner.commands.margins_command import MarginsRequest
 from proofmass.runner.commands.montecarlo_command import StudyRequest
@@ -50,4 +49,6 @@ def test_the_first_sentence_fits_the_list_of_commands(name: str) -> None:
 
 
 def test_the_largest_seed_is_that_of_graphs() -> None:
-    assert options.LARGEST_SEED == LARGEST_SEED
+    kinds = [option.type for command in cli.commands.values() for option in command.params if option.name == "seed"]
+    assert len(kinds) >= 3
+    assert all(isinstance(kind, click.IntRange) and (kind.min, kind.max) == (0, LARGEST_SEED) for kind in kinds)

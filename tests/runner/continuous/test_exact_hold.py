@@ -6,7 +6,7 @@ import random
 import mpmath
 import pytest
 
-from proofmass.runner.continuous.exact_hold import SCRATCH, hold, matrix_exponential
+from proofmass.runner.continuous.exact_hold import SCRATCH, hold, matrix_exponential, multiply, multiply_arrays
 
 
 def reference(a: list[list[float]], b: list[list[float]], period: float) -> tuple[list[list[float]], list[list[float]]]:
@@ -95,7 +95,8 @@ def test_two_steps_are_one_of_twice_the_length() -> None:
 def exponential(rows: list[list[float]]) -> list[list[float]]:
     size = len(rows)
     flat = [value for row in rows for value in row]
-    matrix_exponential(flat, size, *([0.0] * (size * size) for _ in range(SCRATCH)))
+    grown, square, scale = ([0.0] * (size * size) for _ in range(SCRATCH))
+    matrix_exponential(flat, size, grown, square, scale, multiply)
     return [flat[i * size : (i + 1) * size] for i in range(size)]
 
 
@@ -103,3 +104,32 @@ def test_exponential_of_nothing_and_of_zero() -> None:
     assert exponential([]) == []
     assert exponential([[0.0, 0.0], [0.0, 0.0]]) == [[1.0, 0.0], [0.0, 1.0]]
     assert exponential([[0.0, 1.0], [0.0, 0.0]]) == [[1.0, 1.0], [0.0, 1.0]]
+
+
+@pytest.mark.parametrize("broken", [0.0, math.inf, math.nan])
+def test_products_by_numpy_have_the_same_bits(broken: float) -> None:
+    """Dense, sparse and triangular matrices, of numbers of any size, one of them not finite."""
+    dice = random.Random(5)
+    for size in (1, 2, 7, 30):
+        for share in (0.1, 1.0):
+            left, right = (
+                [
+                    dice.gauss(0, 1) * 10.0 ** dice.uniform(-9, 9) if dice.random() < share else 0.0
+                    for _ in range(size**2)
+                ]
+                for _ in range(2)
+            )
+            left[dice.randrange(size**2)] = broken
+            right[dice.randrange(size**2)] = broken
+            products = [0.0] * size**2, [0.0] * size**2
+            multiply(left, right, size, products[0])
+            multiply_arrays(left, right, size, products[1])
+            assert list(map(repr, products[0])) == list(map(repr, products[1]))
+            sums = [
+                math.fsum(left[i * size + k] * right[k * size + j] for k in range(size))
+                for i in range(size)
+                for j in range(size)
+            ]
+            if not broken:
+                largest = max(map(abs, sums), default=0.0)
+                assert products[0] == pytest.approx(sums, rel=0.0, abs=1e-14 * size * max(largest, 1e-300))

@@ -18,7 +18,8 @@ from proofmass.runner.plan.keys import OverflowsOf
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.listing import listing
 from proofmass.runner.program.tick import write_tick
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import RunError, simulate
 from proofmass.runner.targets.content import content_of
 
 BOTH: list[EngineName] = ["python", "compiled"]

@@ -12,7 +12,8 @@ from proofmass.graphs.model.measures import STATISTICS
 from proofmass.graphs.studies.build import Study
 from proofmass.runner.plan.measuring import refuse_late
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.whole.study import run_study
 
 GRAPH = read_graph_text("""

@@ -15,8 +15,9 @@ from proofmass.blocks import Constant, Difference, Gain, Ramp, Saturation, Sine,
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.simulate import RunError, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 NEWTON = {"algebraic_loops": "newton"}

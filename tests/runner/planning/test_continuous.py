@@ -14,7 +14,8 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.integration import Integration
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 Array = np.ndarray[Any, np.dtype[np.float64]]

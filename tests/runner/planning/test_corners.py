@@ -17,7 +17,8 @@ from proofmass.runner.plan.keys import StateField
 from proofmass.runner.planning.corners import looks_at_numbers
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.reference.interpret import Interpreter
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 MASS, DAMPING, STIFFNESS = 1e-9, 2.5133e-8, 15.7914

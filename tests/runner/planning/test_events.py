@@ -10,8 +10,9 @@ from proofmass.blocks import Constant, GapClosingActuator, LowPass, MassBetweenS
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.simulate import RunError, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 GRAVITY, RESTITUTION, HEIGHT = 9.80665, 0.95, 1.0

@@ -25,8 +25,9 @@ from proofmass.runner.continuous.linearity import factors_of
 from proofmass.runner.plan.keys import StateField
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.reference.interpret import Interpreter
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 ENGINES: list[EngineName] = ["python", "compiled"]

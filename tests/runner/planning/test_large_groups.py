@@ -7,10 +7,11 @@ import scipy.linalg
 from proofmass.blocks import LowPass, Sine, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.groups import MANY_COLUMNS
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.targets.native import CompiledLoop
 
 STATES, CORNER, RATE = 60, 100.0, 10_000.0
 
@@ -62,3 +63,26 @@ def test_the_choice_of_an_engine_counts_what_large_graphs_take_to_compile() -> N
     planned = plan(Graph(name="row", rate=RATE, blocks=blocks, wires=wires, probes=[last]))
     assert choose(planned, 300, "auto") == "python"
     assert choose(planned, 10_000, "auto") == "compiled"
+
+
+@pytest.mark.defect(
+    "H4", before="400 states: 43 ticks in 18 s", after="matrices made once a run"
+)
+def test_matrices_are_made_in_the_first_call_alone(chain: Graph) -> None:
+    """Many calls give the bits of one; matrices that are zeroed between two calls stay so, and the states with them."""
+    planned = plan(chain)
+
+    def run(*ends: int, emptied: bool = False) -> np.ndarray:
+        loop = CompiledLoop(planned, seed=0)
+        last = np.full(ends[-1], np.nan)
+        for end in ends:
+            rows = [last[loop.tick : end], *(np.empty(end - loop.tick) for _ in planned.probes[1:])]
+            assert loop.advance(end, rows)
+            if emptied:
+                loop._scratch[np.isfinite(loop._scratch) & (loop._scratch != 1.0)] = 0.0
+        return last
+
+    whole = run(90)
+    assert np.array_equal(whole, run(1, 2, 30, 90))
+    assert whole[89] != 0.0
+    assert not run(30, 90, emptied=True)[31:].any()

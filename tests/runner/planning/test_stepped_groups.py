@@ -13,8 +13,9 @@ from proofmass.blocks import Constant, Gain, MassSpringDamper, Product, Saturati
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.simulate import RunError, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 METHODS = ["runge_kutta_4", "dormand_prince", "radau"]

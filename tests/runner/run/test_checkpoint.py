@@ -34,8 +34,9 @@ from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Place
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.checkpoint import FILE
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.simulate import simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 

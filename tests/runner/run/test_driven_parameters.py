@@ -12,7 +12,8 @@ from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import simulate
 from tests.by_hand.around import graph_around, random_block, random_value
 
 SAMPLES = 400

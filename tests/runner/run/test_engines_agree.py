@@ -16,8 +16,9 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.integration import Integration
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.simulate import RunError, simulate
 from tests.by_hand.around import graph_around, random_block
 from tests.by_hand.graph_texts import ALONE
 

@@ -11,7 +11,8 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.run import simulate as simulation
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import RunError, simulate
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 

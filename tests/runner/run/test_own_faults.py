@@ -12,7 +12,8 @@ from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.simulate import RunError, simulate
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 ENGINES: list[EngineName] = ["python", "compiled"]

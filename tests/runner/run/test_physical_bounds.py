@@ -9,8 +9,9 @@ import pytest
 from proofmass.blocks import Constant, GapClosingActuator, MassBetweenStops, MassSpringDamper, Ramp
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, RunError, simulate
+from proofmass.runner.run.simulate import RunError, simulate
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 ENGINES: list[EngineName] = ["python", "compiled"]

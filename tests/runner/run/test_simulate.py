@@ -33,8 +33,9 @@ from proofmass.runner.planning.plan import Plan, plan
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run import engines
 from proofmass.runner.run import simulate as simulation
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, choose, simulate
+from proofmass.runner.run.simulate import choose, simulate
 from proofmass.runner.targets.content import content_of
 
 ENGINES: list[EngineName] = ["python", "compiled"]

@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
-from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 from proofmass.runner.studies.shown.plot import plot_study
 from proofmass.runner.studies.shown.points import by_point, parts

@@ -23,10 +23,11 @@ from proofmass.graphs.model.build import Graph
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.model import cxxrtl
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.engines import make_engine
 from proofmass.runner.run.faults import RunError
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import EngineName, simulate
+from proofmass.runner.run.simulate import simulate
 from tests.by_hand.machines import loop_at_rates
 
 pytest.importorskip("pyosys")

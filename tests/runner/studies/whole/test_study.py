@@ -14,7 +14,7 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
-from proofmass.runner.run.engines import EngineName
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns

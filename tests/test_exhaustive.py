@@ -1,0 +1,39 @@
+"""Exhaustive tests: left out unless they are asked for, and counted in the last line."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TESTS = """\
+import pytest
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("number", range(3))
+def test_every_vector(number): ...
+
+@pytest.mark.parametrize("number", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
+def test_a_sample(number): ...
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "passed", "last"),
+    [
+        ([], 1, "left out: 4 exhaustive (make test-all)"),
+        (["-n", "2"], 1, "left out: 4 exhaustive (make test-all)"),
+        (["--exhaustive"], 5, "5 passed"),
+        (["--exhaustive", "-m", "exhaustive"], 4, "4 passed"),
+    ],
+)
+def test_they_run_where_they_are_asked_for(options: list[str], passed: int, last: str, tmp_path: Path) -> None:
+    (tmp_path / "test_some.py").write_text(TESTS)
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = exhaustive\n")
+    plugins = ["-p", "tests.exhaustive", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", *plugins, *options, "-c", str(tmp_path / "pytest.ini"), str(tmp_path)]
+    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert f"{passed} passed" in ran.stdout
+    assert last in ran.stdout.splitlines()[-1]
