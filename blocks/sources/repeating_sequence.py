@@ -19,7 +19,7 @@ class State(NamedTuple):
 
 
 class Constants(NamedTuple):
-    count: int
+    length: int
 
 
 @RepeatingSequence.constants
@@ -42,4 +42,4 @@ def output(c: Constants, x: State, levels: list[float]) -> float:
 
 @RepeatingSequence.update
 def update(c: Constants, x: State) -> State:
-    return State(x.place + 1 if x.place + 1 < c.count else 0)
+    return State(x.place + 1 if x.place + 1 < c.length else 0)

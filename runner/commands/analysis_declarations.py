@@ -98,7 +98,8 @@ def allan(**options: Any) -> int:
 @click.option("--output", required=True, metavar="BLOCK.PORT", help="Say what the noise of this output is made of.")
 @click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer it to this output of a source.")
 @click.option("--band", nargs=2, metavar="FROM TO", help='Count from "0.1 Hz" to "100 Hz" (default: all).')
-@click.option("--at", help='Linearise at this time, or "settled" (default: after one common period).')
+@click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
+@click.option("--derivatives", is_flag=True, help="Show by which parameters the rms changes, and how much.")
 @plot_option("picture", "Draw the budget")
 @set_option
 @blocks_option
@@ -156,7 +157,7 @@ def noise_model(**options: Any) -> int:
 @click.option(
     "--band", nargs=2, metavar="FROM TO", help='Let it lie in "1 Hz" to "100 Hz" (default: about the bandwidth).'
 )
-@click.option("--at", help='Linearise at this time, or "settled" (default: after one common period).')
+@click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
 @plot_option("picture", "Draw it")
 @set_option
 @blocks_option

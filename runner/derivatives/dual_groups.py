@@ -4,7 +4,8 @@
 
 f, with its slopes by what drives parameters, A and B are the group's own derivatives at the operating point x0, u0,
 whichever method a run integrates it by. For a linear group this is its exact step; another one moves as it does close
-to the point where it stands still. Inputs are held, first-order holds too; nothing of an event happens.
+to the point where it stands still, or, `IntegratedAdvance`, as a run moves it, with A and B of the middle of the tick.
+Inputs are held, first-order holds too; nothing of an event happens.
 """
 
 import math
@@ -20,9 +21,10 @@ from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.planned import Filled
+from proofmass.runner.plan.planned import Filled, Plan
+from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import Context, Stages
-from proofmass.runner.reference.advance import Advance, Moment
+from proofmass.runner.reference.advance import Advance, Moment, PlainAdvance
 
 
 class DualStages(Stages):
@@ -65,13 +67,18 @@ class DualAdvance(Advance):
 
     def __call__(self, moment: Moment) -> dict[str, Any]:
         """Return the states of the group's blocks one tick later."""
+        return self.moved(moment, ())
+
+    def moved(self, moment: Moment, middle: Sequence[float]) -> dict[str, Any]:
+        """Return the same, linearised about other states where these are named."""
         constants, states, wires, _, time = moment
         group = self.stages.group
         now = [getattr(states[block], field) for block, field in group.states]
         now += [wires[node] for node in group.inputs]
         held = [value_of(value, SIGNALS) for value in now]
-        seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(held)]
         n = len(group.states)
+        about = [*middle, *held[n:]] if middle else held
+        seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(about)]
         guesses = [plain(wires[node]) for node in group.guesses]
         rates = self._rates(constants, seeded, n, guesses, time)
         a = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n)] for rate in rates]
@@ -108,6 +115,38 @@ class DualAdvance(Advance):
         if self.stages.unsolved:
             raise NoSolutionError(self.stages.unsolved)
         return out
+
+
+class IntegratedAdvance(Advance):
+    """Moves the states of one group by a tick as a run does, with the slopes of its linearisation."""
+
+    def __init__(self, plan: Plan, solver: Solver, by_parameters: bool) -> None:
+        self._linear = DualAdvance(plan, solver.group, by_parameters)
+        self._run = PlainAdvance(plan, solver, [0.0] * len(solver.group.states))
+        self.stages = self._linear.stages
+
+    def __call__(self, moment: Moment) -> dict[str, Any]:
+        """Return the states of the group's blocks one tick later."""
+        group, states = self.stages.group, {name: _plain_tuple(state) for name, state in moment.states.items()}
+        constants = {name: _plain_tuple(value) for name, value in moment.constants.items()}
+        wires = {node: plain(value) for node, value in moment.wires.items()}
+        after = self._run(Moment(constants, states, wires, {}, moment.time))
+        middle = [0.5 * (getattr(states[b], field) + getattr(after[b], field)) for b, field in group.states]
+        slopes = self._linear.moved(moment, middle)
+        return {
+            name: type(state)(
+                *(
+                    dual(value, slopes_of(getattr(slopes[name], field), SIGNALS), SIGNALS)
+                    for field, value in zip(state._fields, state, strict=True)
+                )
+            )
+            for name, state in after.items()
+        }
+
+
+def _plain_tuple(values: Any) -> Any:
+    """A NamedTuple of plain numbers."""
+    return values if values is None else type(values)(*map(plain, values))
 
 
 def _without(rate: Any, own: int) -> Any:

@@ -12,7 +12,7 @@ from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,14 +22,18 @@ import scipy.linalg
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.analysis.linearisation.forward import Forward, Quiet, memory_at
+from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
     Array,
     PeriodMap,
+    PointSlopes,
     blocks_of_map,
     common_period,
     period_map,
 )
+from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
+from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
@@ -38,11 +42,9 @@ FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
 _QUIET = 20_000  # base ticks, up to which a run to the operating point is made without noise
 _LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
-_BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
-_TRIES = 6  # of numbers of periods
-_STILL = 1e-3  # of its size, below which the swing of a number is dither
 _NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
+_FIXED = "derivatives take the operating point as fixed: it is not at rest"
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,9 @@ class _Point:
     periods: int
     notes: tuple[str, ...] = ()
     later: tuple[PeriodMap, ...] = ()
+    memory: Memory | None = None
+    ticks: int = 0  # base ticks of the map, where it is about an orbit that was found to close
+    integrated: bool = False
 
 
 def map_at(
@@ -64,16 +69,22 @@ def map_at(
     everything: bool = False,
     by_parameters: bool = False,
     noise: Collection[str] = (),
-    tick: int = 0,
+    tick: Point = 0,
 ) -> PeriodMap:
     """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
-    wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
-    if _Latest.plan is not plan or _Latest.wanted != wanted:
-        point = _Search(plan, inputs, outputs, cut, everything, noise, tick).point()
-        _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, point
-    point = _Latest.point
+    if isinstance(tick, PeriodicPoint):
+        point = _periodic(plan, inputs, outputs, cut, everything, noise, tick)
+    else:
+        wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
+        if _Latest.plan is not plan or _Latest.wanted != wanted:
+            search = _Search(plan, inputs, outputs, cut, everything, noise, tick)
+            _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, search.whole_point()
+        point = _Latest.point
+    notes = point.notes
     exact = point.map
     if by_parameters:
+        slopes, more = _point_slopes(plan, inputs, outputs, everything, noise, point)
+        notes += more
         exact = period_map(
             plan,
             inputs,
@@ -82,10 +93,64 @@ def map_at(
             everything=everything,
             by_parameters=True,
             noise=noise,
-            tick=tick,
-            periods=point.periods,
+            memory=point.memory,
+            point_slopes=slopes,
+            span=point.ticks,
+            integrated=point.integrated,
         )
-    return replace(exact, notes=point.notes, later=point.later)
+    return replace(exact, notes=notes, later=point.later)
+
+
+def _periodic(
+    plan: Plan,
+    inputs: Sequence[Node],
+    outputs: Sequence[Node],
+    cut: bool,
+    everything: bool,
+    noise: Collection[str],
+    orbit: PeriodicPoint,
+) -> _Point:
+    """Return the map about an orbit that closes."""
+    whole = period_map(
+        plan,
+        inputs,
+        outputs,
+        cut=cut,
+        everything=everything,
+        noise=noise,
+        memory=orbit.memory,
+        span=orbit.ticks,
+        integrated=True,
+    )
+    return _Point(whole, 1, (orbit.note(plan.period),), memory=orbit.memory, ticks=orbit.ticks, integrated=True)
+
+
+def _point_slopes(
+    plan: Plan,
+    inputs: Sequence[Node],
+    outputs: Sequence[Node],
+    everything: bool,
+    noise: Collection[str],
+    point: "_Point",
+) -> tuple[PointSlopes | None, tuple[str, ...]]:
+    """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
+    tick = point.map.tick
+    blocks = blocks_of_map(plan, inputs, outputs, everything, noise)[0]
+    near = slopes_near_start(plan, blocks, tick) if tick else None
+    if near is not None or not tick:
+        return near, ()
+    whole = period_map(
+        plan,
+        (),
+        outputs,
+        everything=True,
+        by_parameters=True,
+        memory=point.memory,
+        span=point.ticks,
+        integrated=point.integrated,
+    )
+    at_rest = slopes_at_rest(whole)
+    return at_rest, () if at_rest is not None else (_FIXED,)
 
 
 class _Latest:
@@ -122,6 +187,11 @@ class _Search:
         else:
             self._memories = [memory_at(plan, self._first)]
         self._run = (Quiet if noise else Forward)(plan, self._memories[0].copy())
+
+    def whole_point(self) -> _Point:
+        """The map, with the memory that it starts from and the ticks that it covers."""
+        point = self.point()
+        return replace(point, memory=self._memories[0], ticks=point.periods * self._ticks)
 
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
@@ -182,9 +252,9 @@ class _Search:
     def _moves(self) -> bool:
         """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self._after, range(3))
-        if dict(_states(once, self._names)) != dict(_states(before, self._names)):
+        if dict(states_of(once, self._names)) != dict(states_of(before, self._names)):
             return True
-        return dict(_wires(once, self._names)) != dict(_wires(twice, self._names))
+        return dict(wires_of(once, self._names)) != dict(wires_of(twice, self._names))
 
     def _crossovers(self, of_period: PeriodMap) -> list[float]:
         """Return where |L| of a loop is about 1, in Hz."""
@@ -195,7 +265,7 @@ class _Search:
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
 
-    def _closed(self, first: PeriodMap, orbit: "_Orbit") -> _Point | None:
+    def _closed(self, first: PeriodMap, orbit: "Orbit") -> _Point | None:
         """The map over so many periods that the orbit comes back."""
         for periods in orbit.returns():
             closed = self._map(self._after(0), periods)
@@ -207,16 +277,16 @@ class _Search:
                 return _Point(closed, periods, (note, *_moving(change)), (later,))
         return None
 
-    def _orbit(self) -> "_Orbit":
+    def _orbit(self) -> "Orbit":
         later = map(self._after, range(1, 2 + self._most))
-        return _Orbit([dict(_states(m, self._names)) | dict(_wires(m, self._names)) for m in later])
+        return Orbit([dict(states_of(m, self._names)) | dict(wires_of(m, self._names)) for m in later])
 
     def _start_up(self) -> str:
         return (
             'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
         )
 
-    def _refused(self, orbit: "_Orbit", found: PeriodMap) -> Problem:
+    def _refused(self, orbit: "Orbit", found: PeriodMap) -> Problem:
         name, part, step = orbit.fastest()
         turning = any(True for _ in orbit.turning)
         crossed = ", ".join(f"{f:.3g} Hz" for f in self._crossovers(found)[:4])
@@ -234,55 +304,6 @@ class _Search:
             else "take a later time, or --at settled",
             path=("blocks", name),
         )
-
-
-class _Orbit:
-    """Numbers of a graph at the ends of successive periods."""
-
-    def __init__(self, rows: Sequence[Mapping[Any, float]]) -> None:
-        keys = sorted(set(rows[0]).intersection(*rows))
-        values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
-        swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
-        steps = np.diff(values, axis=0)
-        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases and counts, and what settles
-        moving = swing > _STILL * size
-        self._keys, self._values, self._swing = keys, values, swing
-        self.turning = np.flatnonzero(moving & ~straight)
-        self._moving = np.flatnonzero(moving)
-
-    def returns(self) -> Iterator[int]:
-        """Numbers of periods after which all that goes to and fro is closer to where it was than ever before."""
-        chosen = self.turning
-        if not len(chosen):
-            return
-        miss = (np.abs(self._values[1:, chosen] - self._values[0, chosen]) / self._swing[chosen]).max(axis=1)
-        best = np.minimum.accumulate(miss)
-        closer = np.flatnonzero((miss < _BACK) & (miss < np.concatenate([[np.inf], best[:-1]])))
-        yield from (int(i) + 1 for i in closer[:_TRIES])
-
-    def fastest(self) -> tuple[str, str, float]:
-        """Block and number that moves most from one period to the next, and the part of its swing."""
-        chosen = self.turning if len(self.turning) else self._moving
-        steps = np.abs(np.diff(self._values[:, chosen], axis=0)).max(axis=0) / self._swing[chosen]
-        name, part, index = self._keys[chosen[int(np.argmax(steps))]]
-        return name, f"{name}.{part}" + (f"[{index}]" if index >= 0 else ""), float(np.max(steps))
-
-
-def _states(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
-    """The numbers that blocks hold."""
-    for name in names:
-        state = memory.states[name]
-        if state is not None:
-            yield from (((name, field, -1), value) for field, value in zip(state._fields, state, strict=True))
-    for (name, buffer), held in memory.of_blocks().items():
-        if name in names and isinstance(held, list):
-            yield from (((name, buffer, i), value) for i, value in enumerate(held))
-
-
-def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
-    for (name, port), held in memory.wires.items():
-        if name in names and not isinstance(held, list):
-            yield (name, port, -1), held
 
 
 def variation(closed: Array, later: Sequence[Array]) -> Array:

@@ -20,6 +20,7 @@ from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.graph import split
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.periodic import Point
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.plan.planned import Plan
@@ -57,7 +58,9 @@ class Sensitivity:
         )
 
 
-def transfer_sensitivities(planned: Plan, source: Node, target: Node, tick: int = 0) -> tuple[Sensitivity, Sensitivity]:
+def transfer_sensitivities(
+    planned: Plan, source: Node, target: Node, tick: Point = 0
+) -> tuple[Sensitivity, Sensitivity]:
     """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
     period_map = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
     settled = SteadyState(planned, period_map, target)
@@ -82,11 +85,11 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
         slopes += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
     values = margins.as_data()
     keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
-    ranked = [
+    quantities = [
         ranked(planned, f"{margins.loop}: {name}", unit, values[keys[name]], {p: slope(p) for p in system.map.slopes})
         for name, unit, slope in slopes
     ]
-    return [replace(quantity, undefined=system.map.undefined) for quantity in ranked]
+    return [replace(quantity, undefined=system.map.undefined) for quantity in quantities]
 
 
 def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:

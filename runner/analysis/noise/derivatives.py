@@ -27,7 +27,7 @@ _AT_ONCE = 1 << 20  # complex numbers
 
 @dataclass(frozen=True)
 class OneMore:
-    """What one more of a whole number, such as a bit, does to the rms."""
+    """Effect of one more of a whole number, such as a bit, on the rms."""
 
     parameter: str
     value: int
@@ -81,7 +81,7 @@ def _of_all(of: NoiseMap) -> Matrices:
 
 
 def _of_band(of: NoiseMap, band: tuple[float, float]) -> Matrices:
-    """The same of the mean square in a band."""
+    """Derivatives of the mean square in a band by the same entries."""
     points, weights, _ = rule_of(of, band)
     a, b, c, d = of.matrices
     total = tuple(np.zeros_like(part) for part in (a, b, c, d))

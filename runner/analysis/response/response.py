@@ -18,6 +18,7 @@ from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
+from proofmass.runner.analysis.linearisation.periodic import Point, tick_of
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
@@ -163,12 +164,12 @@ def response(
     if simulate is None:
         return found
     stimulus = Stimulus(simulate, read_amplitude(planned, source, amplitude), band)
-    run = simulated(planned, source, target, found.wires, stimulus, tick, found.bandwidth, progress)
+    run = simulated(planned, source, target, found.wires, stimulus, tick_of(tick), found.bandwidth, progress)
     return replace(found, simulated=run)
 
 
 def response_of(
-    planned: Plan, source: Node, target: Node, tick: int = 0, frequencies: Sequence[float] = ()
+    planned: Plan, source: Node, target: Node, tick: Point = 0, frequencies: Sequence[float] = ()
 ) -> Response:
     """Return the linear response between two outputs of a plan at a base tick."""
     whole = map_at(planned, [source], [target], tick=tick)

@@ -28,7 +28,7 @@ _LONGEST = 1 << 22  # values of one repetition
 
 @dataclass(frozen=True)
 class Stimulus:
-    """What is added to an input: a kind, its peak value in the input's unit, and a band in Hz."""
+    """Stimulus on top of an input: a kind, its peak value in the input's unit, and a band in Hz."""
 
     kind: Kind
     amplitude: float

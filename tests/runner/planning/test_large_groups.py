@@ -65,9 +65,7 @@ def test_the_choice_of_an_engine_counts_what_large_graphs_take_to_compile() -> N
     assert choose(planned, 10_000, "auto") == "compiled"
 
 
-@pytest.mark.defect(
-    "H4", before="400 states: 43 ticks in 18 s", after="matrices made once a run"
-)
+@pytest.mark.defect("H4", before="400 states: 43 ticks in 18 s", after="matrices made once a run")
 def test_matrices_are_made_in_the_first_call_alone(chain: Graph) -> None:
     """Many calls give the bits of one; matrices that are zeroed between two calls stay so, and the states with them."""
     planned = plan(chain)
