@@ -183,12 +183,15 @@ from proofmass.blocks.sources.step import Step as Step
 from proofmass.blocks.sources.temperature_cycle import TemperatureCycle as TemperatureCycle
 from proofmass.blocks.sources.temperature_profile import TemperatureProfile as TemperatureProfile
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation as AllanDeviation
+from proofmass.blocks.statistics.band_meter import BandMeter as BandMeter
+from proofmass.blocks.statistics.density_meter import DensityMeter as DensityMeter
 from proofmass.blocks.statistics.linear_trend import LinearTrend as LinearTrend
 from proofmass.blocks.statistics.mean_absolute import MeanAbsolute as MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile as RunningPercentile
 from proofmass.blocks.statistics.running_range import RunningRange as RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics as RunningStatistics
 from proofmass.blocks.statistics.settling_time import SettlingTime as SettlingTime
+from proofmass.blocks.statistics.tone_meter import ToneMeter as ToneMeter
 from proofmass.blocks.temperature.double_exponential_model import DoubleExponentialModel as DoubleExponentialModel
 from proofmass.blocks.temperature.polynomial_model import PolynomialModel as PolynomialModel
 from proofmass.blocks.temperature.temperature_double_exponential import TemperatureDoubleExponential as TemperatureDoubleExponential

@@ -28,6 +28,10 @@ MEASURE_KEYS = {
     "tau": 'Of an Allan deviation: the averaging time, "1 s".',
     "target": "Of a settling time: where the signal settles.",
     "within": "Of a settling time: how far from the target it may be.",
+    "frequency": 'Of a tone or a density: its frequency, "100 Hz".',
+    "low": 'Of the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.',
+    "high": 'Of the rms in a band: where the band ends, "100 Hz".',
+    "segment": "Of a density: how many values a segment has, 16 at least.",
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',

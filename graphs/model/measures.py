@@ -9,12 +9,15 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation
+from proofmass.blocks.statistics.band_meter import BandMeter
+from proofmass.blocks.statistics.density_meter import DensityMeter
 from proofmass.blocks.statistics.linear_trend import LinearTrend
 from proofmass.blocks.statistics.mean_absolute import MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile
 from proofmass.blocks.statistics.running_range import RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics
 from proofmass.blocks.statistics.settling_time import SettlingTime
+from proofmass.blocks.statistics.tone_meter import ToneMeter
 from proofmass.graphs.model.keys import MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.rates import read_duration
@@ -35,9 +38,22 @@ STATISTICS: dict[str, tuple[type[Block], str] | None] = {
     "percentile": (RunningPercentile, "percentile"),
     "allan_deviation": (AllanDeviation, "deviation"),
     "settling_time": (SettlingTime, "time_to_settle"),
+    "tone_amplitude": (ToneMeter, "amplitude"),
+    "tone_phase": (ToneMeter, "phase"),
+    "band_rms": (BandMeter, "rms"),
+    "density": (DensityMeter, "density"),
 }
 TAU = "tau"
-OPTIONS = {"percentile": ("percent",), "allan_deviation": (TAU,), "settling_time": ("target", "within")}  # all needed
+OPTIONS = {  # all needed
+    "percentile": ("percent",),
+    "allan_deviation": (TAU,),
+    "settling_time": ("target", "within"),
+    "tone_amplitude": ("frequency",),
+    "tone_phase": ("frequency",),
+    "band_rms": ("low", "high"),
+    "density": ("frequency", "segment"),
+}
+UNITS = {"settling_time": "s", "tone_phase": "rad", "slope": "({unit})/s", "density": "({unit})/sqrt(Hz)"}
 
 
 class Measure(NamedTuple):
@@ -53,6 +69,12 @@ class Measure(NamedTuple):
         tau: Fraction = dict(self.options).get(TAU, Fraction(0))
         return max(1, round(tau * rate))
 
+    def fewest(self, rate: Fraction) -> int:
+        """Values of the signal without which there is no such measure."""
+        if self.statistic == "density":
+            return int(dict(self.options)["segment"])
+        return 2 * self.averaging(rate) if self.statistic == "allan_deviation" else 1
+
     def reducer(self, unit: str, rate: Fraction) -> Block:
         """The block that reduces a signal of that unit and rate; raises `ModelError` for options that do not suit."""
         kind, _ = STATISTICS[self.statistic] or (RunningStatistics, LAST)
@@ -64,11 +86,7 @@ class Measure(NamedTuple):
 
 def measure_unit(statistic: str, unit: str) -> str:
     """Unit of a measure of a signal in that unit."""
-    if statistic == "settling_time":
-        return "s"
-    if statistic != "slope":
-        return short_unit(unit)
-    return short_unit(f"({unit})/s")
+    return short_unit(UNITS.get(statistic, "{unit}").format(unit=unit))
 
 
 def read_measures(table: object) -> dict[str, Measure]:

@@ -122,6 +122,10 @@ def _measures() -> Schema:
         "tau": _quantity({"type": "number", "minimum": 0}),
         "target": _quantity({"type": "number"}),
         "within": _quantity({"type": "number", "exclusiveMinimum": 0}),
+        "frequency": _quantity({"type": "number", "minimum": 0}),
+        "low": _quantity({"type": "number", "minimum": 0}),
+        "high": _quantity({"type": "number", "exclusiveMinimum": 0}),
+        "segment": {"type": "integer", "minimum": 16},
     }
     options = {key for keys in OPTIONS.values() for key in keys}
     measure = {

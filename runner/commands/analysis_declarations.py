@@ -77,6 +77,10 @@ def spectrum(**options: Any) -> int:
 @click.command()
 @file_argument("source")
 @plot_option("picture", "Draw the deviation")
+@click.option("--tau", metavar="TIME", help="Say how long to record to know the deviation at this averaging time.")
+@click.option(
+    "--confidence", default="10 %", show_default=True, help="Know it to this standard error, as a part of itself."
+)
 @_signal_options
 def allan(**options: Any) -> int:
     """Show the Allan deviation of a signal.
@@ -87,6 +91,7 @@ def allan(**options: Any) -> int:
     \b
     proofmass allan recording.csv --probe rate --plot allan.png
     proofmass allan sensor.toml --probe readout.rate --duration "600 s"
+    proofmass allan recording.csv --tau "100 s" --confidence "5 %"
     """
     from proofmass.runner.commands.allan_command import show_allan
 

@@ -60,8 +60,10 @@ def _made(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fracti
     try:
         return measure.reducer(unit, rate)
     except ModelError as error:
-        key = TAU if measure.statistic == "allan_deviation" else "from"
-        problem = replace(error.problems[0], key=f"{name}.{key}", path=(*name.split("."), key))
+        first = error.problems[0]
+        own = first.path[-1] if first.path else first.key.rpartition(".")[2]
+        key = own if own in dict(measure.options) else TAU if measure.statistic == "allan_deviation" else "from"
+        problem = replace(first, key=f"{name}.{key}", path=(*name.split("."), key))
         raise ModelError([graph.placed(problem)]) from None
 
 
@@ -71,7 +73,7 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
     for name, measure in graph.measures.items():
         reducer, node = STATISTICS[measure.statistic], split(measure.signal)
         rate = _rate(graph, scheduled, node)
-        first = (math.ceil(measure.start * rate) + _least(measure, rate) - 1) * _stride(graph, scheduled, node)
+        first = (math.ceil(measure.start * rate) + measure.fewest(rate) - 1) * _stride(graph, scheduled, node)
         read = (_reducer(graph, measure), reducer[1]) if reducer else node
         block = graph.blocks[node[0]]
         unit = measure_unit(measure.statistic, unit_of(block, type(block).outputs[node[1]]))
@@ -133,11 +135,6 @@ def _reducer(graph: FlatGraph, measure: Measure) -> str:
 def _kind(measure: Measure) -> tuple[object, ...]:
     reducer = STATISTICS[measure.statistic]
     return reducer and reducer[0], measure.signal, measure.start, measure.options
-
-
-def _least(measure: Measure, rate: Fraction) -> int:
-    """Values without which there is no such measure."""
-    return 2 * measure.averaging(rate) if measure.statistic == "allan_deviation" else 1
 
 
 def _rate(graph: FlatGraph, scheduled: Schedule, node: Node) -> Fraction:

@@ -177,7 +177,7 @@ def tick_at(planned: Plan, at: str | float | Fraction) -> Point:
                     message=str(error),
                     key="at",
                     got=str(at),
-                    hint=f'write a time, as "20 ms", "{SETTLED}" or "{PERIODIC}"',
+                    hint=f'write a time, as "20 ms", "{PERIODIC}" or "{SETTLED}"',
                 )
             ]
         ) from None

@@ -78,7 +78,7 @@ class PeriodMap:
             states=tuple(self.states[i] for i in states),
             matrix=self.matrix[np.ix_(r, c)],
             slopes=slopes,
-            point=tuple(self.point[i] for i in states),
+            point=tuple(self.point[i] for i in states) if self.point else (),
         )
 
     def between(self) -> "PeriodMap":
