@@ -14,17 +14,17 @@ demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 test-all: $(VENV)/installed-test
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --exhaustive
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --exhaustive
 
 FAST = tests/blocks/declaration tests/graphs tests/runner/commands/test_declarations.py tests/test_imports.py \
 	$(addprefix tests/documents/test_,ci.py claims.py decisions.py english.py stubs.py) \
 	--ignore tests/graphs/model/test_nesting.py
 
 test-fast: $(VENV)/installed-test
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(FAST)
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(FAST)
 
 # What was once silently wrong (S), hung (H) or crashed (C): test, before, after, outcome.
 defects: $(VENV)/installed-test

@@ -63,6 +63,35 @@ def test_only_the_start_of_the_program_imports_the_root_package() -> None:
     assert list(graph.predecessors("proofmass.__main__")) == []
 
 
+def imports_without_a_reason(text: str) -> list[int]:
+    """Lines of imports inside functions with no comment in that line or above; the first of several speaks for all."""
+    lines = text.splitlines()
+    functions = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    inside = {node for function in functions for node in ast.walk(function)}
+    silent, before = [], 0
+    for node in sorted((n for n in inside if isinstance(n, ast.Import | ast.ImportFrom)), key=lambda n: n.lineno):
+        commented = "#" in lines[node.lineno - 1] or lines[node.lineno - 2].lstrip().startswith("#")
+        if not commented and node.lineno != before + 1:
+            silent.append(node.lineno)
+        before = node.end_lineno or node.lineno
+    return silent
+
+
+def test_an_import_inside_a_function_says_why() -> None:
+    silent = {
+        f"{file.relative_to(ROOT)}:{line}"
+        for file in MODULES.values()
+        for line in imports_without_a_reason(file.read_text(encoding="utf-8"))
+    }
+    assert silent == set()
+
+
+def test_the_reason_is_in_the_line_or_above() -> None:
+    said = "def f():\n    # start-up time\n    import a\n    import b\n\n    import c  # optional\n"
+    assert imports_without_a_reason(said) == []
+    assert imports_without_a_reason("import a\n\ndef f():\n    x = 1\n    import b\n") == [5]
+
+
 CLIMBING = {
     "blocks/signals/gain.py": "proofmass.blocks.filters.low_pass",
     "blocks/declaration/units.py": "proofmass.graphs.model.rates",

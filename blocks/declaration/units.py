@@ -161,21 +161,28 @@ def convert(text: str, target: str) -> float:
 
 def convert_exactly(text: str, target: str) -> Fraction:
     """As `convert`, without rounding; rates are kept like this."""
+    number, own = split_quantity(text, target)
+    if not own:
+        return number
+    given, wanted = unit(own), unit(target)
+    if given.exponents != wanted.exponents:
+        raise UnitError(f"{own} is {given.in_base_units()}, not {wanted.in_base_units()}", f"give it in {target}")
+    return number * given.factor / wanted.factor
+
+
+def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
+    """The number of a quantity, exactly, and its unit, empty where it has none.
+
+    >>> split_quantity("1.5 kHz")
+    (Fraction(3, 2), 'kHz')
+    """
     found = _QUANTITY.fullmatch(text)
     if found is None or len(text) > 200:
-        raise UnitError("not a number followed by a unit", f'write a number and a unit, such as "1.5 {target}"')
+        raise UnitError("not a number followed by a unit", f'write a number and a unit, such as "1.5 {example}"')
     try:
-        number = _number(found["number"])
+        return _number(found["number"]), found["unit"]
     except ZeroDivisionError:
         raise UnitError("a division by zero") from None
-    if not found["unit"]:
-        return number
-    given, wanted = unit(found["unit"]), unit(target)
-    if given.exponents != wanted.exponents:
-        raise UnitError(
-            f"{found['unit']} is {given.in_base_units()}, not {wanted.in_base_units()}", f"give it in {target}"
-        )
-    return number * given.factor / wanted.factor
 
 
 def _number(text: str) -> Fraction:

@@ -11,6 +11,7 @@ def own_problems(graph: FlatGraph) -> list[Problem]:
     kinds = {type(block) for block in graph.blocks.values() if not block.__module__.startswith("proofmass.blocks.")}
     if not kinds:
         return []
+    # start-up time: only graphs with own blocks need the language
     from proofmass.blocks.language.forms import driven_problems, problems_of
 
     driven = {type(graph.blocks[name]) for name, port in _driven(graph) if port in type(graph.blocks[name]).parameters}

@@ -140,6 +140,7 @@ def in_order(needs: Mapping[Step, Sequence[Step]]) -> tuple[tuple[Step, ...], tu
 
 def _cyclic(wiring: "networkx.DiGraph[Step]") -> list[set[Step]]:
     """Sets of steps that all need each other."""
+    # start-up time: networkx takes 0.1 s
     import networkx
 
     parts = networkx.strongly_connected_components(wiring)
@@ -148,6 +149,7 @@ def _cyclic(wiring: "networkx.DiGraph[Step]") -> list[set[Step]]:
 
 def _torn(wiring: "networkx.DiGraph[Step]") -> Torn:
     """A cycle whose tears are, of each set of steps that still need each other, the alphabetically first."""
+    # start-up time: networkx takes 0.1 s
     import networkx
 
     left, tears = wiring.copy(), set[Step]()

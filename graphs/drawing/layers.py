@@ -52,6 +52,7 @@ class _Wiring:
     """Blocks and edges, with feedback edges separated."""
 
     def __init__(self, names: list[str], links: list[Link], noises: frozenset[str]) -> None:
+        # start-up time: networkx takes 0.1 s
         import networkx
 
         self.noises = noises
@@ -72,6 +73,7 @@ class _Wiring:
 
     def _cut(self, names: list[str]) -> None:
         """Separate feedback edges, those into the block where a signal enters a loop, until no loop is left."""
+        # start-up time: networkx takes 0.1 s
         import networkx
 
         stack = [frozenset(names)]

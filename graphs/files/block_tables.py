@@ -8,6 +8,7 @@ from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
 from proofmass.graphs.files.part_files import PartFiles
+from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import change_part
 from proofmass.graphs.model.exports import exported
@@ -15,6 +16,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
+from proofmass.graphs.model.names import is_value
 
 Path = tuple[str, ...]
 
@@ -29,8 +31,10 @@ class BlockTables:
         files: PartFiles,
         depth: int,
         read_table: Callable[[dict[str, Any], Place], Graph],
+        formulas: TableFormulas,
     ) -> None:
         self.own, self.place, self.files, self.depth, self.read_table = own, place, files, depth, read_table
+        self.formulas = formulas
         self.kinds: dict[str, type[Block] | None] = {}
         self.blocks: dict[str, Block | Graph] = {}
         self.rates: dict[str, Any] = {}
@@ -60,6 +64,7 @@ class BlockTables:
             self.doubtful.add(name)
             return
         values = {key: value for key, value in table.items() if key not in BLOCK_KEYS}
+        values = self.formulas.of_block(kind, name, values)
         try:
             self.blocks[name] = _block(kind, name, values)
         except ModelError as error:
@@ -100,7 +105,7 @@ class BlockTables:
         try:
             part = self.files.graph(table["graph"], self.place.folder, self.depth + 1)
             self._limit(name, part, len(names))
-            part = self._changed(name, part, table)
+            part = self._changed(name, part, table, names)
         except Refusal as error:
             self._refuse(error.problem(f"blocks.{name}.graph", table["graph"]), *path, "graph")
             return
@@ -147,8 +152,8 @@ class BlockTables:
         self._limit(name, part, 1)
         self.blocks[name] = part
 
-    def _changed(self, name: str, part: Graph, table: dict[str, Any]) -> Graph:
-        """The subgraph with the parameters that its table gives."""
+    def _changed(self, name: str, part: Graph, table: dict[str, Any], names: list[str]) -> Graph:
+        """The subgraph with the values and parameters that its table gives."""
         values: dict[str, object] = {}
         paths: dict[str, Path] = {}
         problems = []
@@ -163,6 +168,7 @@ class BlockTables:
                 problems.append(Problem(message=message, key=".".join(where), got=key, hint=hint, path=where))
         if problems:
             raise ModelError(problems)
+        values = self.formulas.of_part(names, part, values)
         if not values:
             return part
         try:
@@ -264,5 +270,10 @@ def _misplaced(name: str, part: Graph, key: str) -> str:
         return f'{key} is a port: connect it in wires, as in "{name}.{key} -> block.input", or the other way round'
     if key in TOP_KEYS and key not in PART_KEYS:
         return f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
-    names = [*(n for n, (_, what) in known.items() if not isinstance(what, Port)), *PART_KEYS]
-    return did_you_mean(key, names, "the parameters that it exports") + ' One inside: "block.parameter" = ...'
+    if key in part.values or is_value(part, part.exports.get(key, key)):
+        return ""
+    names = [*(n for n, (_, what) in known.items() if not isinstance(what, Port)), *part.values, *PART_KEYS]
+    return (
+        did_you_mean(key, names, "its values and the parameters that it exports")
+        + ' One inside: "block.parameter" = ...'
+    )

@@ -10,11 +10,13 @@ from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
 from proofmass.graphs.files.locate_keys import LimitError, locate_keys
 from proofmass.graphs.files.part_files import PartFiles
-from proofmass.graphs.model.build import Graph
+from proofmass.graphs.files.table_formulas import TableFormulas
+from proofmass.graphs.model.build import Graph, above_of
 from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.hints import syntax_hint
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
+from proofmass.graphs.model.values import read_values
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
@@ -67,10 +69,13 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         for key in data
         if key not in TOP_KEYS
     ]
+    formulas = TableFormulas(read_values(data.get("values", {}), {})[0], data.get("values"))
     reader = BlockTables(
-        own, place, files, depth, lambda table, inner: graph_of_table(table, inner, own, files, depth + 1)
+        own, place, files, depth, lambda table, inner: graph_of_table(table, inner, own, files, depth + 1), formulas
     )
     reader.read(data.get("blocks", {}))
+    reader.doubtful |= formulas.waiting
+    problems += formulas.problems
     given = {
         "name": "",
         **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study")},
@@ -80,6 +85,10 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
             got, hint = shown(given.pop(key)), f"{key} is a list of texts in square brackets"
             problems.append(Problem(message="must be a list", key=key, got=got, hint=hint, path=(key,)))
     _note_wires(place, given.get("wires", []))
+    if isinstance(given.get("formulas", {}), dict):
+        all_formulas = {**formulas.formulas, **given.get("formulas", {})}
+        doubtful = reader.doubtful
+        given["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
     graph = None
     try:
         graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **given)

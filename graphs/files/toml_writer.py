@@ -1,15 +1,19 @@
 """A graph as TOML text that reads back to the same graph."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.units import same_unit, short_unit
-from proofmass.graphs.model.graph import Graph
+from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
+from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.loops import REQUIREMENTS
-from proofmass.graphs.model.measures import TAU, Measure
+from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.statistics import TIMES
+from proofmass.graphs.model.targets import DURATION, RATE
+from proofmass.graphs.model.values import Value
 
 SCHEMA_LINE = "#:schema proofmass-graph.json"
 
@@ -24,9 +28,9 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     if graph.description:
         yield f"description = {_long_text(graph.description)}"
     if graph.rate is not None:
-        yield f"rate = {quoted(write_rate(graph.rate))}"
+        yield f"rate = {quoted(_formula(graph, RATE) or write_rate(graph.rate))}"
     if graph.duration is not None:
-        yield f"duration = {quoted(f'{graph.duration} s')}"
+        yield f"duration = {quoted(_formula(graph, DURATION) or f'{graph.duration} s')}"
     if graph.samples is not None:
         yield f"samples = {graph.samples}"
     if graph.seed:
@@ -35,6 +39,11 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:
         yield "blocks = {}"
+    if graph.values:
+        yield from ("", f"[{path}values]", *(f"{name} = {_value(value)}" for name, value in graph.values.items()))
+    inner = {of: f.text for of, f in graph.formulas.items() if "." in of and _block_of(of) not in graph.blocks}
+    if inner:
+        yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
     if graph.measures:
         yield from ("", f"[{path}measures]", *(f"{name} = {_measure(m)}" for name, m in graph.measures.items()))
     if graph.exports:
@@ -50,8 +59,8 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         key = quoted(name) if "." in name else name
         yield from ("", f"[{path}blocks.{key}]", f"kind = {quoted(type(block).__name__)}")
         if name in graph.rates:
-            yield f"rate = {quoted(write_rate(graph.rates[name]))}"
-        yield from _parameters(block)
+            yield f"rate = {quoted(_formula(graph, f'{name}.{RATE}') or write_rate(graph.rates[name]))}"
+        yield from _parameters(block, partial(_formula, graph, f"{name}."))
     for name, part in graph.subgraphs.items():
         yield from ("", f"[{path}blocks.{name}]")
         if part.name:
@@ -59,9 +68,33 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         yield from _graph(part, f"{path}blocks.{name}.")
 
 
-def _parameters(block: Block) -> Iterator[str]:
+def _formula(graph: Graph, target: str, entry: str = "") -> str:
+    """The formula of a rate, a duration or a parameter as it is written; empty where it has none."""
+    formula = graph.formulas.get(target + entry)
+    return formula.text if formula else ""
+
+
+def _block_of(target: str) -> str:
+    return split(target.partition("[")[0])[0]
+
+
+def _value(value: Value) -> str:
+    """A value as it is written: a plain number, or a text with a unit or a formula."""
+    plain = value.formula is None and split_quantity(value.written)[1] == "" and "/" not in value.written
+    return value.written if plain else quoted(value.written)
+
+
+def _parameters(block: Block, formula: Callable[[str], str]) -> Iterator[str]:
     for name, parameter in type(block).parameters.items():
         value = getattr(block, name)
+        entries = [formula(f"{name}[{place}]") for place in range(len(value))] if isinstance(value, tuple) else []
+        if formula(name):
+            yield f"{name} = {quoted(formula(name))}"
+            continue
+        if any(entries):
+            texts = (quoted(own) if own else repr(number) for own, number in zip(entries, value, strict=True))
+            yield f"{name} = [{', '.join(texts)}]"
+            continue
         if repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
             continue
         unit = short_unit(unit_of(block, parameter))
@@ -82,7 +115,7 @@ def _probe(signal: str, every: int) -> str:
 
 def _measure(measure: Measure) -> str:
     begin = f", from = {quoted(f'{measure.start} s')}" if measure.start else ""
-    options = {key: f"{value} s" if key == TAU else value for key, value in measure.options}
+    options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
 

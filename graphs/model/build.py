@@ -1,22 +1,27 @@
 """What a person writes as a graph, read into one: texts, tables or values, with all that is wrong with them at once."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeGuard, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
-from proofmass.graphs.model.changes import moved, with_parameters
-from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Probe, Size, Wire, size_of, split
+from proofmass.graphs.formulas.formula import Formula, is_formula
+from proofmass.graphs.model.changes import moved, settled, with_parameters
+from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Probe, Size, Wire, size_of, split, thawed
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.integration import Integration, read_integration
-from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, LARGEST_SEED, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_measures
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
+from proofmass.graphs.model.targets import DURATION, RATE
+from proofmass.graphs.model.values import Value as NamedValue
+from proofmass.graphs.model.values import read_values
 
 if TYPE_CHECKING:
     import networkx
@@ -38,6 +43,8 @@ class Graph(Value):
     `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
     `seed` are what a run takes when nothing else is said; `integration` says how continuous blocks are integrated.
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
+    `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
+    parameters, `{"sensor.mass": "= mass"}`; rates and the duration may be formulas too.
     `measures` are numbers that a run reduces signals to,
     `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`.
 
@@ -62,6 +69,8 @@ class Graph(Value):
         measures: Mapping[str, Measure | Mapping[str, Any]] = MappingProxyType({}),
         exports: Mapping[str, str] = MappingProxyType({}),
         loops: Mapping[str, Loop | Mapping[str, Any]] = MappingProxyType({}),
+        values: Mapping[str, NamedValue | str | float] = MappingProxyType({}),
+        formulas: Mapping[str, Formula | str] = MappingProxyType({}),
         subgraphs: Mapping[str, Value] = MappingProxyType({}),
         integration: Integration | Mapping[str, Any] = DEFAULT_INTEGRATION,
         place: Place = NOWHERE,
@@ -71,8 +80,16 @@ class Graph(Value):
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         reader.problems += [*_bad_texts(name, description), *_bad_run(samples, duration, seed)]
         reader.problems += _bad_blocks(blocks, rates)
+        own_values, wrong = read_values(values, _taken(exports))
+        reader.problems += wrong
+        of_rates = {f"{name}.{RATE}": rate for name, rate in rates.items() if is_formula(rate)}
+        of_rates |= {key: of for key, of in ((RATE, rate), (DURATION, duration)) if is_formula(of)}
+        own_formulas, wrong = _read_formulas({**formulas, **of_rates})
+        reader.problems += wrong
+        rate, duration = (None if is_formula(of) else of for of in (rate, duration))
+        rates = {name: of for name, of in rates.items() if not is_formula(of)}
         own_loops, wrong = read_loops(loops, _is_path)
-        reader.problems += [*_bad_exports(exports), *wrong]
+        reader.problems += [*_bad_exports(exports, own_values), *wrong]
         own_rates = {block: reader.value(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
         reader.problems += _too_many(blocks, parts, tuple(wires) if parts else ())
         if not reader.problems:
@@ -100,14 +117,19 @@ class Graph(Value):
             exports=exports,
             integration=own_integration,
             loops=own_loops,
+            values=own_values,
+            formulas=own_formulas,
             place=place,
         )
+        if own_formulas:
+            super().__init__(**thawed(_settled(self)))
 
     def with_parameters(self, changes: Mapping[str, object]) -> Self:
-        """The same graph with parameters changed, as in `{"adc.reference": "5 V"}`; raises `ModelError`.
+        """The same graph with values and parameters changed, `{"mass": "60 ug", "adc.reference": "5 V"}`.
 
-        A parameter of a subgraph is named by its path, `"x_axis.adc.reference"`, or as it is exported,
-        `"x_axis.reference"`.
+        What follows from a value by formulas moves with it. A parameter of a subgraph is named by its path,
+        `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text that begins with an equals sign is
+        a new formula; a number takes one away. Raises `ModelError`.
         """
         return with_parameters(self, changes)
 
@@ -211,7 +233,7 @@ def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]
             hint = f"write {block.__name__}()" if isinstance(block, type) else 'write a block, such as Gain(gain="2")'
             yield Problem(message="not a block", key=f"blocks.{name}", got=shown(block), hint=hint, path=path)
         elif "." in name:
-            above = next((upper for upper in _above(name) if upper in blocks), "")
+            above = next((upper for upper in above_of(name) if upper in blocks), "")
             if above:
                 hint = f'for a parameter write "{name.removeprefix(above + ".")}.NAME" = ... below [blocks.{above}]'
                 message = f"there is a block {above}, and nothing can be added inside it"
@@ -223,17 +245,17 @@ def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]
             yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
 
 
-def _above(path: str) -> Iterator[str]:
+def above_of(path: str) -> Iterator[str]:
     """Every path above a path.
 
-    >>> list(_above("a.b.c"))
+    >>> list(above_of("a.b.c"))
     ['a', 'a.b']
     """
     parts = path.split(".")
     return (".".join(parts[:n]) for n in range(1, len(parts)))
 
 
-def _bad_exports(exports: object) -> Iterator[Problem]:
+def _bad_exports(exports: object, values: Collection[str]) -> Iterator[Problem]:
     hint = 'write exports = { code = "adc.code" }: a name of its own, and the port or parameter inside'
     if not isinstance(exports, Mapping):
         yield Problem(message="must be a table", key="exports", got=shown(exports), hint=hint, path=("exports",))
@@ -245,8 +267,44 @@ def _bad_exports(exports: object) -> Iterator[Problem]:
         elif name in {**PART_KEYS, **BLOCK_KEYS}:
             taken = ", ".join({**PART_KEYS, **BLOCK_KEYS})
             yield Problem(message="the name is taken", key=key, hint=f"taken are {taken}", path=path)
-        elif not _is_signal(signal):
+        elif not _is_signal(signal) and signal not in values:
             yield Problem(message="not a port or parameter", key=key, got=shown(signal), hint=hint, path=path)
+
+
+def _taken(exports: object) -> dict[str, str]:
+    """What names of values mean already."""
+    taken = dict.fromkeys({**TOP_KEYS, **PART_KEYS, **BLOCK_KEYS}, "a key of graph files")
+    names = exports.items() if isinstance(exports, Mapping) else ()
+    return taken | {name: f"exported for {signal}" for name, signal in names if name != signal}
+
+
+def _settled(graph: Graph) -> Graph:
+    """A new graph with the numbers of its formulas in their places; raises `ModelError`."""
+    paths = {of: inside(graph, graph.exports.get(of, of)) for of in graph.formulas}
+    try:
+        return settled(graph.changed(formulas={paths[of]: formula for of, formula in graph.formulas.items()}), {})
+    except ModelError as error:
+        written: dict[tuple[str, ...], tuple[str, ...]] = {
+            ("formulas", path): ("formulas", of) for of, path in paths.items()
+        }
+        own = [replace(problem, path=written.get(problem.path, problem.path)) for problem in error.problems]
+        raise ModelError([graph.placed(problem) for problem in own]) from None
+
+
+def _read_formulas(given: object) -> tuple[dict[str, Formula], list[Problem]]:
+    hint = 'write formulas = { "x_axis.mass" = "= mass" }'
+    if not isinstance(given, Mapping):
+        return {}, [Problem(message="must be a table", key="formulas", got=shown(given), hint=hint, path=("formulas",))]
+    formulas: dict[str, Formula] = {}
+    problems: list[Problem] = []
+    for target, text in given.items():
+        try:
+            if not isinstance(text, Formula) and not is_formula(text):
+                raise Refusal("must be a text that begins with =", hint)
+            formulas[str(target)] = text if isinstance(text, Formula) else Formula(text)
+        except Refusal as error:
+            problems.append(error.problem(f"formulas.{target}", text, path=("formulas", str(target))))
+    return formulas, problems
 
 
 def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collection[object]) -> Iterator[Problem]:

@@ -1,16 +1,83 @@
-"""A graph changed into another: parameters anywhere inside it, and files named from another folder."""
+"""A graph changed into another: values and parameters anywhere inside it, and files named from another folder."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.units import convert_exactly
+from proofmass.graphs.formulas.formula import Formula, is_formula
+from proofmass.graphs.formulas.operations import coherent_unit
+from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Given, split
+from proofmass.graphs.model.rates import read_duration, read_rate
+from proofmass.graphs.model.targets import DURATION, RATE, Target, number_of, rate_of, target_at
+from proofmass.graphs.model.values import Value, quantity_of, read_values
 
 
 def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
-    """The graph with parameters changed, each named by its path or as it is exported."""
+    """The graph with values and parameters changed, each named by its path or as it is exported.
+
+    What follows from a value moves with it. A number in place of a formula takes the formula away, and a text with an
+    equals sign is a new one: `{"sensor.mass": "= 2 * mass"}`.
+    """
+    values, formulas = dict[str, object](graph.values), dict(graph.formulas)
+    numbers: dict[str, object] = {}
+    problems: list[Problem] = []
+    for key, change in changes.items():
+        target = graph.exports.get(key, key)
+        if target in graph.values:
+            problems += _other_dimension(key, graph.values[target], change)
+            values[target] = change if isinstance(change, str) else _in_coherent_units(change, graph.values[target])
+            continue
+        target = inside(graph, target)
+        formulas = {of: formula for of, formula in formulas.items() if of.partition("[")[0] != target}
+        entries, own, wrong = read_formulas(target, change)
+        formulas |= own
+        problems += wrong
+        if entries is not None:
+            numbers[key] = entries
+    read, wrong = read_values(values, {})
+    problems += wrong
+    if problems:
+        raise ModelError(problems)
+    return settled(graph.changed(values=read, formulas=formulas), numbers)
+
+
+def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
+    """The graph with these parameters, and those that its formulas give; raises `ModelError`."""
+    problems: list[Problem] = []
+    rates: dict[str, Any] = {}
+    given = dict(numbers)
+    for target, formula in graph.formulas.items():
+        name, entry = split(target)
+        path = ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
+        try:
+            if entry == RATE:
+                rates[name] = read_rate(rate_of(formula, graph.values))
+            elif target == DURATION:
+                rates[target] = read_duration(Fraction(repr(number_of(formula, graph.values, Target("s")))))
+            else:
+                given[target] = number_of(formula, graph.values, target_at(graph, target))
+        except Refusal as error:
+            problems.append(error.problem(target, formula.text, path=path))
+    if problems:
+        raise ModelError(problems)
+    return _with_numbers(_with_rates(graph, rates) if rates else graph, given)
+
+
+def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
+    own = {name: rate for name, rate in rates.items() if name in graph.blocks}
+    parts = {name: part.changed(rate=rates[name]) for name, part in graph.subgraphs.items() if name in rates}
+    alone = {key: rates[name] for key, name in ((RATE, ""), (DURATION, DURATION)) if name in rates}
+    return graph.changed(rates={**graph.rates, **own}, subgraphs={**graph.subgraphs, **parts}, **alone)
+
+
+def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
+    """The graph with parameters and values of subgraphs changed; no formula of its own is looked at."""
     blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
     problems: list[Problem] = []
     by_block: dict[str, dict[str, object]] = {}
@@ -20,8 +87,10 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
         if block not in blocks:
             block, _, parameter = signal.partition(".")
         if block not in blocks and block not in parts:
-            hint = did_you_mean(block, [*blocks, *parts], "the blocks")
-            problems.append(Problem(message="there is no such block", key=key, got=shown(block), hint=hint))
+            names = [*blocks, *parts] if "." in signal else [*graph.values, *graph.exports, *blocks, *parts]
+            hint = did_you_mean(block, names, "the blocks" if "." in signal else "the values")
+            message = "there is no such block" if "." in signal else "there is no such value"
+            problems.append(Problem(message=message, key=key, got=shown(block), hint=hint))
         else:
             by_block.setdefault(block, {})[parameter] = value
     for name, values in by_block.items():
@@ -38,18 +107,66 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
 
 
 def change_part(part: Given, values: Mapping[str, object]) -> Given:
-    """As `with_parameters`, for a subgraph: a name without a dot is one that it exports."""
-    unknown = [name for name in values if "." not in name and name not in part.exports]
+    """As `with_parameters`, for a subgraph: a name without a dot is a value of it, or one that it exports."""
+    unknown = [name for name in values if "." not in name and name not in part.exports and name not in part.values]
     if unknown:
-        names = [*part.exports, *part.blocks, *part.subgraphs]
-        hints = (did_you_mean(name, names, "exports and blocks inside") for name in unknown)
+        names = [*part.values, *part.exports, *part.blocks, *part.subgraphs]
+        hints = (did_you_mean(name, names, "values, exports and blocks inside") for name in unknown)
         message = "the subgraph exports no such parameter"
         raise ModelError([Problem(message=message, key=n, got=n, hint=h) for n, h in zip(unknown, hints, strict=True)])
     return with_parameters(part, values)
 
 
+def read_formulas(target: str, given: object) -> tuple[object, dict[str, Formula], list[Problem]]:
+    """The numbers and formulas of what is given for a parameter; None where a formula gives all of it.
+
+    Entries of a list that are formulas are 0 among the numbers, until they are resolved.
+    """
+    formulas: dict[str, Formula] = {}
+    problems: list[Problem] = []
+    listed = isinstance(given, list | tuple)
+    entries: list[object] = list(given) if isinstance(given, list | tuple) else [given]
+    for index, entry in enumerate(entries):
+        if is_formula(entry):
+            key = f"{target}[{index}]" if listed else target
+            try:
+                formulas[key] = Formula(entry)
+            except Refusal as error:
+                problems.append(error.problem(key, entry))
+            entries[index] = 0.0
+    if not formulas:
+        return given, {}, problems
+    return (entries if listed else None), formulas, problems
+
+
+def _other_dimension(key: str, value: Value, change: object) -> Iterator[Problem]:
+    """A quantity in place of a value of another dimension."""
+    if isinstance(change, str) and not is_formula(change):
+        try:
+            convert_exactly(change, coherent_unit(value.dimension))
+        except Refusal as error:
+            expected = f"a quantity in {coherent_unit(value.dimension)}"
+            yield error.problem(key, change, expected=expected)
+
+
+def _in_coherent_units(change: object, value: Value) -> object:
+    """A number in place of a value, which is in coherent units."""
+    if isinstance(change, bool) or not isinstance(change, int | float):
+        return change
+    return quantity_of(change, value.dimension)
+
+
 def _changed(block: Block, values: dict[str, object]) -> Block:
-    return type(block)(**({name: getattr(block, name) for name in type(block).parameters} | values))
+    now = {name: getattr(block, name) for name in type(block).parameters}
+    for name, value in values.items():
+        whole, bracket, index = name.partition("[")
+        if bracket and isinstance(now.get(whole), tuple):
+            entries = list(now[whole])
+            entries[int(index[:-1])] = value
+            now[whole] = tuple(entries)
+        else:
+            now[name] = value
+    return type(block)(**now)
 
 
 def _key(problem: Problem) -> str:

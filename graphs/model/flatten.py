@@ -95,7 +95,7 @@ class FlatGraph:
     def as_graph(self) -> Graph:
         """Return the same as a graph that has no subgraphs."""
         names = {field.name for field in dataclasses.fields(Graph)} & {field.name for field in dataclasses.fields(self)}
-        return self.root.changed(subgraphs={}, **{name: getattr(self, name) for name in names})
+        return self.root.changed(subgraphs={}, values={}, formulas={}, **{name: getattr(self, name) for name in names})
 
 
 def flatten(graph: Graph) -> FlatGraph:

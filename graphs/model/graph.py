@@ -13,9 +13,11 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
+from proofmass.graphs.model.values import Value
 
 DEFAULT_INTEGRATION = Integration()
 
@@ -94,6 +96,8 @@ class Graph:
     exports: Mapping[str, str]
     integration: Integration
     loops: Mapping[str, Loop]
+    values: Mapping[str, Value]
+    formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
     place: Place = dataclasses.field(compare=False, repr=False)
 
     def __post_init__(self) -> None:

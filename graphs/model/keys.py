@@ -7,6 +7,8 @@ TOP_KEYS = {
     "duration": 'How long a run lasts when nothing else is said: "20 s", or a number in seconds.',
     "samples": "How many ticks of the base rate a run lasts, instead of a duration.",
     "seed": "Seed of the noise when nothing else is said.",
+    "values": 'Named values, mass = "50 ug"; parameters take them by formulas, "= mass" or "= 2 * pi * f0 / q".',
+    "formulas": 'Formulas of parameters inside subgraphs, "x_axis.mass" = "= mass"; others stand at their blocks.',
     "wires": 'Wires, "block.output -> block.input"; a wire to a parameter drives the parameter.',
     "probes": 'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.',
     "measures": 'Numbers that a run reduces signals to: { signal = "block.output", statistic = "mean", from = "1 s" }.',
@@ -20,18 +22,10 @@ BLOCK_KEYS = {  # of every block, beside its parameters
     "kind": "Kind of the block; `proofmass blocks` lists them.",
     "rate": "Rate of this block, where it differs from the graph's.",
 }
-MEASURE_KEYS = {
+OWN_MEASURE_KEYS = {  # beside the options of its statistic
     "signal": 'Output that is reduced to one number, "block.output".',
     "statistic": "How the signal is reduced to one number.",
     "from": "From which time on; from the start when nothing is said.",
-    "percent": "Of a percentile: the part of the values that lies below it, in per cent.",
-    "tau": 'Of an Allan deviation: the averaging time, "1 s".',
-    "target": "Of a settling time: where the signal settles.",
-    "within": "Of a settling time: how far from the target it may be.",
-    "frequency": 'Of a tone or a density: its frequency, "100 Hz".',
-    "low": 'Of the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.',
-    "high": 'Of the rms in a band: where the band ends, "100 Hz".',
-    "segment": "Of a density: how many values a segment has, 16 at least.",
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',

@@ -7,53 +7,13 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.units import short_unit
-from proofmass.blocks.statistics.allan_deviation import AllanDeviation
-from proofmass.blocks.statistics.band_meter import BandMeter
-from proofmass.blocks.statistics.density_meter import DensityMeter
-from proofmass.blocks.statistics.linear_trend import LinearTrend
-from proofmass.blocks.statistics.mean_absolute import MeanAbsolute
-from proofmass.blocks.statistics.running_percentile import RunningPercentile
-from proofmass.blocks.statistics.running_range import RunningRange
-from proofmass.blocks.statistics.running_statistics import RunningStatistics
-from proofmass.blocks.statistics.settling_time import SettlingTime
-from proofmass.blocks.statistics.tone_meter import ToneMeter
-from proofmass.graphs.model.keys import MEASURE_KEYS
+from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.model.statistics import LAST, OPTIONS, STATISTICS, TIMES
 
 MEASURES = "measures"  # above the names of the blocks that measure
-LAST = "last"
-# What the block that reduces a signal is, and which of its outputs; the last value needs none.
-STATISTICS: dict[str, tuple[type[Block], str] | None] = {
-    "mean": (RunningStatistics, "mean"),
-    "std": (RunningStatistics, "standard_deviation"),
-    "rms": (RunningStatistics, "root_mean_square"),
-    "mean_absolute": (MeanAbsolute, "mean_absolute"),
-    "min": (RunningRange, "minimum"),
-    "max": (RunningRange, "maximum"),
-    "peak_to_peak": (RunningRange, "peak_to_peak"),
-    LAST: None,
-    "slope": (LinearTrend, "slope"),
-    "percentile": (RunningPercentile, "percentile"),
-    "allan_deviation": (AllanDeviation, "deviation"),
-    "settling_time": (SettlingTime, "time_to_settle"),
-    "tone_amplitude": (ToneMeter, "amplitude"),
-    "tone_phase": (ToneMeter, "phase"),
-    "band_rms": (BandMeter, "rms"),
-    "density": (DensityMeter, "density"),
-}
-TAU = "tau"
-OPTIONS = {  # all needed
-    "percentile": ("percent",),
-    "allan_deviation": (TAU,),
-    "settling_time": ("target", "within"),
-    "tone_amplitude": ("frequency",),
-    "tone_phase": ("frequency",),
-    "band_rms": ("low", "high"),
-    "density": ("frequency", "segment"),
-}
-UNITS = {"settling_time": "s", "tone_phase": "rad", "slope": "({unit})/s", "density": "({unit})/sqrt(Hz)"}
+MEASURE_KEYS = OWN_MEASURE_KEYS | {key: option.doc for key, option in OPTIONS.items()}
 
 
 class Measure(NamedTuple):
@@ -62,31 +22,29 @@ class Measure(NamedTuple):
     signal: str
     statistic: str
     start: Fraction = Fraction(0)
-    options: tuple[tuple[str, Any], ...] = ()  # parameters of the statistic as they are written; `tau` in seconds
+    options: tuple[tuple[str, Any], ...] = ()  # of the statistic, as they are written; times in seconds
 
-    def averaging(self, rate: Fraction) -> int:
-        """Samples in the averaging time of an Allan deviation, the nearest number; 1 for other statistics."""
-        tau: Fraction = dict(self.options).get(TAU, Fraction(0))
-        return max(1, round(tau * rate))
+    def reducer(self, unit: str, rate: Fraction) -> Block | None:
+        """The block that reduces a signal of that unit and rate, if it takes one.
 
-    def fewest(self, rate: Fraction) -> int:
-        """Values of the signal without which there is no such measure."""
-        if self.statistic == "density":
-            return int(dict(self.options)["segment"])
-        return 2 * self.averaging(rate) if self.statistic == "allan_deviation" else 1
+        Raises `ModelError` for options that do not suit.
+        """
+        block = STATISTICS[self.statistic].block
+        if block is None:
+            return None
+        values = {key: value for key, value in self.options if key not in TIMES}
+        return block(skip=math.ceil(self.start * rate), unit=unit, **values, **self._in_samples(rate))
 
-    def reducer(self, unit: str, rate: Fraction) -> Block:
-        """The block that reduces a signal of that unit and rate; raises `ModelError` for options that do not suit."""
-        kind, _ = STATISTICS[self.statistic] or (RunningStatistics, LAST)
-        values = {key: value for key, value in self.options if key != TAU}
-        if kind is AllanDeviation:
-            values["averaging"] = self.averaging(rate)
-        return kind(skip=math.ceil(self.start * rate), unit=unit, **values)
+    def least(self, rate: Fraction) -> int:
+        """Samples without which there is no such measure."""
+        counts = self._in_samples(rate)
+        times = STATISTICS[self.statistic].times.values()
+        return max((option.least * counts[option.samples] for option in times), default=1)
 
-
-def measure_unit(statistic: str, unit: str) -> str:
-    """Unit of a measure of a signal in that unit."""
-    return short_unit(UNITS.get(statistic, "{unit}").format(unit=unit))
+    def _in_samples(self, rate: Fraction) -> dict[str, int]:
+        """Parameters of the block that are times, each as the nearest number of samples."""
+        times = ((OPTIONS[key].samples, value) for key, value in self.options if key in TIMES)
+        return {parameter: max(1, round(value * rate)) for parameter, value in times}
 
 
 def read_measures(table: object) -> dict[str, Measure]:
@@ -101,8 +59,8 @@ def read_measures(table: object) -> dict[str, Measure]:
         found = list(_problems(name, given))
         problems += found
         if not found:
-            options = {key: given[key] for key in OPTIONS.get(given["statistic"], ())}
-            options |= {key: read_duration(value) for key, value in options.items() if key == TAU}
+            options = {key: given[key] for key in STATISTICS[given["statistic"]].options}
+            options |= {key: read_duration(value) for key, value in options.items() if key in TIMES}
             start = read_duration(given.get("from", 0))
             read[name] = Measure(given["signal"], given["statistic"], start, tuple(options.items()))
     if problems:
@@ -140,13 +98,13 @@ def _problems(name: object, given: Any) -> Iterator[Problem]:
         near = did_you_mean(str(statistic), STATISTICS, "the statistics")
         yield _problem("there is no such statistic", name, "statistic", got=shown(statistic), hint=near)
         return
-    wanted = OPTIONS.get(statistic, ())
+    wanted = STATISTICS[statistic].options
     for key in wanted:
         if key not in given:
             yield _problem(f"{statistic} needs {key}", name, expected=MEASURE_KEYS[key])
-    for key in set(given) & {key for keys in OPTIONS.values() for key in keys} - set(wanted):
+    for key in set(given) & OPTIONS.keys() - wanted.keys():
         yield _problem(f"{statistic} has no {key}", name, key, got=shown(given[key]), hint="leave it out")
-    for key in ("from", TAU):
+    for key in ("from", *TIMES):
         try:
             read_duration(given.get(key, 0))
         except Refusal as error:

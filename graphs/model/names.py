@@ -72,8 +72,23 @@ def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | M
     return Missing(f"{signal} is no port or parameter", did_you_mean(port, names, f"ports and parameters of {name}"))
 
 
+def is_value(root: Graph, path: str) -> bool:
+    """Whether a path names a value of the graph, or of a subgraph."""
+    graph, name = root, path
+    while name not in graph.values:
+        head, _, name = name.partition(".")
+        if not name or head not in graph.subgraphs:
+            return False
+        graph = graph.subgraphs[head]
+    return True
+
+
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
     """The first part of a path that is not there, and what is there instead."""
+    if is_value(root, signal):
+        return Missing(
+            f"{signal} is a value, not a signal", "wires and probes join outputs; a Constant puts a value on a wire"
+        )
     path, rest, graph = "", signal, root
     while True:
         head, _, tail = rest.partition(".")

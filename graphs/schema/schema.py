@@ -6,11 +6,14 @@ from urllib.parse import quote
 
 from proofmass.blocks.declaration.catalog import Own, all_blocks, facts
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.formulas.parser import LENGTH
 from proofmass.graphs.model.build import LONGEST_TEXT
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
-from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, MEASURE_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, LARGEST_SEED, NAME, TEXT_LENGTH, WIRES
-from proofmass.graphs.model.measures import OPTIONS, STATISTICS
+from proofmass.graphs.model.measures import MEASURE_KEYS
+from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
+from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import Schema, study_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
 
@@ -33,12 +36,23 @@ _JSON_TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "s
 def schema(own: Own | None = None) -> Schema:
     """Return the JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
     kinds = all_blocks(own)
-    rate = _quantity({"type": "number", "exclusiveMinimum": 0})
+    rate = _formulated({"type": "number", "exclusiveMinimum": 0})
     values: dict[str, Schema] = {
         "name": {"type": "string", "maxLength": LONGEST_TEXT},
         "description": {"type": "string", "maxLength": LONGEST_TEXT},
         "rate": rate,
-        "duration": _quantity({"type": "number", "minimum": 0}),
+        "duration": _formulated({"type": "number", "minimum": 0}),
+        "values": {
+            "type": "object",
+            "maxProperties": MOST_VALUES,
+            "propertyNames": {"pattern": f"^{NAME.pattern}$"},
+            "additionalProperties": _formulated({"type": "number"}),
+        },
+        "formulas": {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{_PATH}$"},
+            "additionalProperties": {"$ref": "#/$defs/formula"},
+        },
         "samples": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN},
         "seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0},
         "wires": {
@@ -52,7 +66,7 @@ def schema(own: Own | None = None) -> Schema:
         "exports": {
             "type": "object",
             "propertyNames": {"pattern": f"^{NAME.pattern}$", "not": {"enum": sorted({*PART_KEYS, *BLOCK_KEYS})}},
-            "additionalProperties": {"type": "string", "pattern": f"^{_SIGNAL}$"},
+            "additionalProperties": {"type": "string", "pattern": rf"^{_NAME}(\.{_NAME})*$"},
         },
         "integration": _integration(),
         "loops": {
@@ -78,6 +92,7 @@ def schema(own: Own | None = None) -> Schema:
         "additionalProperties": False,
         "$defs": {
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
+            "formula": {"type": "string", "pattern": r"^\s*=", "maxLength": LENGTH + 2},
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
             "study": study_schema(LARGEST_STUDY),
@@ -118,16 +133,8 @@ def _measures() -> Schema:
         "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
-        "percent": _quantity({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 100}),
-        "tau": _quantity({"type": "number", "minimum": 0}),
-        "target": _quantity({"type": "number"}),
-        "within": _quantity({"type": "number", "exclusiveMinimum": 0}),
-        "frequency": _quantity({"type": "number", "minimum": 0}),
-        "low": _quantity({"type": "number", "minimum": 0}),
-        "high": _quantity({"type": "number", "exclusiveMinimum": 0}),
-        "segment": {"type": "integer", "minimum": 16},
+        **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
-    options = {key for keys in OPTIONS.values() for key in keys}
     measure = {
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_KEYS.items()},
@@ -137,11 +144,11 @@ def _measures() -> Schema:
             {
                 "if": {"properties": {"statistic": {"const": statistic}}, "required": ["statistic"]},
                 "then": {
-                    "required": list(OPTIONS.get(statistic, ())),
-                    "properties": dict.fromkeys(sorted(options - set(OPTIONS.get(statistic, ()))), False),
+                    "required": list(row.options),
+                    "properties": dict.fromkeys(sorted(OPTIONS.keys() - row.options.keys()), False),
                 },
             }
-            for statistic in STATISTICS
+            for statistic, row in STATISTICS.items()
         ],
     }
     return {
@@ -149,6 +156,14 @@ def _measures() -> Schema:
         "propertyNames": {"pattern": f"^{NAME.pattern}$"},
         "additionalProperties": measure,
     }
+
+
+def _option(statistic: Statistic, key: str) -> Schema:
+    """Return the schema of an option: a time, or a number within the bounds of the block's parameter."""
+    if key in TIMES or statistic.block is None:
+        return _quantity({"type": "number", "minimum": 0})
+    parameter = facts(statistic.block)["parameters"][key]
+    return _quantity({"type": _JSON_TYPES[parameter["type"]]} | _bounds(parameter))
 
 
 def _parts(rate: Schema) -> dict[str, Schema]:
@@ -191,18 +206,22 @@ def _loop() -> Schema:
 
 def _parameter(parameter: Mapping[str, Any]) -> Schema:
     about = {"description": _description(parameter), "default": parameter["default"]}
-    bounds = {word: parameter[fact] for fact, word in _BOUNDS.items() if fact in parameter}
+    bounds = _bounds(parameter)
     if "choices" in parameter:
         return about | {"enum": parameter["choices"]}
     if parameter["type"] == "list":
-        entry = _quantity({"type": "number"} | bounds)
+        entry = _formulated({"type": "number"} | bounds)
         return about | {"type": "array", "minItems": 1, "items": entry}
     if parameter["type"] == "format":
         return about | {"type": "string", "pattern": _FORMAT}
     value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
     if parameter["type"] == "str":
         return about | value | {"maxLength": TEXT_LENGTH}
-    return about | (value if parameter["type"] == "bool" else _quantity(value))
+    return about | (value if parameter["type"] == "bool" else _formulated(value))
+
+
+def _bounds(parameter: Mapping[str, Any]) -> Schema:
+    return {word: parameter[fact] for fact, word in _BOUNDS.items() if fact in parameter}
 
 
 def _description(parameter: Mapping[str, Any]) -> str:
@@ -218,6 +237,11 @@ def _description(parameter: Mapping[str, Any]) -> str:
 def _quantity(number: Schema) -> Schema:
     """Return the schema of a number in the declared unit, or a string of a number and a unit."""
     return {"anyOf": [number, {"$ref": "#/$defs/quantity"}]}
+
+
+def _formulated(number: Schema) -> Schema:
+    """Return the schema of what may be a formula too."""
+    return {"anyOf": [number, {"$ref": "#/$defs/quantity"}, {"$ref": "#/$defs/formula"}]}
 
 
 def _probe() -> Schema:

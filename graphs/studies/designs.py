@@ -71,6 +71,7 @@ class Design:
     @cached_property
     def _points(self) -> Any:
         """Sobol's points as integers of 52 bits."""
+        # start-up time: scipy.stats takes 0.4 s
         from scipy.stats.qmc import Sobol
 
         groups = -(-self.sensors // self.group)

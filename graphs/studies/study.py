@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, Self
 
@@ -11,6 +11,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.formulas.tree import plainly
+from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Place, split
 from proofmass.graphs.model.limits import LARGEST_SEED
@@ -70,7 +72,9 @@ class Study:
         return math.prod(len(values) for values in self.sweep.values()) * len(self.recalibration.every)
 
     def unit_of(self, name: str) -> str:
-        """Unit of a parameter, by its name in the flat graph."""
+        """Unit of a parameter or value, by its name in the flat graph."""
+        if name in self.dependence.units:
+            return self.dependence.units[name]
         block = self.flat.blocks[split(name)[0]]
         return short_unit(unit_of(block, type(block).parameters[split(name)[1]]))
 
@@ -82,6 +86,31 @@ class Study:
     def flat(self) -> FlatGraph:
         """The graph without subgraphs."""
         return flatten(self.graph)
+
+    @cached_property
+    def dependence(self) -> Dependence:
+        """What follows from the values of the graph."""
+        return Dependence(self.graph)
+
+    def nominal(self, name: str) -> float:
+        """What a parameter or value is in the graph."""
+        if name in self.dependence.numbers:
+            return self.dependence.numbers[name]
+        block, parameter = split(name)
+        number: float = getattr(self.flat.blocks[block], parameter)
+        return number
+
+    @cached_property
+    def moved(self) -> list[str]:
+        """Parameters and values that are spread or drift, each after those that it follows from."""
+        places = self.dependence.places
+        return sorted(dict.fromkeys([*self.spread, *self.drift]), key=lambda name: places.get(name, -1))
+
+    def settings(self, values: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
+        """The parameters that belong to parameters and values; the numbers may be arrays, of which `apply` knows."""
+        numbers = self.dependence.numbers
+        every = {**values, **self.dependence.followed(values, apply)}
+        return {name: value for name, value in every.items() if name not in numbers}
 
     def point(self, run: int) -> dict[str, float]:
         """What the parameters of the sweep are in a run; the last one moves fastest."""
@@ -114,25 +143,38 @@ class Study:
         at = [dict(swept) for _ in self.epochs]
         deviates = {name: self.designed.deviate(sensor, name) for name in self.spread}
         normals = self.correlation.applied({n: normal_quantile(deviates[n]) for n in self.correlation.names})
-        for name in dict.fromkeys([*self.spread, *self.drift]):
-            block, parameter = split(name)
-            value: float = swept[name] if name in swept else getattr(self.flat.blocks[block], parameter)
-            if name in normals:
-                value = self.spread[name].of_normal(value, normals[name])
-            elif name in self.spread:
-                value = self.spread[name].at(value, deviates[name])
-            aged = [value] * len(self.epochs)
-            if name in self.drift:
-                drifting = self.peer(run) // self.points
-                aged = self.drift[name].aged(value, self.epochs, self.seed, drifting, stream_of("drift", name))
-            for epoch, now in zip(at, aged, strict=True):
-                epoch[name] = now
+        for name in self.moved:
+            bases = [swept[name]] * len(at) if name in swept else [self._base(name, values) for values in at]
+            for values, now in zip(at, self._aged(name, bases, run, deviates, normals), strict=True):
+                values[name] = now
         return at
 
+    def _base(self, name: str, values: Mapping[str, float]) -> float:
+        """What a parameter or value is before it is spread, where others have moved."""
+        number: float = self.dependence.followed(values).get(name, self.nominal(name))
+        return number
+
+    def _aged(
+        self, name: str, bases: list[float], run: int, deviates: Mapping[str, float], normals: Mapping[str, float]
+    ) -> list[float]:
+        """One parameter of a run at each epoch, spread and aged from its base there."""
+
+        def spread(base: float) -> float:
+            if name in normals:
+                return self.spread[name].of_normal(base, normals[name])
+            return self.spread[name].at(base, deviates[name]) if name in self.spread else base
+
+        values = {base: spread(base) for base in bases}
+        if name not in self.drift:
+            return [values[base] for base in bases]
+        drifting, stream = self.peer(run) // self.points, stream_of("drift", name)
+        aged = {b: self.drift[name].aged(v, self.epochs, self.seed, drifting, stream) for b, v in values.items()}
+        return [aged[base][epoch] for epoch, base in enumerate(bases)]
+
     def blocks(self, values: Mapping[str, float]) -> dict[str, Block]:
-        """The blocks that have these parameters; raises `ModelError` for a value out of bounds."""
+        """The blocks that have these parameters and values; raises `ModelError` for a number out of bounds."""
         changes: dict[str, dict[str, float]] = {}
-        for signal, value in values.items():
+        for signal, value in self.settings(values).items():
             name, parameter = split(signal)
             changes.setdefault(name, {})[parameter] = value
         made = {}

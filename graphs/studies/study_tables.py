@@ -7,18 +7,18 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import same_unit
+from proofmass.graphs.model.dependence import Dependence, is_fixed
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
-from proofmass.graphs.model.measures import measure_unit
 from proofmass.graphs.model.names import Missing, find_any
 from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.graphs.studies.correlation import Correlation, correlation_of, read_coefficient
 from proofmass.graphs.studies.designs import DESIGNS
 from proofmass.graphs.studies.distributions import Spread
@@ -93,7 +93,7 @@ class StudyTables:
     """Reads the tables of a study and collects what is wrong with them."""
 
     def __init__(self, graph: Graph, margins: object) -> None:
-        self.graph, self.flat = graph, flatten(graph)
+        self.graph, self.flat, self.dependence = graph, flatten(graph), Dependence(graph)
         self.problems: list[Problem] = []
         self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
         self.margins = self._operating_point(margins)
@@ -119,15 +119,11 @@ class StudyTables:
         made: dict[str, Entry] = {}
         for key, entry in self._entries(table, given):
             name = self._flat_name(key)
-            found = self._parameter(table, key, name)
-            if found is None:
-                continue
-            block, parameter = found
-            with_unit = unit_of(block, parameter)
             try:
+                unit = self._unit_of(key, name)
                 if name in made:
                     raise Refusal("the parameter is named twice")
-                made[name] = read(entry, with_unit)
+                made[name] = read(entry, unit)
                 self.written.setdefault(name, key)
             except Refusal as error:
                 self._refuse(error, table, key)
@@ -258,7 +254,7 @@ class StudyTables:
         for name, measure in self.flat.measures.items():
             block, port = split(measure.signal)
             unit = unit_of(self.flat.blocks[block], type(self.flat.blocks[block]).outputs[port])
-            units[name] = measure_unit(measure.statistic, unit)
+            units[name] = STATISTICS[measure.statistic].unit_for(unit)
         if self.margins:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
         return units
@@ -270,27 +266,46 @@ class StudyTables:
             return
         yield from ((str(key), entry) for key, entry in given.items())
 
-    def _parameter(self, table: str, key: str, name: str) -> tuple[Block, Parameter] | None:
-        """Block and parameter of a name, where it is a number that no wire drives."""
-        found = find_any(self.flat, name)
+    def _unit_of(self, key: str, name: str) -> str:
+        """Unit of a parameter or value that may vary; raises `Refusal`."""
+        if name not in self.dependence.units:
+            return self._varied(key, name)
+        followers = self.dependence.followers([name])
+        if not any(step.target not in self.dependence.units for step in followers):
+            raise Refusal("nothing follows from the value", got=shown(key), hint=f'use it: a parameter = "= {key}"')
+        for step in followers:
+            if is_fixed(step.target):
+                hint = "rates and durations are the same in all runs: make a study of each"
+                raise Refusal(f"{step.target} follows from it, and cannot vary", got=step.formula.text, hint=hint)
+            if step.target not in self.dependence.units:
+                try:
+                    self._varied(step.target, step.target)
+                except Refusal as error:
+                    message = f"{step.target} follows from it, and {error}"
+                    raise Refusal(message, error.hint, got=step.formula.text) from None
+        return self.dependence.units[name]
+
+    def _varied(self, key: str, name: str) -> str:
+        """Unit of a number among the parameters that no wire drives; raises `Refusal`."""
+        found = find_any(self.flat, name.partition("[")[0])
         driver = next((wire.source for wire in self.flat.wires if wire.target == name), "")
+        if isinstance(found, Missing) and "." not in name and self.graph.values:
+            raise Refusal("there is no such value", did_you_mean(name, self.graph.values, "the values"), got=shown(key))
         if isinstance(found, Missing):
-            self._refuse(Refusal(found.message, got=shown(key), hint=found.hint), table, key)
-        elif not isinstance(found[1], Parameter):
+            raise Refusal(found.message, found.hint, got=shown(key))
+        if not isinstance(found[1], Parameter):
             numbers = [n for n, p in type(found[0]).parameters.items() if p.kind is float]
             hint = did_you_mean(split(name)[1], numbers, f"parameters of {split(name)[0]}")
-            self._refuse(Refusal("is a port, not a parameter", got=shown(key), hint=hint), table, key)
-        elif found[1].kind is not float:
-            self._refuse(_fixed(key, found[1]), table, key)
-        elif type(found[0]).digital():
+            raise Refusal("is a port, not a parameter", got=shown(key), hint=hint)
+        if found[1].kind is not float:
+            raise _fixed(key, found[1])
+        if type(found[0]).digital():
             hint = "its numbers are part of its circuit: make a study of each"
-            self._refuse(Refusal("the block works in fixed point", got=shown(key), hint=hint), table, key)
-        elif driver:
+            raise Refusal("the block works in fixed point", got=shown(key), hint=hint)
+        if driver:
             message, hint = f"is driven by {driver}: a value would change nothing", f"vary {split(driver)[0]} instead"
-            self._refuse(Refusal(message, got=shown(key), hint=hint), table, key)
-        else:
-            return found[0], found[1]
-        return None
+            raise Refusal(message, got=shown(key), hint=hint)
+        return unit_of(found[0], found[1])
 
     def _refuse(self, error: Refusal, *path: str) -> None:
         path = (*path[0].split("."), *path[1:], *([error.key] if error.key else []))

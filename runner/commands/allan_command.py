@@ -9,9 +9,11 @@ from proofmass.runner.analysis.allan.duration import Duration, duration
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.allan.freedom import Statistic
 from proofmass.runner.analysis.allan.levels import Level
+from proofmass.runner.analysis.allan.plot import plot_allan
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import SignalRequest, quantity, signal_of
+from proofmass.runner.output.plot import save_figure
 
 _MISFIT = 6.0  # dB, by which the density of a few lines may be off
 
@@ -27,9 +29,6 @@ def show_allan(request: SignalRequest, picture: Path | None, tau: str | None, co
     else:
         print_text([allan_text(found), *([duration_text(needed)] if needed else [])])
     if picture is not None:
-        from proofmass.runner.analysis.allan.plot import plot_allan
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_allan(found), picture), request.as_json)
     return DONE
 

@@ -40,6 +40,7 @@ def _signal_options(command: Any) -> Any:
 
 def _signal(options: dict[str, Any]) -> Any:
     """Take what says which signal is meant out of the options of a command."""
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.series_source import SignalRequest
 
     return SignalRequest(**{field: options.pop(field) for field in _SIGNAL_FIELDS})
@@ -69,6 +70,7 @@ def spectrum(**options: Any) -> int:
     proofmass spectrum sensor.toml --probe adc.number --band "1 Hz" "100 Hz"
     proofmass spectrum recording.csv --probe acceleration --plot density.png
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.spectrum_command import SpectrumRequest, show_spectrum
 
     return show_spectrum(SpectrumRequest(_signal(options), **options))
@@ -93,6 +95,7 @@ def allan(**options: Any) -> int:
     proofmass allan sensor.toml --probe readout.rate --duration "600 s"
     proofmass allan recording.csv --tau "100 s" --confidence "5 %"
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.allan_command import show_allan
 
     return show_allan(_signal(options), **options)
@@ -118,6 +121,7 @@ def noise(**options: Any) -> int:
     proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
     proofmass noise graphs/library/recorded_motion.toml --output mean.mean --input motion.output --plot noise.png
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.noise_command import NoiseRequest, show_noise
 
     return show_noise(NoiseRequest(**options))
@@ -143,6 +147,7 @@ def noise_model(**options: Any) -> int:
     proofmass noise-model --arw "0.1 deg/sqrt(h)" --bias-instability "1 deg/h"
     proofmass noise-model --density "80 ug0/sqrt(Hz)" --bias-instability "5 ug0" --flat
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.noise_model_command import NoiseModelRequest, write_noise_model
 
     return write_noise_model(NoiseModelRequest(**options))

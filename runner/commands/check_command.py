@@ -8,9 +8,10 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.studies.check_file import check_file
-from proofmass.runner.commands.answers import print_json
+from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.values_text import values_text
 from proofmass.runner.output.counts import count
 
 
@@ -23,6 +24,7 @@ def check_graph(path: Path, own: Path | None, as_json: bool) -> int:
 
         problems += unready(graph, study)
         if not _wrong(problems) and any(loop.requirements for loop in flatten(graph).loops.values()):
+            # start-up time: NumPy, for which a wrong graph does not wait
             from proofmass.runner.commands.missed_margins import missed_margins
 
             problems += missed_margins(graph)
@@ -37,6 +39,7 @@ def check_graph(path: Path, own: Path | None, as_json: bool) -> int:
         return WRONG_MODEL
     ready = "ready to run" if alone else "ready to be a part of other graphs"
     click.echo(f"{path}: {count(graph.size.blocks, 'block')}, {count(graph.size.wires, 'wire')}, {ready}")
+    print_text(values_text(graph))
     return DONE
 
 

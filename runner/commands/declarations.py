@@ -29,6 +29,7 @@ class Commands(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:
+            # start-up time: a command imports what it needs itself
             from proofmass.blocks.declaration.problem import did_you_mean
 
             raise click.UsageError(
@@ -85,6 +86,7 @@ def run(**options: Any) -> int:
     proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.run_command import RunRequest, run_graph
 
     return run_graph(RunRequest(**options))
@@ -103,6 +105,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     \b
     proofmass check sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.check_command import check_graph
 
     return check_graph(graph, own, as_json)
@@ -155,6 +158,7 @@ def margins(**options: Any) -> int:
     proofmass margins modulator.toml --gain quantiser=0.7
     proofmass margins modulator.toml --limit-cycle quantiser
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.margins_command import MarginsRequest, show_margins
 
     return show_margins(MarginsRequest(**options))
@@ -177,6 +181,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     proofmass draw sensor.toml -o sensor.svg
     proofmass draw sensor.toml --format mermaid
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.draw_command import draw_graph
 
     return draw_graph(graph, output, form, own)
@@ -228,6 +233,7 @@ def fit(**options: Any) -> int:
     proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
     proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.fit_command import FitRequest, run_fit
 
     return run_fit(FitRequest(**options))
@@ -279,6 +285,7 @@ def montecarlo(**options: Any) -> int:
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.montecarlo_command import StudyRequest, run_montecarlo
 
     return run_montecarlo(StudyRequest(**options))
@@ -299,6 +306,7 @@ def report(study: Path, output: Path | None, own: Path | None) -> int:
     proofmass report drift
     proofmass report graphs/library/accelerometer/scale_factor_drift.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.report_command import report_study
 
     return report_study(study, output, own)
@@ -347,6 +355,7 @@ def rtl(**options: Any) -> int:
     proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
     proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.rtl_command import RtlRequest, write_rtl
 
     return write_rtl(RtlRequest(**options))
@@ -365,6 +374,7 @@ def blocks(kind: str | None, own: Path | None, as_json: bool) -> int:
     proofmass blocks
     proofmass blocks MassSpringDamper
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.blocks_command import show_blocks
 
     return show_blocks(kind, own, as_json)
@@ -380,6 +390,7 @@ def new(file: Path) -> int:
     \b
     proofmass new sensor.toml && proofmass run sensor.toml
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.new_command import write_new_graph
 
     return write_new_graph(file)
@@ -396,6 +407,7 @@ def schema(output: Path | None, own: Path | None) -> int:
     \b
     proofmass schema -o proofmass-graph.json
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.schema_command import write_schema
 
     return write_schema(output, own)

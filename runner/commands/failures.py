@@ -8,6 +8,7 @@ from proofmass.runner.output.counts import count
 
 def explain(error: Exception) -> int:
     """Print an error and return its exit code."""
+    # start-up time: `proofmass --help` refuses nothing
     from proofmass.blocks.declaration.problem import ModelError
 
     if isinstance(error, ModelError):

@@ -11,8 +11,10 @@ from proofmass.runner.commands.fit_files import write_coefficients
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.design.fit.data import Readings, read_table, run_cycle
 from proofmass.runner.design.fit.fit import FitReport, fit
+from proofmass.runner.design.fit.plot import plot_fit
 from proofmass.runner.design.fit.starts import Arrivals, from_starts
 from proofmass.runner.design.fit.text import data, starts_text, text
+from proofmass.runner.output.plot import figure_kind, save_figure
 from proofmass.runner.run.engine_table import EngineName
 
 
@@ -89,14 +91,11 @@ def _show(report: FitReport, arrivals: tuple[Arrivals, ...], as_json: bool) -> N
 
 
 def _draw(report: FitReport, path: Path) -> Path:
-    from proofmass.runner.design.fit.plot import plot_fit  # matplotlib, only for a picture
-    from proofmass.runner.output.plot import save_figure
 
     return save_figure(plot_fit(report), path)
 
 
 def _refuse_ending(path: Path) -> None:
-    from proofmass.runner.output.plot import figure_kind
 
     try:
         figure_kind(path)

@@ -27,7 +27,7 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
     """Key and value of one `--set`."""
     key, equals, value = text.partition("=")
     key = key.strip()
-    if not equals or "." not in key:
+    if not equals or ("." not in key and not graph.values):
         raise click.UsageError(f"--set {text}: write BLOCK.PARAMETER=VALUE, for example adc.reference=5V")
     driver = next((wire.source for wire in graph.wires if wire.target == key), "")
     if driver:

@@ -10,14 +10,19 @@ import click
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
+from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
+from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
 from proofmass.runner.analysis.margins.stability import all_margins, missed
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.margins_text import margins_text, seconds_text
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.sensitivity_text import sensitivities, sensitivity_text
+from proofmass.runner.output.plot import save_figure
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
@@ -68,6 +73,7 @@ def show_margins(request: MarginsRequest) -> int:
 
 
 def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
+    # start-up time: only this option needs it
     from proofmass.runner.commands.limit_cycles_text import limit_cycles, limit_cycles_data, limit_cycles_lines
 
     cycles = limit_cycles(graph, request.limit_cycle)
@@ -81,7 +87,6 @@ def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
 def _with_gains(graph: Graph, request: MarginsRequest) -> Graph:
     if not request.gains and not request.amplitudes:
         return graph
-    from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 
     return with_gains(graph, _pairs("--gain", request.gains), _pairs("--amplitude", request.amplitudes))
 
@@ -106,11 +111,8 @@ def _operating_point(planned: Plan, request: MarginsRequest) -> str | Fraction:
 
 def _loops(planned: Plan, request: MarginsRequest, at: str | Fraction) -> dict[str, Margins]:
     """Margins of the loops; none of a graph without loops where only sensitivities of its outputs are wanted."""
-    if request.sensitivity and not request.loop:
-        from proofmass.runner.analysis.linearisation.find_loops import find_loops
-
-        if not planned.graph.loops and not find_loops(planned):
-            return {}
+    if request.sensitivity and not request.loop and not planned.graph.loops and not find_loops(planned):
+        return {}
     return all_margins(planned, request.loop, at)
 
 
@@ -119,7 +121,6 @@ def _sensitivities(
 ) -> "list[Sensitivity]":
     if not request.sensitivity:
         return []
-    from proofmass.runner.commands.sensitivity_text import sensitivities
 
     return sensitivities(planned, loops, *request.sensitivity, at)
 
@@ -127,15 +128,12 @@ def _sensitivities(
 def _sensitivity_texts(quantities: "list[Sensitivity]") -> list[str]:
     if not quantities:
         return []
-    from proofmass.runner.commands.sensitivity_text import sensitivity_text
 
     return [sensitivity_text(quantity) for quantity in quantities]
 
 
 def _draw(picture: Path, loops: dict[str, Margins], quantities: "list[Sensitivity]") -> list[Path]:
     """A picture of each loop, and of the parameters; with their names in the file's name if there are several."""
-    from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities  # matplotlib
-    from proofmass.runner.output.plot import save_figure
 
     figures = {name: plot_margins(margins) for name, margins in loops.items()}
     if quantities:

@@ -8,13 +8,17 @@ from pathlib import Path
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
+from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
+from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.sensitivity_text import sensitivity_text
 from proofmass.runner.commands.series_source import band_of
+from proofmass.runner.output.plot import save_figure
+from proofmass.runner.planning.plan import plan
 
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
 _ROWS = 20
@@ -53,16 +57,11 @@ def show_noise(request: NoiseRequest) -> int:
     else:
         print_text([noise_text(budget), *_derivatives(budget)])
     if request.picture is not None:
-        from proofmass.runner.analysis.noise.plot import plot_noise
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_noise(budget), request.picture), request.as_json)
     return DONE
 
 
 def _settled(graph: Graph, as_json: bool) -> Fraction:
-    from proofmass.runner.analysis.linearisation.settle import settled_tick
-    from proofmass.runner.planning.plan import plan
 
     planned = plan(graph)
     with progress(as_json) as bar:

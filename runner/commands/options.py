@@ -33,8 +33,8 @@ set_option = click.option(
     "--set",
     "changes",
     multiple=True,
-    metavar="BLOCK.PARAMETER=VALUE",
-    help="Change a parameter, for example adc.bits=16; repeatable.",
+    metavar="NAME=VALUE",
+    help="Change a parameter or a named value, for example adc.bits=16 or mass=60ug; repeatable.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 quiet_option = click.option("--quiet", is_flag=True, help="Show no progress bar.")

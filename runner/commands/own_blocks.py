@@ -14,6 +14,7 @@ def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
     """Return the blocks of a file, which is run, or None without one; raises `ModelError` if the file fails."""
     if path is None:
         return None
+    # start-up time: only --blocks needs the catalogue
     from proofmass.blocks.declaration.catalog import load_own_blocks
 
     try:

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from proofmass.runner.output import export
+from proofmass.runner.output.plot import save_plot
+from proofmass.runner.output.report import save_report
 from proofmass.runner.run.result import Result
 
 
 def write_run(result: Result, out: Path, formats: tuple[str, ...], more: Sequence[tuple[str, str]] = ()) -> list[str]:
     """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files."""
-    from proofmass.runner.output import export  # matplotlib and xarray, which a run without files does not wait for
-    from proofmass.runner.output.plot import save_plot
-    from proofmass.runner.output.report import save_report
 
     names: list[str] = []
     if result.traces:

@@ -66,6 +66,7 @@ def _recorded(request: SignalRequest) -> Series:
 
 
 def _simulated(request: SignalRequest) -> Series:
+    # start-up time: only graphs are run, recordings are read
     from proofmass.runner.run.simulate import simulate
 
     if request.duration is not None and request.samples is not None:

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.analysis.spectrum.plot import plot_spectrum
 from proofmass.runner.analysis.spectrum.tones import Tones, tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum, spectrum
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import SignalRequest, band_of, quantity, signal_of
+from proofmass.runner.output.plot import save_figure
 
 TONE_WINDOW = "blackman-harris-7"  # no tone of 24 bits leaks out of it
 
@@ -47,9 +49,6 @@ def show_spectrum(request: SpectrumRequest) -> int:
             [spectrum_text(density, band, slope), tone_text(figures, whole) if figures else "no tone stands out"]
         )
     if request.picture is not None:
-        from proofmass.runner.analysis.spectrum.plot import plot_spectrum
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_spectrum(density, figures, band), request.picture), as_json)
     return DONE
 

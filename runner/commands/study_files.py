@@ -9,6 +9,9 @@ from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.kept.ledger import FILE as LEDGER
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.export import save_study_csv, save_study_netcdf, save_study_parquet
+from proofmass.runner.studies.shown.export_influences import save_influences
+from proofmass.runner.studies.shown.plot import save_study_plot
+from proofmass.runner.studies.shown.report import FILE, save_study_report
 
 
 def write_study(result: StudyResult, out: Path, formats: tuple[str, ...], report: bool) -> list[str]:
@@ -24,9 +27,6 @@ def write_study(result: StudyResult, out: Path, formats: tuple[str, ...], report
 
 def _write_report(result: StudyResult, out: Path, formats: tuple[str, ...]) -> list[str]:
     """Influences of the parameters, pictures, and the report."""
-    from proofmass.runner.studies.shown.export_influences import save_influences  # matplotlib, only for pictures
-    from proofmass.runner.studies.shown.plot import save_study_plot
-    from proofmass.runner.studies.shown.report import FILE, save_study_report
 
     return [
         *save_influences(result, out, formats),

@@ -38,6 +38,7 @@ def whole_file(path: str | Path) -> Iterator[BinaryIO]:
 
 def save_netcdf(result: Result, path: str | Path) -> Path:
     """One netCDF-4 file: a variable per probe with its unit and doc, on labelled axes of time; xarray opens it."""
+    # start-up time: only files in this format need it
     import h5netcdf
 
     with whole_file(path) as file:
@@ -81,6 +82,7 @@ def save_parquet(result: Result, folder: str | Path) -> list[Path]:
 
     Each field says its unit and doc as `unit` and `doc` in its metadata; graph, seed and versions are in the schema's.
     """
+    # start-up time: only files in this format need it
     import pyarrow
     import pyarrow.parquet
 

@@ -64,6 +64,7 @@ def plot_traces(result: Result) -> "Figure":
 
     A long trace is drawn by the lowest and the highest row of each of its stretches, so that no spike is lost.
     """
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -122,6 +123,7 @@ def figure_kind(path: str | Path) -> str:
 
 def write_figure(figure: "Figure", file: BinaryIO, kind: str, **style: Any) -> None:
     """Write a figure as "svg", "png" or "pdf": the same bytes every time."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
 
     written = io.BytesIO()
@@ -252,6 +254,7 @@ def _draw_signal(panel: "Axes", trace: Trace, steps: bool, seconds: tuple[float,
 
 def _draw_vector(panel: "Axes", trace: Trace) -> None:
     """Draw the last row as stems, with mean and spread of the rows from the first one that is not all zero."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     from matplotlib.ticker import MaxNLocator
 
     last = np.asarray(trace.values[-1], dtype=np.float64).ravel()

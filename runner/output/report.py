@@ -55,6 +55,7 @@ def _opening(result: Result) -> str:
 
 
 def _diagram(graph: Graph) -> str:
+    # start-up time: only reports draw the diagram
     from proofmass.graphs.drawing.diagram import svg
 
     return f'<div class="wide diagram">{inline(svg(graph))}</div>'

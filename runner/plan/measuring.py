@@ -11,8 +11,9 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node, Schedule
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Wire, split
-from proofmass.graphs.model.measures import MEASURES, STATISTICS, TAU, Measure, measure_unit
+from proofmass.graphs.model.measures import MEASURES, Measure
 from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.runner.plan.bindings import Binding, State, Tick
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
@@ -42,11 +43,12 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
     divisors, drivers = dict(scheduled.divisors), dict(scheduled.drivers)
     for measure in graph.measures.values():
         name = _reducer(graph, measure)
-        if STATISTICS[measure.statistic] is not None and name not in blocks:
-            source, port = split(measure.signal)
-            rates[name] = _rate(graph, scheduled, (source, port))
-            unit = unit_of(graph.blocks[source], type(graph.blocks[source]).outputs[port])
-            blocks[name] = _made(graph, name, measure, unit, rates[name])
+        source, port = split(measure.signal)
+        rate = _rate(graph, scheduled, (source, port))
+        unit = unit_of(graph.blocks[source], type(graph.blocks[source]).outputs[port])
+        block = _hidden_block(graph, name, measure, unit, rate)
+        if block is not None and name not in blocks:
+            rates[name], blocks[name] = rate, block
             wires.append(Wire(measure.signal, f"{name}.input"))
             divisors[name] = _stride(graph, scheduled, (source, port))
             drivers[name, "input"] = source, port
@@ -55,30 +57,32 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
     return measured, replace(scheduled, divisors=in_order, drivers=drivers)
 
 
-def _made(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block:
-    """The hidden block; raises `ModelError` where the rate asks too much of it."""
+def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block | None:
+    """The hidden block, if the measure takes one; raises `ModelError` where the rate asks too much of it."""
     try:
         return measure.reducer(unit, rate)
     except ModelError as error:
         first = error.problems[0]
         own = first.path[-1] if first.path else first.key.rpartition(".")[2]
-        key = own if own in dict(measure.options) else TAU if measure.statistic == "allan_deviation" else "from"
+        times = STATISTICS[measure.statistic].times
+        key = own if own in dict(measure.options) else next(iter(times), "from")
         problem = replace(first, key=f"{name}.{key}", path=(*name.split("."), key))
         raise ModelError([graph.placed(problem)]) from None
 
 
 def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:
     """Where the measures of a flat graph, its hidden blocks included, are read at the end of a run."""
-    made = []
+    measures = []
     for name, measure in graph.measures.items():
-        reducer, node = STATISTICS[measure.statistic], split(measure.signal)
+        statistic, node = STATISTICS[measure.statistic], split(measure.signal)
         rate = _rate(graph, scheduled, node)
-        first = (math.ceil(measure.start * rate) + measure.fewest(rate) - 1) * _stride(graph, scheduled, node)
-        read = (_reducer(graph, measure), reducer[1]) if reducer else node
+        first = (math.ceil(measure.start * rate) + measure.least(rate) - 1) * _stride(graph, scheduled, node)
+        read = (_reducer(graph, measure), statistic.output) if statistic.block else node
         block = graph.blocks[node[0]]
-        unit = measure_unit(measure.statistic, unit_of(block, type(block).outputs[node[1]]))
-        made.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reducer is not None, first))
-    return tuple(made)
+        unit = statistic.unit_for(unit_of(block, type(block).outputs[node[1]]))
+        reduced = statistic.block is not None
+        measures.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reduced, first))
+    return tuple(measures)
 
 
 def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
@@ -133,8 +137,7 @@ def _reducer(graph: FlatGraph, measure: Measure) -> str:
 
 
 def _kind(measure: Measure) -> tuple[object, ...]:
-    reducer = STATISTICS[measure.statistic]
-    return reducer and reducer[0], measure.signal, measure.start, measure.options
+    return STATISTICS[measure.statistic].block, measure.signal, measure.start, measure.options
 
 
 def _rate(graph: FlatGraph, scheduled: Schedule, node: Node) -> Fraction:

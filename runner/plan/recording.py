@@ -161,6 +161,7 @@ def _read_csv(path: Path, choice: Choice) -> Columns:
 
 
 def _read_parquet(path: Path, choice: Choice) -> Columns:
+    # start-up time: only files in this format need it
     import pyarrow.parquet
 
     with pyarrow.parquet.ParquetFile(path, memory_map=True) as file:
@@ -177,6 +178,7 @@ def _read_parquet(path: Path, choice: Choice) -> Columns:
 
 
 def _read_netcdf(path: Path, choice: Choice) -> Columns:
+    # start-up time: only files in this format need it
     import h5netcdf
 
     with h5netcdf.File(path, "r") as file:

@@ -13,7 +13,7 @@ from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Kind, Operand, Value
 from proofmass.runner.program.lower_expressions import Expressions
-from proofmass.runner.program.structure import Lowered, is_record, is_scalar
+from proofmass.runner.program.structure import Lowered, is_record, is_scalar, leaves
 
 KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 
@@ -106,7 +106,6 @@ class Calls(Expressions):
 
     def _program(self, function: Function, arguments: Sequence[Lowered]) -> Lowered:
         """A function that is one of the program already."""
-        from proofmass.runner.program.structure import leaves
 
         results = self.builder.call(function, *leaves(tuple(arguments)))
         return results[0] if len(results) == 1 else results or None

@@ -6,6 +6,7 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from proofmass.blocks.language.arithmetic import compare
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import Builder, operand, zero
@@ -296,7 +297,6 @@ class Expressions:
         a, b = self._scalar(node, left), self._scalar(node, right)
         if not numbers.needs_comparing(a, b):
             return numbers.compared(self.builder, operator, a, b)
-        from proofmass.blocks.language.arithmetic import compare
 
         turned = a.kind is FLOAT
         order = self.call(node, compare, (b, a) if turned else (a, b))

@@ -111,6 +111,7 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, kept:
 
 def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     """What a run to the same bits must agree in."""
+    # start-up time: only checkpoints of compiled runs need the program
     from proofmass.runner.program.tick import write_tick
     from proofmass.runner.targets.content import content_of
 

@@ -12,6 +12,7 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.amounts import amounts
 
 GRAPH = library_file("vibratory_gyroscope.toml")
 MASS, GAP, BIAS, CAPACITANCE = 48.67e-9, 4e-6, 15.0, 0.05e-12
@@ -34,11 +35,12 @@ def in_nanometres(t: float, y: list[float]) -> list[float]:
     return [1e9 * r[0], 1e9 / OMEGA * r[1], 1e9 * r[2], 1e9 / OMEGA * r[3]]
 
 
-def test_ten_thousand_periods_within_a_ten_millionth() -> None:
+@pytest.mark.parametrize("periods", amounts(1_000, 10_000))
+def test_periods_within_a_ten_millionth(periods: int) -> None:
     graph = read_graph(GRAPH)
     assert plan(graph).solvers[0].group.blocks == ("drive", "sense")
     every = 127 * 64 + 5
-    samples = int(10_000 / 7963.0 * 510e3)
+    samples = int(periods / 7963.0 * 510e3)
     probed = [{"signal": s, "every": every} for s in ("drive.displacement", "sense.displacement")]
     result = simulate(Graph(**{**graph.__dict__, "probes": probed}), samples=samples, engine="compiled")
     solver = ode(in_nanometres).set_integrator("dop853", rtol=1e-12, atol=1e-14, nsteps=10**7)

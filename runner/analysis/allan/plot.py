@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 def plot_allan(found: Allan) -> "Figure":
     """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient that is seen."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -25,6 +25,7 @@ from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.simulate import simulate
 
 _AMPLITUDES = np.geomspace(1e-9, 1e9, 1801)  # to try
 PERIODS = 200  # of a simulated limit cycle
@@ -74,7 +75,6 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
 
     The run starts at tick 0. It lasts as long as the graph says, or for `PERIODS` of the slowest predicted cycle.
     """
-    from proofmass.runner.run.simulate import simulate
 
     flat = flatten(graph)
     entry, _ = ends(flat, name)

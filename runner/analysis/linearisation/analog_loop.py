@@ -10,12 +10,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import networkx
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, plan_graph
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_groups import DualStages
@@ -119,9 +120,6 @@ def _linearised(plan: Plan, group: Group, node: Node, memory: Memory) -> PeriodM
 
 def _downstream(plan: Plan, node: Node) -> set[str]:
     """Return the blocks that a wire acts on, directly or through others."""
-    import networkx
-
-    from proofmass.runner.analysis.linearisation.period_map import plan_graph
 
     return set(networkx.descendants(plan_graph(plan), node[0]))
 

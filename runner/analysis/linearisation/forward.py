@@ -69,6 +69,7 @@ class Forward:
         return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory)
 
     def _machine_code(self, memory: Memory) -> Engine:
+        # start-up time: short runs need no compiler
         from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
         self._compiled = self._compiled or CompiledPlan(self._plan)

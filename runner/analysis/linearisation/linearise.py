@@ -67,6 +67,7 @@ def linearise(
 
 def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
     """Return the map as a StateSpace. Names have colons, since python-control allows no dots: `dac:voltage`."""
+    # start-up time: control takes 0.9 s
     import control
 
     states, inputs, outputs = (

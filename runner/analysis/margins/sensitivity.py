@@ -1,4 +1,4 @@
-"""Exact derivatives of scale factor, bias and margins by every real parameter of a graph.
+"""Exact derivatives of scale factor, bias and margins by every real parameter and named value of a graph.
 
 Scale factor and bias are those of the settled graph, linear about its operating point: output = bias + scale factor
 times input. A margin moves with its parameter so that a closed-loop pole stays on the unit circle: with right and left
@@ -8,7 +8,7 @@ vectors v, w of that pole, d pole = w* dA v / (w* v) (Golub and Van Loan, Matrix
 import cmath
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,18 +17,20 @@ import scipy.linalg
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.graph import split
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.periodic import Point
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
+from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefined_values
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.plan.planned import Plan
 
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect of a parameter on a quantity: the derivative, and the change for one percent of the parameter.
+    """Effect of a parameter or named value on a quantity: the derivative, and the change for one percent of it.
 
     A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else there is none.
     """
@@ -70,8 +72,8 @@ def transfer_sensitivities(
     ratio = short_unit(f"({units[0]})/({units[1]})")
     by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
     return (
-        replace(ranked(planned, "scale factor", ratio, scale, by_scale), undefined=period_map.undefined),
-        replace(ranked(planned, "bias", units[0], bias, by_bias, settled.size), undefined=period_map.undefined),
+        ranked(planned, "scale factor", ratio, scale, by_scale, period_map.undefined),
+        ranked(planned, "bias", units[0], bias, by_bias, period_map.undefined, settled.size),
     )
 
 
@@ -85,11 +87,11 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
         slopes += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
     values = margins.as_data()
     keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
-    quantities = [
-        ranked(planned, f"{margins.loop}: {name}", unit, values[keys[name]], {p: slope(p) for p in system.map.slopes})
-        for name, unit, slope in slopes
+    undefined, parameters = system.map.undefined, system.map.slopes
+    return [
+        ranked(planned, f"{margins.loop}: {n}", unit, values[keys[n]], {p: slope(p) for p in parameters}, undefined)
+        for n, unit, slope in slopes
     ]
-    return [replace(quantity, undefined=system.map.undefined) for quantity in quantities]
 
 
 def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
@@ -168,15 +170,25 @@ def _by_parameter(system: OpenLoop, factor: complex, parameter: str) -> Complex:
 
 
 def ranked(
-    planned: Plan, quantity: str, unit: str, value: float, slopes: Mapping[str, float], size: float = 0.0
+    planned: Plan,
+    quantity: str,
+    unit: str,
+    value: float,
+    slopes: Mapping[str, float],
+    undefined: tuple[str, ...],
+    size: float = 0.0,
 ) -> Sensitivity:
     """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero."""
+    values = Dependence(planned.graph.root)
+    no_slope = undefined_values(values, undefined)
+    by_value = {name: slope for name, slope in slopes_by_values(values, slopes).items() if name not in no_slope}
     effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
+    effects += [_with_percent(n, values.numbers[n], values.units[n], slope) for n, slope in by_value.items()]
     changes = {e: abs(e.derivative if e.of_one_percent is None else e.of_one_percent) for e in effects}
     rounding = 1e-12 * max(abs(value), size, *(abs(e.of_one_percent or 0.0) for e in effects), 0.0)
     kept = [effect for effect in effects if changes[effect] > rounding]
     kept.sort(key=lambda e: (e.of_one_percent is None, -changes[e], e.parameter))
-    return Sensitivity(quantity, unit, value if abs(value) > rounding else 0.0, tuple(kept))
+    return Sensitivity(quantity, unit, value if abs(value) > rounding else 0.0, tuple(kept), (*undefined, *no_slope))
 
 
 def _effect(planned: Plan, key: str, slope: float) -> Effect:
@@ -186,5 +198,9 @@ def _effect(planned: Plan, key: str, slope: float) -> Effect:
     value = getattr(block, parameter)
     value = float(value[int(index)] if index else value)
     unit = short_unit(unit_of(block, type(block).parameters[parameter]))
+    return _with_percent(key, value, unit, slope)
+
+
+def _with_percent(key: str, value: float, unit: str, slope: float) -> Effect:
     one_percent = 0.01 * abs(value) if value else 0.01 if unit == "1" else None
     return Effect(key, value, unit, slope, None if one_percent is None else slope * one_percent)

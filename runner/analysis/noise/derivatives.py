@@ -10,7 +10,7 @@ is linear in the changes of A, B, C and D: what stands with them is computed onc
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def rms_sensitivity(
 ) -> Sensitivity:
     """Return the rms of an output with all parameters that move it, the strongest first."""
     slopes = rms_slopes(of, band, rms)
-    return replace(ranked(planned, f"noise of {output}", unit, rms, slopes), undefined=undefined)
+    return ranked(planned, f"noise of {output}", unit, rms, slopes, undefined)
 
 
 def one_more(planned: Plan, blocks: Iterable[str], rms: float, again: Callable[[Graph], float]) -> Iterator[OneMore]:

@@ -16,6 +16,7 @@ _LINES = 4000  # drawn at most: each stretch of frequency by its lowest and high
 
 def plot_spectrum(of: Spectrum, figures: Tones | None = None, band: tuple[float, float] | None = None) -> "Figure":
     """Amplitude density on logarithmic axes; the tone, the largest spur and the band where there are any."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -17,6 +17,7 @@ _DOTS = 4000  # readings drawn
 
 def plot_fit(report: FitReport) -> "Figure":
     """A figure with a panel for readings and models and one for the residuals of each model, on one scale."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

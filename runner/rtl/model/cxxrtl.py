@@ -113,6 +113,7 @@ def _library(reference: Reference, verilog: str) -> tuple[str, ctypes.CDLL]:
 
 
 def _built(reference: Reference, verilog: str, wrapper: str, compiler: str) -> bytes:
+    # optional: `need` has said how to install it
     import pyosys
 
     runtime = Path(pyosys.__file__).parent / "share" / "include" / "backends" / "cxxrtl" / "runtime"

@@ -25,6 +25,7 @@ class Solver:
 
     def __init__(self, definitions: Sequence[str]) -> None:
         need(SOLVER, "proofs of Verilog")
+        # optional: only proofs need it
         import bitwuzla
 
         self._library: Any = bitwuzla

@@ -5,19 +5,23 @@ which NumPy gives the same bits.
 """
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate, normal_quantile, uniform_deviate
 from proofmass.blocks.arithmetic.elementary import exponential
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.formulas.operations import OPERATIONS
 from proofmass.graphs.studies.designs import half_of_bits, permuted, stream_of
 from proofmass.graphs.studies.distributions import NORMAL, Spread
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.run.result import Array
 from proofmass.runner.targets.elementwise import Elementwise
 
+_PLAIN: Mapping[str, Any] = {
+    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "negative": np.negative
+}  # fmt: skip
 _KEY = {"seed": int, "run": int, "stream": int, "sample": int}
 uniform_deviates = Elementwise(uniform_deviate, _KEY, float)
 normal_deviates = Elementwise(normal_deviate, _KEY, float)
@@ -27,26 +31,58 @@ permutations = Elementwise(permuted, {"number": int, "size": int, "half": int, "
 
 
 def drawn_together(study: Study, runs: Array) -> dict[str, Array]:
-    """Return parameters of runs by `block.parameter` of the flat graph: arrays with a row for each epoch."""
+    """Return parameters and values of runs by their names in the flat graph: arrays with a row for each epoch."""
     sensors = runs // study.points
     drawn = {name: _rows(study, value) for name, value in _points(study, runs).items()}
     deviates = _deviates(study, sensors)
     normals = _normals(study, deviates)
-    for name in dict.fromkeys([*study.spread, *study.drift]):
-        block, parameter = split(name)
-        value = drawn[name][0] if name in drawn else np.full(len(runs), getattr(study.flat.blocks[block], parameter))
-        if name in normals:
-            spread: Any = study.spread[name]
-            value = np.asarray(spread.of_normal(value, normals[name], exponentials))
-        elif name in study.spread:
-            value = _spread(study.spread[name], value, deviates[name])
-        drawn[name] = _rows(study, value)
-        if name in study.drift:
-            peers: Any = study.peer(runs) // study.points  # type: ignore[arg-type]
-            law: Any = study.drift[name]
-            aged = law.aged(value, study.epochs, study.seed, peers, stream_of("drift", name), normal_deviates)
-            drawn[name] = np.array(aged)
+    for name in study.moved:
+        base = drawn[name] if name in study.sweep else _base(study, name, drawn, len(runs))
+        if (base == base[0]).all():
+            drawn[name] = _aged(study, name, base[0], runs, deviates, normals)
+        else:  # what it follows from drifts
+            aged = (_aged(study, name, row, runs, deviates, normals)[epoch] for epoch, row in enumerate(base))
+            drawn[name] = np.array(list(aged))
     return drawn
+
+
+def on_arrays(operation: str, arguments: list[Any]) -> Any:
+    """Return the result of an operation of a formula on arrays, with the bits of the operation on each entry."""
+    with np.errstate(all="ignore"):
+        if operation in _PLAIN:
+            return _PLAIN[operation](*arguments)
+    return _elementwise(operation)(*arguments)
+
+
+@cache
+def _elementwise(operation: str) -> Elementwise:
+    known = OPERATIONS[operation]
+    return Elementwise(
+        known.function, {"first": float, "second": float} if known.arity == 2 else {"first": float}, float
+    )
+
+
+def _base(study: Study, name: str, drawn: Mapping[str, Array], runs: int) -> Array:
+    """Return what a parameter or value is before it is spread, a row for each epoch."""
+    followed = study.dependence.followed(drawn, on_arrays).get(name, study.nominal(name))
+    return np.broadcast_to(followed, (len(study.epochs), runs))
+
+
+def _aged(
+    study: Study, name: str, base: Array, runs: Array, deviates: Mapping[str, Array], normals: Mapping[str, Array]
+) -> Array:
+    """Return a parameter spread and aged from its base, a row for each epoch."""
+    value = base
+    if name in normals:
+        spread: Any = study.spread[name]
+        value = np.asarray(spread.of_normal(value, normals[name], exponentials))
+    elif name in study.spread:
+        value = _spread(study.spread[name], value, deviates[name])
+    if name not in study.drift:
+        return _rows(study, value)
+    peers: Any = study.peer(runs) // study.points  # type: ignore[arg-type]
+    law: Any = study.drift[name]
+    return np.array(law.aged(value, study.epochs, study.seed, peers, stream_of("drift", name), normal_deviates))
 
 
 def _rows(study: Study, values: Array) -> Array:

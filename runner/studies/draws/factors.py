@@ -65,6 +65,7 @@ class Drawn:
 def parameters_of(study: Study, runs: Array) -> dict[str, Array]:
     """Return parameters of runs by name in the flat graph, a row for each epoch, without calibrated values."""
     if len(runs) * len(study.epochs) > _ONE_BY_ONE:
+        # start-up time: only influences need arrays of draws
         from proofmass.runner.studies.draws.drawing import drawn_together
 
         return drawn_together(study, runs)

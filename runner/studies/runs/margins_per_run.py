@@ -25,6 +25,7 @@ def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
     """Return their values in a run, in the same order; raises `ModelError` if a loop cannot be linearised."""
     if not at:
         return ()
+    # start-up time: only studies with margins need them
     from proofmass.runner.analysis.margins.stability import all_margins, attained
 
     return tuple(

@@ -13,20 +13,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.graph import split
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.measuring import refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.program.tick import write_tick
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
 from proofmass.runner.run.engines import choose, lanes_for
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.draws.drawing import drawn_together
+from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
+from proofmass.runner.studies.runs.side_by_side import SideBySide
+from proofmass.runner.targets.content import content_of
 
 if TYPE_CHECKING:
     from proofmass.runner.studies.runs.side_by_side import SideBySide
@@ -55,21 +57,17 @@ class SensorRuns:
         self.together = self._side_by_side() if self.lanes else None
 
     def _side_by_side(self) -> "SideBySide":
-        from proofmass.runner.studies.runs.side_by_side import SideBySide
 
-        names = {**self.study.drawn(0)[0], **self._unset}
+        names = self.study.settings({**self.study.drawn(0)[0], **self._unset})
         return SideBySide(self.study, self.plan, self.ticks, self.lanes, names)
 
     @cached_property
     def _unset(self) -> dict[str, float]:
         """Return the values of calibrated parameters before the first calibration: those of the graph."""
-        nodes = {name: split(name) for name in self.study.recalibration.carried}
-        return {name: getattr(self.plan.blocks[block], parameter) for name, (block, parameter) in nodes.items()}
+        return {name: self.study.nominal(name) for name in self.study.recalibration.carried}
 
     def code(self) -> str:
         """Return a hash of the functions that compute a run, of whichever version of the blocks."""
-        from proofmass.runner.program.tick import write_tick
-        from proofmass.runner.targets.content import content_of
 
         return content_of(write_tick(self.plan).program)
 
@@ -103,7 +101,7 @@ class SensorRuns:
         for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
             values = {name: rows[some] for name, rows in drawn.items()}
             values |= {name: now[None] for name, now in left.items()}
-            self._abreast(outcomes, range(epochs)[some], values, stop)
+            self._abreast(outcomes, range(epochs)[some], self.study.settings(values, on_arrays), stop)
             if left:
                 self._carry(outcomes, some.start, calibrated[:, some.start], left)
         return outcomes

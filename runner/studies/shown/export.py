@@ -43,6 +43,7 @@ def columns(result: StudyResult) -> list[Column]:
 
 def save_study_netcdf(result: StudyResult, path: str | Path) -> Path:
     """One netCDF-4 file, as `to_xarray` labels it; put together in memory, since HDF5 does not survive a full disk."""
+    # start-up time: only files in this format need it
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
@@ -69,6 +70,7 @@ def save_study_csv(result: StudyResult, path: str | Path) -> Path:
 
 def save_study_parquet(result: StudyResult, path: str | Path) -> Path:
     """One Parquet file; unit and doc of each column in its metadata, study, seed and versions in those of the file."""
+    # start-up time: only files in this format need it
     import pyarrow
     import pyarrow.parquet
 

@@ -57,6 +57,7 @@ def _save_csv(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> No
 
 
 def _save_parquet(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    # start-up time: only files in this format need it
     import pyarrow
     import pyarrow.parquet
 
@@ -66,6 +67,7 @@ def _save_parquet(result: StudyResult, rows: list[dict[str, Any]], path: Path) -
 
 
 def _save_netcdf(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    # start-up time: only files in this format need it
     import h5netcdf
     import xarray
     from xarray.backends import H5NetCDFStore

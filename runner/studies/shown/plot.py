@@ -27,6 +27,7 @@ FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles an
 
 def plot_study(result: StudyResult) -> "Figure":
     """A figure with a panel per measure, in its unit, limits dashed."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -49,6 +50,7 @@ def plot_study(result: StudyResult) -> "Figure":
 
 def plot_measure(result: StudyResult, name: str) -> "Figure":
     """One measure: histograms at the first and the last epoch, and beside them its fan over the epochs."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

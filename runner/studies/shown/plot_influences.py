@@ -18,6 +18,7 @@ _POINTS = 2000
 
 def plot_influences(factors: Factors, regression: Regression, values: Array, label: str) -> "Figure":
     """Bars of the effects of a standard deviation with their intervals, strongest on top; scatter of the first runs."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -85,6 +85,7 @@ def run_study(
         if dask is None:
             source = functools.partial(_in_threads, sensors, threads or _processors())
         else:
+            # start-up time: only --dask needs workers
             from proofmass.runner.studies.workers.chunks import runs_on_workers
 
             source = functools.partial(runs_on_workers, dask, sensors)

@@ -131,8 +131,8 @@ model.toml:2: block: unknown key
   hint:     did you mean blocks?
 model.toml:3: foo: unknown key
   got:      'foo'
-  hint:     the keys: blocks, description, duration, exports, integration, loops, measures, name, probes, rate, \
-samples, seed, and 2 more."""
+  hint:     the keys: blocks, description, duration, exports, formulas, integration, loops, measures, name, \
+probes, rate, samples, and 4 more."""
     )
 
 

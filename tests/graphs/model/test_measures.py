@@ -11,7 +11,8 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.measures import STATISTICS, Measure
+from proofmass.graphs.model.measures import Measure
+from proofmass.graphs.model.statistics import STATISTICS
 from tests.by_hand.graph_texts import SMALL, line_of, problems_of
 
 MEASURED = (
@@ -83,5 +84,5 @@ def test_a_vector_and_a_taken_name_are_refused() -> None:
 
 
 def test_every_statistic_has_a_block_with_that_output() -> None:
-    for name, reducer in STATISTICS.items():
-        assert name == "last" if reducer is None else reducer[1] in reducer[0].outputs
+    for name, statistic in STATISTICS.items():
+        assert name == "last" if statistic.block is None else statistic.output in statistic.block.outputs

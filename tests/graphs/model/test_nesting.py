@@ -20,15 +20,15 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.amounts import amounts
 from tests.by_hand.graph_texts import ALONE, COMPILED
 from tests.by_hand.parts import cut
 
-TICKS = 2000
 Engine = Literal["python", "compiled"]
 ENGINES: tuple[Engine, ...] = ("python", "compiled")
 
 
-def bits(graph: Graph, engine: Engine, ticks: int = TICKS) -> list[bytes]:
+def bits(graph: Graph, engine: Engine, ticks: int = 2000) -> list[bytes]:
     result = simulate(graph, samples=ticks, engine=engine)
     return [np.ascontiguousarray(result[probe.signal].values).tobytes() for probe in graph.probes]
 
@@ -38,10 +38,11 @@ def leaves(graph: Graph) -> Counter[tuple[str, Block]]:
     return Counter((name.rpartition(".")[2], block) for name, block in flatten(graph).blocks.items())
 
 
+@pytest.mark.parametrize("ticks", amounts(200, 2000))
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
-def test_the_library_cut_into_subgraphs_at_random(path: Path) -> None:
+def test_the_library_cut_into_subgraphs_at_random(path: Path, ticks: int) -> None:
     graph = read_graph(path)
-    whole = bits(graph, "python")
+    whole = bits(graph, "python", ticks)
     dice = random.Random(path.stem)
     engines: tuple[Engine, ...] = ("python", "compiled" if path.stem in COMPILED else "python")
     for depth, engine in zip((2, 5), engines, strict=True):
@@ -51,7 +52,7 @@ def test_the_library_cut_into_subgraphs_at_random(path: Path) -> None:
         assert nested.subgraphs
         assert leaves(nested) == leaves(graph)
         assert [p for p in check(nested) if not p.note] == []
-        assert bits(nested, engine) == whole
+        assert bits(nested, engine, ticks) == whole
         assert read_graph_text(write_graph(nested), folder=graph.place.folder) == nested
 
 

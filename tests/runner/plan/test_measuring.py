@@ -10,7 +10,7 @@ import scipy.signal
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.graphs.model.measures import STATISTICS
+from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.graphs.studies.build import Study
 from proofmass.runner.plan.measuring import refuse_late
 from proofmass.runner.planning.plan import plan
@@ -42,7 +42,7 @@ OPTIONS = {
     "tone_amplitude": {"frequency": "37 Hz"},
     "tone_phase": {"frequency": "37 Hz"},
     "band_rms": {"low": "20 Hz", "high": "80 Hz"},
-    "density": {"frequency": "100 Hz", "segment": 20},
+    "density": {"frequency": "100 Hz", "segment": "80 ms"},
 }
 SIGNALS = {"number": "sum.output", "code": "adc.code", "bit": "bits.bit"}
 MEASURED = dataclasses.replace(
@@ -103,7 +103,8 @@ def band_rms(y: Array, counted: "np.ndarray[tuple[int], np.dtype[np.bool_]]", pe
 
 
 def welch(y: Array, period: float) -> float:
-    f, density = scipy.signal.welch(y, 1.0 / period, "hann", nperseg=20, noverlap=10, detrend="constant")
+    count = round(0.08 / period)
+    f, density = scipy.signal.welch(y, 1.0 / period, "hann", nperseg=count, noverlap=count // 2, detrend="constant")
     return math.sqrt(float(density[int(np.argmin(np.abs(f - 100.0)))]))
 
 

@@ -13,12 +13,14 @@ from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.llvm_text import llvm_text
+from tests.by_hand.amounts import amounts
 from tests.by_hand.graph_texts import ALONE, COMPILED
 from tests.by_hand.orders import shuffled
 
 
+@pytest.mark.parametrize("permutations", amounts(6, 50))
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
-def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
+def test_permutations_of_every_example_graph(path: Path, permutations: int) -> None:
     graph = flatten(read_graph(path)).as_graph()
     every_output = [f"{name}.{port}" for name, block in graph.blocks.items() for port in type(block).outputs]
     graph = replace(graph, probes=every_output)
@@ -26,7 +28,7 @@ def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
     source = llvm_text(write_tick(planned).program)
     expected = simulate(graph, samples=3000, engine="compiled") if path.stem in COMPILED else None
     dice = random.Random(path.stem)
-    for number in range(50):
+    for number in range(permutations):
         other = shuffled(graph, dice)
         other_plan = plan(other)
         assert replace(other_plan, graph=planned.graph) == planned  # the graph has its probes in another order
@@ -38,12 +40,13 @@ def test_fifty_permutations_of_every_example_graph(path: Path) -> None:
             assert np.array_equal(result[name].values, expected[name].values), name
 
 
+@pytest.mark.parametrize("samples", amounts(100, 400))
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
-def test_permutations_in_plain_python(path: Path) -> None:
+def test_permutations_in_plain_python(path: Path, samples: int) -> None:
     graph = flatten(read_graph(path)).as_graph()
-    expected = simulate(graph, samples=400, engine="python")
+    expected = simulate(graph, samples=samples, engine="python")
     dice = random.Random(path.stem)
     for _ in range(5):
-        result = simulate(shuffled(graph, dice), samples=400, engine="python")
+        result = simulate(shuffled(graph, dice), samples=samples, engine="python")
         for name in expected:
             assert np.array_equal(result[name].values, expected[name].values), name

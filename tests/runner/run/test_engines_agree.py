@@ -19,6 +19,7 @@ from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import RunError, simulate
+from tests.by_hand.amounts import amounts
 from tests.by_hand.around import graph_around, random_block
 from tests.by_hand.graph_texts import ALONE
 
@@ -77,19 +78,22 @@ def test_a_resonator_of_integrators_with_five_random_parameter_sets(tmp_path: Pa
         assert_same_bits(replace(graph, rate=Fraction(1_000_000)), SAMPLES)
 
 
+@pytest.mark.parametrize("samples", amounts(SAMPLES // 10, SAMPLES))
 @pytest.mark.parametrize("group", GROUPS, ids=",".join)
-def test_every_block_with_five_random_parameter_sets(group: list[str], tmp_path: Path) -> None:
+def test_every_block_with_random_parameter_sets(group: list[str], samples: int, tmp_path: Path) -> None:
+    """Five sets of all samples, two of a part of them."""
     dice = {name: random.Random(name) for name in group}
-    for _ in range(5):
+    for _ in range(5 if samples == SAMPLES else 2):
         tested = {name.lower(): random_block(KINDS[name], dice[name], tmp_path) for name in group}
-        assert_same_bits(graph_around(tested, tmp_path), SAMPLES)
+        assert_same_bits(graph_around(tested, tmp_path), samples)
 
 
+@pytest.mark.parametrize("sets", amounts(1, 3))
 @pytest.mark.parametrize("kind", FIXED_POINT, ids=lambda kind: kind.__name__)
-def test_every_block_in_fixed_point_with_three_random_parameter_sets(kind: type[Block], tmp_path: Path) -> None:
+def test_every_block_in_fixed_point_with_random_parameter_sets(kind: type[Block], sets: int, tmp_path: Path) -> None:
     """Rounding and overflow are part of its code: each set compiles anew, to straight lines."""
     dice = random.Random(kind.__name__)
-    for _ in range(3):
+    for _ in range(sets):
         assert_same_bits(graph_around({"block": random_block(kind, dice, tmp_path)}, tmp_path), SAMPLES // 5)
 
 
@@ -103,8 +107,9 @@ def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], t
         assert_same_bits(replace(graph, integration=steps), SAMPLES // 40)
 
 
+@pytest.mark.parametrize("samples", amounts(SAMPLES // 5, SAMPLES))
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
-def test_every_example_graph(path: Path) -> None:
+def test_every_example_graph(path: Path, samples: int) -> None:
     graph = read_graph(path)
     stepped = any(not solver.exact for solver in plan(graph).solvers)
-    assert_same_bits(graph, SAMPLES // 20 if stepped else SAMPLES)
+    assert_same_bits(graph, samples // 20 if stepped else samples)

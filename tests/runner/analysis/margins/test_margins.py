@@ -26,6 +26,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.amounts import amounts
 
 FAST = 10_000.0
 
@@ -146,9 +147,10 @@ def margins_by_hand(system: Any) -> tuple[float, float]:
     return min((f for f in factors if f > 1.0), default=math.inf), min(phases)
 
 
-def test_two_hundred_random_loops() -> None:
+@pytest.mark.parametrize("count", amounts(60, 200))
+def test_random_loops(count: int) -> None:
     seen = {"stable": 0, "two rates": 0, "delays": 0, "margins": 0}
-    for number in range(200):
+    for number in range(count):
         case = random_case(number)
         system = by_hand(case)
         found = margins(graph_of(case))
@@ -170,7 +172,7 @@ def test_two_hundred_random_loops() -> None:
             number
         )
         seen["margins"] += found.gain_margin is not None and found.phase_margin is not None
-    assert min(seen.values()) >= 40, seen
+    assert min(seen.values()) >= (40 if count == 200 else 8), seen
 
 
 def test_a_loop_opened_at_a_fast_wire_has_the_margins_of_the_slow_one() -> None:
@@ -305,7 +307,8 @@ def test_a_simulated_loop_decays_a_thousandth_below_its_gain_margin_and_grows_ab
     assert _growth(case, 0.999 * limit) < 1.0 < _growth(case, 1.001 * limit)
 
 
-def test_fifty_simulated_loops_decay_inside_their_gain_margin_and_grow_outside() -> None:
+@pytest.mark.parametrize("count", amounts(8, 50))
+def test_simulated_loops_decay_inside_their_gain_margin_and_grow_outside(count: int) -> None:
     """A thousandth of the factor on either side; each runs for half a time constant of the growth that is expected."""
     tried = 0
     for case in (case for case in map(random_case, range(1000)) if case.fast_delays):
@@ -317,7 +320,7 @@ def test_fifty_simulated_loops_decay_inside_their_gain_margin_and_grow_outside()
         if periods * case.ratio <= 10_000:
             tried += 1
             assert _growth(case, 0.999 * limit, periods) < 1.0 < _growth(case, 1.001 * limit, periods), case
-        if tried == 50:
+        if tried == count:
             return
     pytest.fail(f"only {tried} loops have a margin")
 

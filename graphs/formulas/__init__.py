@@ -1,0 +1,1 @@
+"""Formulas of named values: arithmetic with units, in a grammar of its own."""

@@ -1,0 +1,70 @@
+"""A formula: its text, as `"= 2 * pi * f0"`, and what it says."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeGuard
+
+from proofmass.blocks.declaration.problem import Refusal
+from proofmass.blocks.declaration.units import unit
+from proofmass.graphs.formulas.operations import NUMBER, Dimension, dimension_text
+from proofmass.graphs.formulas.parser import parsed
+from proofmass.graphs.formulas.tree import Numbers, Tree, dimension_of, evaluated, names_of
+
+SIGN = "="
+
+
+def is_formula(value: object) -> TypeGuard[str]:
+    """Return whether a person wrote a formula."""
+    return isinstance(value, str) and value.lstrip().startswith(SIGN)
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula in its written form; raises `Refusal` where it is none."""
+
+    text: str
+
+    def __post_init__(self) -> None:
+        parsed(self._body)
+
+    @property
+    def _body(self) -> str:
+        return self.text.strip().removeprefix(SIGN).strip()
+
+    @property
+    def tree(self) -> Tree:
+        """The formula as a tree."""
+        return parsed(self._body)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names in it: values, and constants and units too."""
+        return names_of(self.tree)
+
+    def number(self, numbers: Numbers) -> float:
+        """Return the value in coherent SI units; raises `Refusal` where there is none."""
+        value = float(evaluated(self.tree, numbers))
+        if value - value != 0.0:
+            raise Refusal(
+                "has no finite value", "look for a division by zero, a root or logarithm of a negative number"
+            )
+        return value
+
+    def quantity(self, numbers: Numbers, dimensions: Mapping[str, Dimension], target: str) -> float:
+        """Return the value in a unit; raises `Refusal` where it has another dimension."""
+        own, wanted = dimension_of(self.tree, dimensions), unit(target)
+        if own != wanted.exponents:
+            raise Refusal(f"is {dimension_text(own)}, not {dimension_text(wanted.exponents)}", _cure(own, target))
+        return in_unit(self.number(numbers), target)
+
+
+def in_unit(number: float, target: str) -> float:
+    """Return a number of coherent SI units in another unit; numbers may be arrays."""
+    factor = unit(target).factor
+    return number if factor == 1 else number / float(factor)
+
+
+def _cure(own: Dimension, target: str) -> str:
+    if own == NUMBER:
+        return f"give its numbers units, as in 1.5 {target}"
+    return f"the result must be {'in ' + target if target != '1' else 'a plain number'}"

@@ -1,0 +1,86 @@
+"""The statistics that a measure may take: a row each, with its block, its unit and what it needs beside a signal."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.blocks.statistics.allan_deviation import AllanDeviation
+from proofmass.blocks.statistics.band_meter import BandMeter
+from proofmass.blocks.statistics.density_meter import DensityMeter
+from proofmass.blocks.statistics.linear_trend import LinearTrend
+from proofmass.blocks.statistics.mean_absolute import MeanAbsolute
+from proofmass.blocks.statistics.running_percentile import RunningPercentile
+from proofmass.blocks.statistics.running_range import RunningRange
+from proofmass.blocks.statistics.running_statistics import RunningStatistics
+from proofmass.blocks.statistics.settling_time import SettlingTime
+from proofmass.blocks.statistics.tone_meter import ToneMeter
+
+
+@dataclass(frozen=True)
+class Option:
+    """A key that a measure of this statistic must have: a parameter of its block, or a time."""
+
+    doc: str
+    samples: str = ""  # for a time: the parameter of the block that takes it as a number of samples
+    least: int = 1  # for a time: how many of it a run must hold
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """The block that reduces a signal, and the output that is read at the end; without a block, the last value."""
+
+    block: type[Block] | None = None
+    output: str = ""
+    unit: str = "{unit}"  # of the measure, for a signal in that unit
+    options: Mapping[str, Option] = field(default_factory=dict)
+
+    @property
+    def times(self) -> dict[str, Option]:
+        """The options that are times."""
+        return {key: option for key, option in self.options.items() if option.samples}
+
+    def unit_for(self, unit: str) -> str:
+        """Return the unit of a measure of a signal in `unit`."""
+        return short_unit(self.unit.format(unit=unit))
+
+
+LAST = "last"
+_PERCENT = Option("Of a percentile: the part of the values that lies below it, in per cent.")
+_TAU = Option('Of an Allan deviation: the averaging time, "1 s".', samples="averaging", least=2)
+_TARGET = Option("Of a settling time: where the signal settles.")
+_WITHIN = Option("Of a settling time: how far from the target it may be.")
+_FREQUENCY = Option('Of a tone or a density: its frequency, "100 Hz".')
+_LOW = Option('Of the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.')
+_HIGH = Option('Of the rms in a band: where the band ends, "100 Hz".')
+_SEGMENT = Option('Of a density: how long a segment is, "1 s".', samples="segment")
+STATISTICS: Mapping[str, Statistic] = MappingProxyType(
+    {
+        "mean": Statistic(RunningStatistics, "mean"),
+        "std": Statistic(RunningStatistics, "standard_deviation"),
+        "rms": Statistic(RunningStatistics, "root_mean_square"),
+        "mean_absolute": Statistic(MeanAbsolute, "mean_absolute"),
+        "min": Statistic(RunningRange, "minimum"),
+        "max": Statistic(RunningRange, "maximum"),
+        "peak_to_peak": Statistic(RunningRange, "peak_to_peak"),
+        LAST: Statistic(),
+        "slope": Statistic(LinearTrend, "slope", unit="({unit})/s"),
+        "percentile": Statistic(RunningPercentile, "percentile", options={"percent": _PERCENT}),
+        "allan_deviation": Statistic(AllanDeviation, "deviation", options={"tau": _TAU}),
+        "settling_time": Statistic(
+            SettlingTime, "time_to_settle", unit="s", options={"target": _TARGET, "within": _WITHIN}
+        ),
+        "tone_amplitude": Statistic(ToneMeter, "amplitude", options={"frequency": _FREQUENCY}),
+        "tone_phase": Statistic(ToneMeter, "phase", unit="rad", options={"frequency": _FREQUENCY}),
+        "band_rms": Statistic(BandMeter, "rms", options={"low": _LOW, "high": _HIGH}),
+        "density": Statistic(
+            DensityMeter,
+            "density",
+            unit="({unit})/sqrt(Hz)",
+            options={"frequency": _FREQUENCY, "segment": _SEGMENT},
+        ),
+    }
+)
+OPTIONS = {key: option for statistic in STATISTICS.values() for key, option in statistic.options.items()}
+TIMES = frozenset(key for key, option in OPTIONS.items() if option.samples)

@@ -1,0 +1,86 @@
+"""What formulas set: parameters, values of subgraphs, rates and the duration; and the numbers that they give."""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import NamedTuple
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean
+from proofmass.blocks.declaration.units import unit
+from proofmass.graphs.formulas.formula import Formula
+from proofmass.graphs.formulas.operations import coherent_unit
+from proofmass.graphs.formulas.tree import dimension_of
+from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.values import Value
+
+RATE, DURATION = "rate", "duration"
+LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
+
+
+class Target(NamedTuple):
+    """What a formula sets: its unit, and whether it takes whole numbers only."""
+
+    unit: str
+    whole: bool = False
+
+
+def number_of(formula: Formula, values: Mapping[str, Value], target: Target) -> float | int:
+    """Return the number that a formula gives in the unit of what it sets; raises `Refusal`."""
+    dimensions = {name: value.dimension for name, value in values.items()}
+    number = formula.quantity({name: value.number for name, value in values.items()}, dimensions, target.unit)
+    if not target.whole:
+        return number
+    if not number.is_integer() or abs(number) > LARGEST_WHOLE:
+        raise Refusal(f"must be an integer, not {number!r}")
+    return int(number)
+
+
+def rate_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
+    """Return the rate in hertz that a formula of a frequency or a period gives; raises `Refusal`."""
+    dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
+    if dimension == unit("s").exponents:
+        period = Fraction(repr(number_of(formula, values, Target("s"))))
+        return 1 / period if period > 0 else Fraction(0)
+    return Fraction(repr(number_of(formula, values, Target("Hz"))))
+
+
+def target_at(graph: Graph, signal: str) -> Target:
+    """Return what a path names, as the target of a formula; raises `Refusal`."""
+    name, entry = split(signal)
+    if name in graph.blocks:
+        return parameter_target(graph.blocks[name], entry)
+    if signal in graph.values:
+        return Target(coherent_unit(graph.values[signal].dimension))
+    head, _, tail = signal.partition(".")
+    if head not in graph.subgraphs or not tail:
+        names = [*graph.blocks, *graph.subgraphs]
+        raise Refusal(f"there is no block {head if tail else signal}", did_you_mean(head, names, "the blocks"))
+    part = graph.subgraphs[head]
+    return target_at(part, part.exports.get(tail, tail))
+
+
+def parameter_target(block: Block, entry: str) -> Target:
+    """Return a parameter, or an entry of a list as `taps[3]`, as the target of a formula; raises `Refusal`."""
+    name, bracket, index = entry.partition("[")
+    kind = type(block)
+    if name not in kind.parameters:
+        hint = did_you_mean(name, kind.parameters, f"the parameters of {kind.__name__}")
+        raise Refusal(f"{kind.__name__} has no parameter {name}", hint)
+    parameter = kind.parameters[name]
+    if bracket and parameter.kind is tuple:
+        entries = len(getattr(block, name))
+        if not index.removesuffix("]").isdecimal() or int(index[:-1]) >= entries:
+            raise Refusal(f"{name} has no entry {index.removesuffix(']')}", f"it has {entries}, the first being 0")
+        return Target(unit_of(block, parameter))
+    return of_parameter(parameter, unit_of(block, parameter))
+
+
+def of_parameter(parameter: Parameter, unit: str) -> Target:
+    """Return a parameter that is one number as the target of a formula; raises `Refusal`."""
+    if parameter.kind not in (float, int):
+        what = {bool: "true or false", str: "a text", tuple: "a list"}.get(parameter.kind, "no single number")
+        hint = 'give its entries formulas, ["= a", "= b"]' if parameter.kind is tuple else "write it out"
+        raise Refusal(f"is {what}: a formula gives one number", hint)
+    return Target(unit, parameter.kind is int)

@@ -1,0 +1,157 @@
+"""The table `[values]` of a graph: quantities and formulas by name, read and resolved with all that is wrong."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity, unit
+from proofmass.graphs.formulas.formula import Formula, in_unit, is_formula
+from proofmass.graphs.formulas.operations import CONSTANTS, FUNCTIONS, Dimension, coherent_unit
+from proofmass.graphs.formulas.tree import dimension_of
+from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
+
+MOST_VALUES = 1000
+EXAMPLE = 'write mass = "50 ug", a number, or a formula of other values, "= 2 * pi * f0"'
+TABLE = "values"
+
+
+@dataclass(frozen=True)
+class Value:
+    """A named value: as it is written, and what it is.
+
+    `number` is in coherent SI units; what was written in others has been rounded once.
+    """
+
+    written: str  # "50 ug", "0.5", "= 2 * pi * f0"
+    number: float
+    dimension: Dimension
+
+    @property
+    def formula(self) -> Formula | None:
+        """The formula that gives it, or None for a quantity."""
+        return Formula(self.written) if is_formula(self.written) else None
+
+    @property
+    def unit(self) -> str:
+        """The unit that it was written in, or a coherent one for a formula."""
+        return coherent_unit(self.dimension) if is_formula(self.written) else split_quantity(self.written)[1] or "1"
+
+    def text(self) -> str:
+        """Return number and unit, to six digits."""
+        own = self.unit
+        return f"{in_unit(self.number, own):.6g}" + (f" {own}" if own != "1" else "")
+
+
+def quantity_of(number: float, dimension: Dimension) -> Value:
+    """Return a value of a number in coherent SI units."""
+    own = coherent_unit(dimension)
+    return Value(repr(float(number)) + (f" {own}" if own != "1" else ""), float(number), dimension)
+
+
+def read_values(given: object, taken: Mapping[str, str]) -> tuple[dict[str, Value], list[Problem]]:
+    """Return the values of a table in the order of their names, and its problems; `taken` names are refused."""
+    if not isinstance(given, Mapping):
+        hint = f"write [values] and below it values; {EXAMPLE}"
+        return {}, [_problem("must be a table", (), got=shown(given), hint=hint)]
+    if len(given) > MOST_VALUES:
+        return {}, [_problem("too many", (), got=str(len(given)), expected=f"at most {MOST_VALUES}")]
+    problems = [problem for name in given for problem in bad_name(name, taken)]
+    read: dict[str, Value] = {}
+    formulas: dict[str, Formula] = {}
+    for name, entry in given.items():
+        try:
+            if isinstance(entry, Value):
+                entry = entry.written
+            if is_formula(entry):
+                formulas[str(name)] = Formula(entry)
+            else:
+                read[str(name)] = read_quantity(entry)
+        except Refusal as error:
+            problems.append(_problem(str(error), (str(name),), got=shown(entry), hint=error.hint))
+    problems += _resolve(formulas, read, {str(name) for name in given} - read.keys() - formulas.keys())
+    return dict(sorted(read.items())), problems
+
+
+def bad_name(name: object, taken: Mapping[str, str]) -> Iterator[Problem]:
+    """Yield why a value may not have a name."""
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        yield _problem("not a name", (str(name),), got=shown(name), expected=EXPECTED_NAME)
+        return
+    why = taken.get(name, "")
+    if name in FUNCTIONS or name in CONSTANTS:
+        why = "a function" if name in FUNCTIONS else "a constant"
+    elif not why and _is_unit(name):
+        why = "a unit"
+    if why:
+        hint = "choose another: words say more than letters, as in mass or drive_frequency"
+        yield _problem(f"the name is taken: {name} is {why}", (name,), hint=hint)
+
+
+def read_quantity(entry: object) -> Value:
+    """Return the value of a number, or a text with a number and a unit; raises `Refusal`."""
+    if isinstance(entry, bool) or not isinstance(entry, int | float | str):
+        raise Refusal("must be a number, or a text with a unit", EXAMPLE)
+    if isinstance(entry, float) and not math.isfinite(entry):
+        raise Refusal("must be finite")
+    text = entry if isinstance(entry, str) else repr(entry)
+    try:
+        name = split_quantity(text)[1]
+        known = unit(name or "1")
+        number = float(convert_exactly(text, coherent_unit(known.exponents)))
+    except OverflowError:
+        raise Refusal("is too large for a number") from None
+    return Value(text.strip(), number, known.exponents)
+
+
+def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: set[str]) -> Iterator[Problem]:
+    """Add the values of formulas to those read, each after those that it needs; yield what is wrong.
+
+    What needs a value that is unknown, since it cannot be read, is unknown too.
+    """
+    needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
+    while chain := _circle(needs):
+        message = "the value depends on itself: " + " -> ".join(chain)
+        got, hint = shown(formulas[chain[0]].text), "write one of them as a number"
+        yield _problem(message, (chain[0],), got=got, hint=hint)
+        unknown |= set(chain)
+        needs = {name: others - unknown for name, others in needs.items() if name not in unknown}
+    for name in TopologicalSorter(needs).static_order():
+        if formulas[name].names & unknown:
+            unknown.add(name)  # what is wrong is said where it is
+            continue
+        try:
+            read[name] = resolved(formulas[name], read)
+        except Refusal as error:
+            unknown.add(name)
+            yield _problem(str(error), (name,), got=shown(formulas[name].text), hint=error.hint)
+
+
+def _circle(needs: Mapping[str, set[str]]) -> list[str]:
+    """Return names that need each other, the first of them again at the end; nothing without such."""
+    try:
+        TopologicalSorter(needs).prepare()
+    except CycleError as error:
+        return list(reversed(error.args[1]))
+    return []
+
+
+def resolved(formula: Formula, values: Mapping[str, Value]) -> Value:
+    """Return the value that a formula gives; raises `Refusal`."""
+    dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
+    return Value(formula.text, formula.number({name: value.number for name, value in values.items()}), dimension)
+
+
+def _is_unit(name: str) -> bool:
+    try:
+        unit(name)
+    except UnitError:
+        return False
+    return True
+
+
+def _problem(message: str, path: tuple[str, ...], **more: Any) -> Problem:
+    path = (TABLE, *path)
+    return Problem(message=message, key=".".join(path), path=path, **more)

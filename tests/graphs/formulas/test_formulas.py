@@ -1,0 +1,141 @@
+"""Formulas against `math` and central differences: numbers, units, derivatives, bits."""
+
+import math
+from fractions import Fraction
+
+import pytest
+
+from proofmass.blocks.declaration.problem import Refusal
+from proofmass.blocks.declaration.units import unit
+from proofmass.graphs.formulas.formula import Formula
+from proofmass.graphs.formulas.operations import FUNCTIONS, coherent_unit
+from proofmass.graphs.formulas.tree import dimension_of, slopes
+
+NUMBERS = {"mass": 5.043e-08, "f0": 8000.0, "q": 150.0, "x": 0.3, "y": -0.7}
+DIMENSIONS = {name: unit({"mass": "kg", "f0": "Hz"}.get(name, "1")).exponents for name in NUMBERS}
+m, f0, q, x, y = NUMBERS.values()
+
+CASES = {  # text: value in SI units, unit
+    "= mass": (5.043e-08, "kg"),
+    "= 50.43 ug": (5.043e-08, "kg"),
+    "= 2 * pi * f0 / q": (2 * math.pi * f0 / q, "1/s"),
+    "= mass * (2 * pi * f0)^2": (m * (2 * math.pi * f0) ** 2, "N/m"),
+    "= -2^2": (-4.0, "1"),
+    "= (-2)^2": (4.0, "1"),
+    "= 2^-1": (0.5, "1"),
+    "= 2^3^2": (512.0, "1"),
+    "= 2**10": (1024.0, "1"),
+    "= 7 - 2 - 1": (4.0, "1"),
+    "= 8 / 4 / 2": (1.0, "1"),
+    "= 1 - -1": (2.0, "1"),
+    "= 1/2 ms": (500.0, "1/s"),
+    "= 9.81 m/s^2": (9.81, "m/s^2"),
+    "= 20 nV/sqrt(Hz)": (20e-9, "V/sqrt(Hz)"),
+    "= 5 N m s/rad": (5.0, "N*m*s"),
+    "= 3 %": (0.03, "1"),
+    "= 20 ppm/year": (20e-6 / 31557600.0, "1/s"),
+    "= 1_000 * .5e-3": (0.5, "1"),
+    "= 4.7 kΩ": (4700.0, "ohm"),
+    "= 3 µm": (3e-06, "m"),
+    "= sqrt(4 m^2)": (2.0, "m"),
+    "= (8 m^3)^(1/3)": (2.0, "m"),
+    "= hypot(3 V, 4 V)": (5.0, "V"),
+    "= max(1 V, 20 mV) - min(1 V, 20 mV)": (0.98, "V"),
+    "= abs(-3 A)": (3.0, "A"),
+    "= sin(30 deg)": (math.sin(math.radians(30)), "1"),
+    "= atan2(1 N, 1 N)": (math.atan2(1, 1), "1"),
+    "= exp(x) * log(q) + log10(q) - log2(q)": (
+        math.exp(x) * math.log(q) + math.log10(q) - math.log2(q), "1"),
+    "= x^y": (x**y, "1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_value_and_unit(text: str) -> None:
+    value, in_unit = CASES[text]
+    assert Formula(text).quantity(NUMBERS, DIMENSIONS, in_unit) == pytest.approx(value, rel=4e-16)
+
+
+def test_a_quantity_is_rounded_once() -> None:
+    for text, number in (("50.43 ug", 50.43e-9), ("126.5 N/m", 126.5), ("3.14e-7 kg/s", 3.14e-7), ("0.1 us", 1e-7)):
+        assert Formula(f"= {text}").number({}) == number
+
+
+def test_a_result_may_be_wanted_in_other_units() -> None:
+    assert Formula("= 30 deg").quantity({}, {}, "deg") == pytest.approx(30.0, rel=4e-16)
+    assert Formula("= 1 V").quantity({}, {}, "mV") == 1000.0
+
+
+POINTS = {"sqrt": (0.3,), "acos": (0.3,), "asin": (0.3,), "log": (0.3,), "log2": (0.3,), "log10": (0.3,)}
+
+
+@pytest.mark.parametrize("name", [*FUNCTIONS, "+", "-", "*", "/", "^", "whole power", "negative power"])
+def test_slopes_are_those_of_central_differences(name: str) -> None:
+    two = {"atan2", "hypot", "max", "min"}
+    body = f"{name}(u, v)" if name in two else f"{name}(u)" if name in FUNCTIONS else f"u {name} v"
+    formula = Formula({"whole power": "= v^3", "negative power": "= v^-2"}.get(name, f"= {body}"))
+    at = {"u": 0.3, "v": 0.8}
+    exact = slopes(formula.tree, at)
+    assert exact.keys() == formula.names & at.keys()
+    for of, slope in exact.items():
+        step = 1e-6
+        above, below = (formula.number({**at, of: at[of] + sign * step}) for sign in (1, -1))
+        assert slope == pytest.approx((above - below) / (2 * step), rel=1e-7, abs=1e-9)
+
+
+def test_slopes_chain() -> None:
+    tree = Formula("= sqrt(k / mass) / (2 * pi)").tree
+    assert slopes(tree, {"k": 126.0, "mass": 5e-8}) == pytest.approx(
+        {
+            "k": 0.5 * math.sqrt(126 / 5e-8) / 126 / (2 * math.pi),
+            "mass": -0.5 * math.sqrt(126 / 5e-8) / 5e-8 / (2 * math.pi),
+        }
+    )
+
+
+def test_units_have_their_names() -> None:
+    named = ("V", "N/m", "kg/s", "ohm", "V/m", "m/s^2", "N*m", "rad", "Hz")
+    assert [coherent_unit(unit(text).exponents) for text in named] == [
+        "V", "N/m", "kg/s", "ohm", "V/m", "m/s^2", "J", "1", "1/s",
+    ]  # fmt: skip
+
+
+def test_a_long_sum_is_no_deep_one() -> None:
+    assert Formula("= " + "+".join("1" * 190)).number({}) == 190.0
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "hint"),
+    [
+        ("= 1 V + 1 A", "a sum takes V and A", ""),
+        ("= f0 - 1", "a difference takes 1/s and a plain number", ""),
+        ("= sin(1 V)", "sin takes a plain number or an angle, not V", "divide by a unit"),
+        ("= mass^q", "the exponent of a quantity with a unit must be written as a number", "x^2"),
+        ("= mass^pi", "the exponent of a quantity with a unit must be a ratio of small numbers", "x^(3/2)"),
+        ("= 2^mass", "an exponent must be a plain number", ""),
+        ("= mas", "there is no value or unit mas", "did you mean mass?"),
+        ("= 5 kHx", "unknown unit 'kHx'", "did you mean kHz?"),
+        ("= sine(x)", "there is no function sine", "did you mean sin?"),
+        ("= sin", "there is no value or unit sin", "write its argument in brackets: sin( )"),
+        ("= sin(1, 2)", "sin takes 1 argument, not 2", ""),
+        ("= hypot(1)", "hypot takes 2 arguments, not 1", ""),
+        ("= sensor.mass", "a formula knows values, not parameters: sensor.mass", "mass = ..."),
+        ("= 1 / 0", "has no finite value", "a division by zero"),
+        ("= sqrt(-1)", "has no finite value", "a root"),
+        ("= log(-1)", "has no finite value", "logarithm"),
+        ("= f0", "is 1/s, not V", "the result must be in V"),
+        ("= 2 * 3", "is a plain number, not V", "give its numbers units, as in 1.5 V"),
+    ],
+)
+def test_what_is_said(text: str, message: str, hint: str) -> None:
+    in_unit = "1" if "no finite" in message else "V"
+    with pytest.raises(Refusal) as refused:
+        Formula(text).quantity(NUMBERS, DIMENSIONS, in_unit)
+    assert str(refused.value) == message
+    assert hint in refused.value.hint
+
+
+def test_exponents_of_units_stay_small() -> None:
+    with pytest.raises(Refusal, match="an exponent beyond 100"):
+        dimension_of(Formula("= ((1 m)^64)^64").tree, {})
+    assert dimension_of(Formula("= ((1 m)^8)^(1/12)").tree, {})[0] == Fraction(2, 3)
