@@ -21,6 +21,7 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Node
 from proofmass.runner.analysis.linearisation.forward import memory_at
+from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
@@ -33,6 +34,7 @@ Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
+_MANY = 64  # base ticks, from which on the directions of noise are gathered
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,8 @@ def period_map(
         seeded = _seed(plan, begin, sorted(moving), counted)
         values = [_held(begin, entry) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
-        engine = NoisyTicks(*given, noise=noise) if noise else DualTicks(*given)
+        many = ticks > _MANY and not by_parameters
+        engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise) if noise else DualTicks(*given)
         try:
             engine.advance(begin.tick + ticks, ())
         except TickError as error:
@@ -310,9 +313,11 @@ def _plain(memory: Memory) -> Memory:
     for name, state in copy.states.items():
         if state is not None:
             copy.states[name] = type(state)(*map(plain, state))
-    for values in (copy.buffers, copy.wires):
-        for key, value in values.items():
-            values[key] = list(map(plain, value)) if isinstance(value, list) else plain(value)
+    for node, held in copy.of_blocks().items():
+        if isinstance(held, list):
+            copy.buffers[node] = list(map(plain, held))
+    for wire, value in copy.wires.items():
+        copy.wires[wire] = list(map(plain, value)) if isinstance(value, list) else plain(value)
     return copy
 
 

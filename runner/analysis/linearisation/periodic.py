@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -182,7 +183,8 @@ def _moved(memory: Memory, whole: PeriodMap, change: Array) -> Memory:
         if index < 0:
             moved.states[name] = state._replace(**{field: getattr(state, field) + by})
         else:
-            moved.buffers[name, field][index] += by
+            buffer: Any = moved.buffers[name, field]
+            buffer[index] += by
     return moved
 
 

@@ -19,10 +19,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 
 from proofmass.graphs.checks.schedule import Node
+from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.open_loop import Complex, Transfer
+from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ROUNDING
@@ -88,7 +90,7 @@ class NoiseMap:
 
     def densities(self, frequencies: Array) -> Array:
         """One-sided density at the output by each source: a row for each frequency, in unit^2/Hz."""
-        width = max(1, _LARGEST // max(1, len(self.matrices[0]) * len(self.inputs)))
+        width = max(1, _LARGEST // max(1, len(self.matrices[0]) + len(self.inputs) + self.values))
         rows = [self._densities(frequencies[i : i + width]) for i in range(0, len(frequencies), width)]
         return np.vstack(rows) if rows else np.zeros((0, len(self.sources)))
 
@@ -103,15 +105,26 @@ class NoiseMap:
         return self._by_source(power) * (2.0 * self.period / self.values**2)
 
     def heard(self, frequencies: Array) -> Complex:
-        """Return the share of each column in the output at a frequency."""
+        """Return the share of each column in the output at a frequency, by the transposed system: one row, not H."""
+        a, b, c, d = self.matrices
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
-        z = np.asarray(np.exp(2j * np.pi * frequencies * self.period), dtype=complex)
-        heard: Complex = np.einsum("fi,fik->fk", turn, self._transfer(z))
-        return heard
+        if not len(a):
+            return np.asarray(turn @ d)
+        z = np.exp(2j * np.pi * frequencies * self.period)
+        x = np.zeros((len(a), len(frequencies)), dtype=complex)
+        form, scale, basis = self._schur
+        known = basis.conj().T @ ((turn @ c).T * scale[:, None])
+        for i in range(len(a) - 1, -1, -1):
+            x[i] = (known[i] + form[i, i + 1 :] @ x[i + 1 :]) / (z - form[i, i])
+        rows = ((basis @ x) / scale[:, None]).T
+        return np.asarray(rows @ b + turn @ d)
 
     @cached_property
-    def _transfer(self) -> Transfer:
-        return Transfer(*self.matrices)
+    def _schur(self) -> tuple[Complex, Array, Complex]:
+        """Schur form of the transposed A, in units of the states that make it alike."""
+        alike, scale = balanced(self.matrices[0])
+        form, basis = scipy.linalg.schur(alike.T, output="complex")
+        return form, np.asarray(scale), basis
 
     def _by_source(self, columns: Array) -> Array:
         """Sums over the columns of each source."""
