@@ -15,13 +15,15 @@ _STILL = 1e-3  # of its size, below which the swing of a number is dither
 class Orbit:
     """Numbers of a graph at the ends of successive periods."""
 
-    def __init__(self, rows: Sequence[Mapping[Any, float]]) -> None:
+    def __init__(self, rows: Sequence[Mapping[Any, float]], paired: bool = False) -> None:
+        """Take the numbers of each period; `paired` with those of the next, since a sine has a value twice a cycle."""
         keys = sorted(set(rows[0]).intersection(*rows))
         values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
         swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
         steps = np.diff(values, axis=0)
         straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases and counts, and what settles
         moving = swing > _STILL * size
+        self._paired = paired
         self._keys, self._values, self._swing = keys, values, swing
         self.turning = np.flatnonzero(moving & ~straight)
         self._moving = np.flatnonzero(moving)
@@ -31,12 +33,20 @@ class Orbit:
         """Names of the numbers that go to and fro."""
         return [self._keys[int(i)] for i in self.turning]
 
+    def swing(self, wire: tuple[str, str]) -> float:
+        """Return by how much a wire goes to and fro."""
+        key = (*wire, -1)
+        return float(self._swing[self._keys.index(key)]) if key in self._keys else 0.0
+
     def returns(self) -> Iterator[int]:
         """Numbers of periods after which all that goes to and fro is closer to where it was than ever before."""
         chosen = self.turning
         if not len(chosen):
             return
-        miss = (np.abs(self._values[1:, chosen] - self._values[0, chosen]) / self._swing[chosen]).max(axis=1)
+        apart = np.abs(self._values[1:, chosen] - self._values[0, chosen])
+        if self._paired:
+            apart = np.maximum(apart[:-1], np.abs(self._values[2:, chosen] - self._values[1, chosen]))
+        miss = (apart / self._swing[chosen]).max(axis=1)
         best = np.minimum.accumulate(miss)
         closer = np.flatnonzero((miss < _BACK) & (miss < np.concatenate([[np.inf], best[:-1]])))
         yield from (int(i) + 1 for i in closer[:_TRIES])

@@ -42,6 +42,8 @@ FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
 _QUIET = 20_000  # base ticks, up to which a run to the operating point is made without noise
 _LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
+_DOUBLED = (1, 2, 4, 8, 16, 32, 64)
+_BACK = 0.1  # by which the map of noise over several periods may differ from that of the next ones
 _NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
@@ -199,10 +201,12 @@ class _Search:
         if not self._moves():
             return _Point(first, 1)
         maps = dict[int, PeriodMap]()
-        for look in _LOOKS:
+        for look in self._looks():
             maps[look] = self._map(self._after(look))
-            if look == 1 and _change(first, maps[look]) <= SAME:
+            if look == 1 and _change(first, maps[look]) <= SAME and not self._switches():
                 return _Point(first, 1)
+        if self._switches() and all(_change(first, after) <= SAME for after in maps.values()):
+            return _Point(first, 1)
         change, later = self._drift(first, maps, 1, first), tuple(maps.values())
         if change <= NOTED:
             return _Point(first, 1, (), later)
@@ -249,6 +253,17 @@ class _Search:
             periods=periods,
         )
 
+    def _looks(self) -> tuple[int, ...]:
+        """Return the periods after which the map is compared: a switch that waits has changed after one of them."""
+        return _DOUBLED if self._switches() else _LOOKS
+
+    def _switches(self) -> bool:
+        """Return whether the map is one of noise, and what counts or switches moves: a chopper, a sequence."""
+        before, once = (dict(states_of(self._after(i), self._names)) for i in range(2))
+        return bool(self._noise) and any(
+            isinstance(value, int) and value != once.get(key) for key, value in before.items()
+        )
+
     def _moves(self) -> bool:
         """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self._after, range(3))
@@ -270,6 +285,8 @@ class _Search:
         for periods in orbit.returns():
             closed = self._map(self._after(0), periods)
             change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
+            if self._noise and _change(closed, self._map(self._after(periods), periods)) > _BACK:
+                continue
             if change <= FROZEN:
                 once, whole = _time(self._period), _time(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
@@ -279,7 +296,8 @@ class _Search:
 
     def _orbit(self) -> "Orbit":
         later = map(self._after, range(1, 2 + self._most))
-        return Orbit([dict(states_of(m, self._names)) | dict(wires_of(m, self._names)) for m in later])
+        rows = [dict(states_of(m, self._names)) | dict(wires_of(m, self._names)) for m in later]
+        return Orbit(rows, paired=bool(self._noise))
 
     def _start_up(self) -> str:
         return (

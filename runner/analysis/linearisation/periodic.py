@@ -97,7 +97,7 @@ class _Shooting:
     def _orbit(self) -> Orbit:
         run, names = Quiet(self.plan, self._start.copy()), sorted(self.plan.blocks)
         ticks = (self.first + i * self.common for i in range(1, min(LONGEST // self.common, MOST_PERIODS) + 2))
-        return Orbit([dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)])
+        return Orbit([dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True)
 
     def newton(self, periods: int, before: str) -> tuple[PeriodicPoint | None, str]:
         """Return the point over so many common periods, or None and what is in its way."""
@@ -130,7 +130,12 @@ class _Shooting:
             if key in first and abs(last[key] - first[key]) > CLOSED * size.get(key, 1.0):
                 return f"{key[0]}.{key[1]} is {last[key]:g} after a period, and was {first[key]:g}"
         after = self.map(end, periods)
-        if after.states != whole.states or not _alike(whole, after, scale):
+        wires = [end.wires, (after.end or end).wires]
+        same = all(
+            abs(wires[1][key] - wires[0][key]) <= _SAME * max(abs(wires[0][key]), self._orbit.swing(key))
+            for key in ((name, port) for name, port, _ in self._orbit.turning_keys if (name, port) in end.wires)
+        )
+        if not same or after.states != whole.states or not _alike(whole, after, scale):
             return "the period that follows is another: a signal of the time does not fit it"
         moved = max((abs(v - w) / size[k] for k, v, w in self._far(first) if k in size), default=0.0)
         if moved > _FAR and np.max(np.abs(np.linalg.eigvals(whole.parts()[0])), initial=0.0) > 1.0 + _SAME:
