@@ -203,9 +203,9 @@ class _Search:
         maps = dict[int, PeriodMap]()
         for look in self._looks():
             maps[look] = self._map(self._after(look))
-            if look == 1 and _change(first, maps[look]) <= SAME and not self._switches():
+            if look == 1 and self._same(first, maps[look]) and not self._switches():
                 return _Point(first, 1)
-        if self._switches() and all(_change(first, after) <= SAME for after in maps.values()):
+        if self._switches() and all(self._same(first, after) for after in maps.values()):
             return _Point(first, 1)
         change, later = self._drift(first, maps, 1, first), tuple(maps.values())
         if change <= NOTED:
@@ -229,7 +229,8 @@ class _Search:
         last = 1.0 / (2.0 * self._period * periods)
         f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
         z = np.asarray(np.exp(2j * math.pi * f * self._period))
-        speed = max(_effect(first, after, z) / number for number, after in later.items())  # a period
+        shown = self._shown(first)
+        speed = max(_effect(shown, self._shown(after), z) / number for number, after in later.items())  # a period
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
         rates = np.abs(np.log(np.linalg.eigvals(of_period.between().parts()[0]).astype(complex) + 1e-300)) / periods
@@ -253,9 +254,23 @@ class _Search:
             periods=periods,
         )
 
+    def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
+        return _change(self._shown(first), self._shown(after)) <= SAME
+
+    def _shown(self, of: PeriodMap) -> PeriodMap:
+        """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
+        if not self._noise:
+            return of
+        n, wanted = of.order, [i for i, entry in enumerate(of.outputs) if entry[:2] in self._outputs]
+        rows = [*range(n), *(n + i for i in wanted)]
+        return replace(of, outputs=tuple(of.outputs[i] for i in wanted), matrix=of.matrix[rows], slopes={})
+
     def _looks(self) -> tuple[int, ...]:
         """Return the periods after which the map is compared: a switch that waits has changed after one of them."""
-        return _DOUBLED if self._switches() else _LOOKS
+        if not self._noise:
+            return _LOOKS
+        doubled = _DOUBLED if self._switches() else _LOOKS
+        return tuple(look for look in doubled if look == 1 or look * self._ticks <= LONGEST_ORBIT)
 
     def _switches(self) -> bool:
         """Return whether the map is one of noise, and what counts or switches moves: a chopper, a sequence."""
@@ -285,13 +300,13 @@ class _Search:
         for periods in orbit.returns():
             closed = self._map(self._after(0), periods)
             change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
-            if self._noise and _change(closed, self._map(self._after(periods), periods)) > _BACK:
+            after = self._map(self._after(periods), periods)
+            if self._noise and _change(self._shown(closed), self._shown(after)) > _BACK:
                 continue
             if change <= FROZEN:
                 once, whole = _time(self._period), _time(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
-                later = self._map(self._after(periods), periods)
-                return _Point(closed, periods, (note, *_moving(change)), (later,))
+                return _Point(closed, periods, (note, *_moving(change)), (after,))
         return None
 
     def _orbit(self) -> "Orbit":
