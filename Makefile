@@ -8,7 +8,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-all test-fast defects lint benchmark clean
+.PHONY: demo test test-all test-fast defects lint docs benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
@@ -37,6 +37,10 @@ lint: $(VENV)/installed-dev
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
 
+# The site, without warnings, into build/site/html; it needs no network to be read.
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m docs.site
+
 benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/compare_with_c.py
 	$(BIN)/python benchmarks/monte_carlo.py
@@ -45,6 +49,7 @@ benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/memory.py
 	$(BIN)/python benchmarks/normal_deviates.py
+	$(BIN)/python benchmarks/peers.py
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
@@ -59,6 +64,10 @@ $(VENV)/installed-test: $(VENV)/installed
 
 $(VENV)/installed-dev: $(VENV)/installed-test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	touch $@
+
+$(VENV)/installed-docs: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[docs]"
 	touch $@
 
 clean:

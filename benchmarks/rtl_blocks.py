@@ -17,7 +17,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import FOLDER
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.runner.rtl.machine.compose import is_digital
+from proofmass.runner.rtl.machine.compose import fits_hardware
 
 RATE = Fraction(4800)  # of blocks that no graph gives one
 SOFTWARE = {"Correlator"}  # its sums are plain integers, of which no format says how large they grow
@@ -55,7 +55,7 @@ def blocks_alone() -> Iterator[Alone]:
     """Every one once: at another rate it is the same where its constants are."""
     seen = set()
     for each in _found():
-        if is_digital(each.block) and each.kind not in SOFTWARE:
+        if fits_hardware(each.block) and each.kind not in SOFTWARE:
             made = type(each.block).functions.get("constants")
             key = each.block, made and str(made.function(each.block, float(1 / each.rate)))
             if key not in seen:

@@ -9,10 +9,11 @@ from proofmass.runner.commands.analysis_declarations import ANALYSES
 from proofmass.runner.commands.declarations import cli
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
+from proofmass.runner.commands.live_declarations import live
 
 __all__ = ["cli", "main"]
 
-for command in ANALYSES:
+for command in (*ANALYSES, live):
     cli.add_command(command)
 
 

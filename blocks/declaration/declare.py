@@ -13,7 +13,7 @@
 The first argument of every function is the block's constants (or its parameters, where it declares no `constants`);
 the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `Meaning`; in a block with
 `formats`, whose constants are in registers, also `p`, the parameters.
-An output that names an input depends on it in the same sample; one that does not, does not.
+An output depends on an input in the same tick only if its function takes that input as an argument.
 """
 
 import dataclasses
@@ -73,12 +73,14 @@ class Block(metaclass=Kind):
 
 
 def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]]:
-    """Make a stateless block of one function: inputs by name with their unit, parameters by name with `param`.
+    """Make a stateless block of one function.
 
-    @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
-    def rectified(p, voltage: float) -> float:
-        \"\"\"Absolute value of a voltage, less a threshold.\"\"\"
-        return abs(voltage) - p.threshold
+    Inputs come by name with their unit, parameters by name with `param`::
+
+        @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
+        def rectified(p, voltage: float) -> float:
+            \"\"\"Absolute value of a voltage, less a threshold.\"\"\"
+            return abs(voltage) - p.threshold
     """
 
     def make(function: Callable[..., Any]) -> type[Block]:

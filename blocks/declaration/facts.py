@@ -108,7 +108,7 @@ class Facts(type):
         """Whether the runner integrates the block between ticks."""
         return "derivative" in cls.functions or bool(cls.events)
 
-    def digital(cls) -> bool:
+    def has_formats(cls) -> bool:
         """Whether its functions work on `FixedValue`: it has formats, and no port carries floating-point numbers."""
         ports = (*cls.inputs.values(), *cls.outputs.values())
         return "formats" in cls.functions and all(port.dtype is not float for port in ports)
@@ -141,7 +141,7 @@ class Facts(type):
     def taken_in_the_loop(cls, parameter: str) -> bool:
         """Whether constants can be computed in the loop from the parameter: a number that no start or requirement
         uses."""
-        if cls.digital() or cls.parameters[parameter].kind is not float:
+        if cls.has_formats() or cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))
         once = [f for f in (start and start.function, cls.requirements) if f]

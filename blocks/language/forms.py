@@ -27,7 +27,7 @@ def is_own(kind: type[Block]) -> bool:
 
 def form_of(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered | None:
     """A function of a block as an engine runs it; None where that is the function itself."""
-    if not is_own(kind) or kind.digital():
+    if not is_own(kind) or kind.has_formats():
         return None
     return _form(kind, behaviour, compiled)
 
@@ -35,7 +35,7 @@ def form_of(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered 
 def constants_form(kind: type[Block], compiled: bool) -> Lowered | None:
     """The function `constants` for parameters that change; None where that is the function itself."""
     behaviour = kind.functions.get("constants")
-    if behaviour is None or not is_own(kind) or kind.digital():
+    if behaviour is None or not is_own(kind) or kind.has_formats():
         return None
     arguments: list[Type] = [float for _ in behaviour.arguments]
     result = type_of(behaviour.returns)
@@ -130,7 +130,7 @@ def _bad_types(kind: type[Block]) -> Iterator[Problem]:
             continue
         for field, of in Record(record).fields.items():
             listed = what == "Constants" and not isinstance(of, Unknown)
-            if of not in NUMBERS and not listed and not kind.digital():
+            if of not in NUMBERS and not listed and not kind.has_formats():
                 yield Problem(
                     message=f"the field {field} of {record.__name__} has a type that no engine holds",
                     key=field,

@@ -11,10 +11,8 @@ from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.names_used import as_written
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.rates import write_rate
-
-Node = tuple[str, str]
 
 
 def clocking_notes(flat: FlatGraph) -> Iterator[Problem]:
@@ -38,8 +36,8 @@ class _Wiring:
 
     def __init__(self, flat: FlatGraph) -> None:
         self.flat = flat
-        self.drivers: dict[str, dict[str, Node]] = defaultdict(dict)  # by block and its input or parameter
-        self.readers: dict[str, list[Node]] = defaultdict(list)
+        self.drivers: dict[str, dict[str, Endpoint]] = defaultdict(dict)  # by block and its input or parameter
+        self.readers: dict[str, list[Endpoint]] = defaultdict(list)
         for wire in flat.wires:
             (name, entry), source = split(wire.target), split(wire.source)
             self.drivers[name][entry] = source
@@ -51,7 +49,7 @@ class _Wiring:
         """The rate of a discrete block; None of a continuous one."""
         return None if type(self.flat.blocks[name]).continuous() else self.flat.rates.get(name, self.flat.rate)
 
-    def rate_of(self, node: Node) -> Fraction | None:
+    def rate_of(self, node: Endpoint) -> Fraction | None:
         """How often an output changes; None where it moves between ticks."""
         name, port = node
         block, rate = self.flat.blocks[name], self.rate(name)

@@ -10,14 +10,13 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.rates import base_rate
 
 if TYPE_CHECKING:
     import networkx
 
 _NAMED = 40  # wires of a loop
-Node = tuple[str, str]  # block and output port
 
 
 class ConstantsOf(NamedTuple):
@@ -26,7 +25,7 @@ class ConstantsOf(NamedTuple):
     block: str
 
 
-Step: TypeAlias = Node | ConstantsOf  # of a tick
+Step: TypeAlias = Endpoint | ConstantsOf  # of a tick
 
 
 class Torn(NamedTuple):
@@ -48,11 +47,11 @@ class AlgebraicLoop:
     Once the values of the `tears` are known, the `others` follow from them one after the other, in this order.
     """
 
-    tears: tuple[Node, ...]
-    others: tuple[Node, ...]
+    tears: tuple[Endpoint, ...]
+    others: tuple[Endpoint, ...]
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Endpoint, ...]:
         """All of it, the tears first."""
         return self.tears + self.others
 
@@ -69,7 +68,7 @@ class Schedule:
     base_rate: Fraction
     divisors: dict[str, int]
     order: tuple[Step, ...]
-    drivers: dict[Node, Node]
+    drivers: dict[Endpoint, Endpoint]
     loops: tuple[AlgebraicLoop, ...] = ()
 
 
@@ -91,7 +90,7 @@ def schedule(graph: FlatGraph) -> Schedule:
     return Schedule(base, divisors, order, drivers, tuple(map(loop_of, cycles)))
 
 
-def outputs_of(steps: Iterable[Step]) -> tuple[Node, ...]:
+def outputs_of(steps: Iterable[Step]) -> tuple[Endpoint, ...]:
     """Return the steps that are outputs."""
     return tuple(step for step in steps if not isinstance(step, ConstantsOf))
 
@@ -101,7 +100,7 @@ def loop_of(cycle: Torn) -> AlgebraicLoop:
     return AlgebraicLoop(outputs_of(cycle.tears), outputs_of(cycle.others))
 
 
-def _needs(graph: FlatGraph, drivers: dict[Node, Node]) -> dict[Step, list[Step]]:
+def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[Step, list[Step]]:
     """What must be known before each output, and before the constants of each block with driven parameters."""
     needs: dict[Step, list[Step]] = {}
     for name, block in graph.blocks.items():
@@ -202,7 +201,7 @@ def _cycle(cycle: Torn, needs: Mapping[Step, Sequence[Step]]) -> list[Step]:
     return backwards[backwards.index(node) :][::-1]
 
 
-def _loop(graph: FlatGraph, cycle: list[Step], drivers: dict[Node, Node], obstacle: str) -> Problem:
+def _loop(graph: FlatGraph, cycle: list[Step], drivers: dict[Endpoint, Endpoint], obstacle: str) -> Problem:
     """The loop named port by port, from its alphabetically first wire on; the first and last node are the same."""
     wires = []
     for source, target in pairwise(cycle):

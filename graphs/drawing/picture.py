@@ -11,10 +11,8 @@ from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.names import Missing, find_any
-
-Node = tuple[str, str]  # block and port
 
 
 @dataclass(frozen=True)
@@ -39,8 +37,8 @@ class Picture(NamedTuple):
     rate: Fraction | None
     rates: Mapping[str, Fraction]
     blocks: Mapping[str, Box]
-    wires: list[tuple[Node, Node]]
-    probes: list[Node]
+    wires: list[tuple[Endpoint, Endpoint]]
+    probes: list[Endpoint]
 
 
 def picture(graph: Graph) -> Picture:
@@ -58,7 +56,7 @@ def picture(graph: Graph) -> Picture:
     return Picture(graph.name, graph.rate, {**graph.rates, **rates}, dict(sorted(boxes.items())), wires, probes)
 
 
-def _node(graph: Graph, signal: str) -> Node:
+def _node(graph: Graph, signal: str) -> Endpoint:
     head, _, tail = signal.partition(".")
     return (head, tail) if head in graph.subgraphs else split(signal)
 

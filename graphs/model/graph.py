@@ -21,6 +21,7 @@ from proofmass.graphs.model.values import Value
 
 DEFAULT_INTEGRATION = Integration()
 
+Endpoint = tuple[str, str]  # of a wire: block and port
 Given = TypeVar("Given", bound="Graph")
 
 

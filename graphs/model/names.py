@@ -49,7 +49,7 @@ def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] 
     if port in kind.parameters and kind.taken_in_the_loop(port):
         return Missing(f"{signal} cannot be driven", kind.parameters[port].not_driven)
     if port in kind.parameters:
-        why = "of a fixed-point block" if kind.digital() else "that fixes a size, a start or a choice"
+        why = "of a fixed-point block" if kind.has_formats() else "that fixes a size, a start or a choice"
         return Missing(f"{signal} cannot be driven", f"it is a parameter {why}: set it under [blocks.{name}]")
     if port in kind.outputs:
         return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", kind.inputs))

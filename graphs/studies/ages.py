@@ -7,16 +7,26 @@ SHOWN = 11  # ages in a table
 HOUR, MONTH, YEAR = 3600.0, 2629800.0, 31557600.0  # seconds
 
 
-def age_text(seconds: float) -> str:
-    """An age in the unit that suits it.
+def written_age(seconds: float) -> str:
+    """Return an age as a study file has it, in the unit that suits it.
 
-    >>> age_text(0.0), age_text(3.6e6), age_text(7889400.0), age_text(31557600.0)
-    ('0 h', '1000 h', '3 month', '1 year')
+    >>> written_age(0.0), written_age(3.6e6), written_age(7889400.0), written_age(63115200.0)
+    ('0 h', '1000 h', '3 month', '2 year')
     """
     if seconds >= YEAR:
         return f"{seconds / YEAR:g} year"
     months = seconds / MONTH
     return f"{months:.0f} month" if months >= 1.0 and months == round(months) else f"{seconds / HOUR:g} h"
+
+
+def age_text(seconds: float) -> str:
+    """Return an age for a reader.
+
+    >>> age_text(3.6e6), age_text(7889400.0), age_text(31557600.0), age_text(63115200.0)
+    ('1000 h', '3 months', '1 year', '2 years')
+    """
+    number, unit = written_age(seconds).split()
+    return f"{number} {unit}" if unit == "h" or number == "1" else f"{number} {unit}s"
 
 
 def some_of(ages: Sequence[float]) -> frozenset[float]:
@@ -30,9 +40,9 @@ def some_of(ages: Sequence[float]) -> frozenset[float]:
 
 
 def recalibration_text(seconds: float) -> str:
-    """How often sensors are calibrated.
+    """Return how often sensors are calibrated.
 
     >>> recalibration_text(31557600.0), recalibration_text(math.inf)
-    ('recalibrated every 1 year', 'never recalibrated')
+    ('recalibrated every year', 'never recalibrated')
     """
-    return "never recalibrated" if seconds == math.inf else f"recalibrated every {age_text(seconds)}"
+    return "never recalibrated" if seconds == math.inf else f"recalibrated every {age_text(seconds).removeprefix('1 ')}"

@@ -299,7 +299,7 @@ class StudyTables:
             raise Refusal("is a port, not a parameter", got=shown(key), hint=hint)
         if found[1].kind is not float:
             raise _fixed(key, found[1])
-        if type(found[0]).digital():
+        if type(found[0]).has_formats():
             hint = "its numbers are part of its circuit: make a study of each"
             raise Refusal("the block works in fixed point", got=shown(key), hint=hint)
         if driver:

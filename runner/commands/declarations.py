@@ -15,6 +15,7 @@ from proofmass.runner.commands.options import (
     out_option,
     output_option,
     plot_option,
+    probe_option,
     quiet_option,
     seed_option,
     set_option,
@@ -61,7 +62,7 @@ def cli(traceback: bool) -> None:
 @seed_option("the graph")
 @engine_option()
 @set_option
-@click.option("--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable.")
+@probe_option
 @out_option("Write traces, plot and report to this folder (default: none is written).")
 @click.option(
     "--format",
@@ -70,6 +71,7 @@ def cli(traceback: bool) -> None:
     type=click.Choice(["netcdf", "csv", "parquet"]),
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
+@click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
 @click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
 @click.option(
     "--show-source",

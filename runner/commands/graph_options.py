@@ -12,13 +12,17 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph, Probe, split
+from proofmass.graphs.model.integration import read_integration
 from proofmass.runner.commands.own_blocks import own_blocks
 
 
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
     """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
-    graph = read_graph(path, own_blocks(own))
+    graph: Graph = read_graph(path, own_blocks(own))
     values = dict(_change(graph, text) for text in changes)
+    if "integration" not in (*graph.blocks, *graph.subgraphs):
+        steps = {key: values.pop(key) for key in tuple(values) if key.startswith("integration.")}
+        graph = _with_integration(graph, steps) if steps else graph
     graph = with_parameters(graph, values) if values else graph
     return graph.changed(probes=(*graph.probes, *_new_probes(graph, probes)))
 
@@ -38,6 +42,12 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
         return key, tomllib.loads(f"value = {value}")["value"]
     except (ValueError, RecursionError):
         return key, value.strip()
+
+
+def _with_integration(graph: Graph, changes: dict[str, Any]) -> Graph:
+    """The graph whose continuous blocks are stepped as the changes say, each named as in `integration.substeps`."""
+    table = graph.integration.changed() | {key.removeprefix("integration."): value for key, value in changes.items()}
+    return graph.changed(integration=read_integration(table))
 
 
 def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:

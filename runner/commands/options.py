@@ -36,6 +36,9 @@ set_option = click.option(
     metavar="NAME=VALUE",
     help="Change a parameter or a named value, for example adc.bits=16 or mass=60ug; repeatable.",
 )
+probe_option = click.option(
+    "--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable."
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 quiet_option = click.option("--quiet", is_flag=True, help="Show no progress bar.")
 duration_option = click.option(

@@ -34,6 +34,7 @@ class RunRequest:
     probes: tuple[str, ...]
     out: Path | None
     formats: tuple[str, ...]
+    live: bool
     resume: bool
     show_source: bool
     quiet: bool
@@ -45,6 +46,8 @@ class RunRequest:
             raise click.UsageError("give --duration or --samples, not both")
         if self.resume and self.out is None:
             raise click.UsageError("--resume needs --out, the folder of the interrupted run")
+        if self.live and self.out is None:
+            raise click.UsageError("--live needs --out, the folder to write to")
         if self.formats and self.out is None:
             raise click.UsageError("--format needs --out, the folder to write to")
 
@@ -60,7 +63,7 @@ def run_graph(request: RunRequest) -> int:
     if result.interrupted:
         return _interrupted(result, request.out)
     if request.out is not None:
-        names = write_run(result, request.out, request.formats or ("netcdf",))
+        names = write_run(result, request.out, request.formats or ("netcdf",), live=request.live)
         print_files(request.out, names, request.as_json)
     return DONE
 

@@ -4,14 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from proofmass.runner.output import export
+from proofmass.runner.output.page import STILL, LivePart
 from proofmass.runner.output.plot import save_plot
 from proofmass.runner.output.report import save_report
 from proofmass.runner.run.result import Result
 
 
-def write_run(result: Result, out: Path, formats: tuple[str, ...], more: Sequence[tuple[str, str]] = ()) -> list[str]:
-    """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files."""
+def write_run(
+    result: Result, out: Path, formats: tuple[str, ...], more: Sequence[tuple[str, str]] = (), live: bool = False
+) -> list[str]:
+    """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files.
 
+    A `live` report carries the loop itself.
+    """
     names: list[str] = []
     if result.traces:
         if "netcdf" in formats:
@@ -24,5 +29,11 @@ def write_run(result: Result, out: Path, formats: tuple[str, ...], more: Sequenc
         save_plot(result, out / "plot.svg")
         names.append("plot.svg")
     export.save_summary(result, out / "summary.json")
-    save_report(result, out / "report.html", more)
+    save_report(result, out / "report.html", more, _live_part(result) if live else STILL)
     return [*names, "summary.json", "report.html"]
+
+
+def _live_part(result: Result) -> LivePart:
+    from proofmass.runner.output.live.model import live_model, live_part  # WebAssembly, which few reports carry
+
+    return live_part(live_model(result.graph, result.planned_ticks, result.seed))

@@ -37,6 +37,7 @@ def run_lines(result: Result) -> Iterator[str]:
     rows = [_row(row) for row in result.summary()]
     if rows:
         yield from ("", *text_table([_HEAD, *rows], left=(0, 1)), "")
+        yield f"SHA-256 of the traces: {result.digest}"
     yield from _overflows(result)
     yield from _measures(result)
 
@@ -47,6 +48,7 @@ def run_data(result: Result) -> dict[str, Any]:
         "graph": result.graph.name,
         "ticks": result.ticks,
         "interrupted": result.interrupted,
+        "digest": result.digest,
         "base_rate_hz": float(result.base_rate),
         "seed": result.seed,
         "seconds": result.seconds,

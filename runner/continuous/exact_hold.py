@@ -13,8 +13,6 @@ loop on arrays: to the same bits, in every tick where a driven parameter has mov
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 Matrix = list[list[float]]
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 Product = Callable[[Flat, Flat, int, Flat], None]
@@ -107,6 +105,9 @@ def multiply(left: Flat, right: Flat, size: int, product: Flat) -> None:
 
 def multiply_arrays(left: Flat, right: Flat, size: int, product: Flat) -> None:
     """As `multiply`, the same sums in the same order, a whole term of them at a time."""
+    # start-up time: only large groups need NumPy, and `check` plans without it
+    import numpy as np
+
     a, b = (np.array(flat).reshape(size, size) for flat in (left, right))
     total = np.zeros((size, size))
     with np.errstate(over="ignore", invalid="ignore"):

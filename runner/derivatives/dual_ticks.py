@@ -12,7 +12,8 @@ from typing import Any
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf, Node
+from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance, IntegratedAdvance
@@ -32,8 +33,8 @@ class DualTicks(Interpreter):
         plan: Plan,
         memory: Memory,
         blocks: AbstractSet[str],
-        inputs: Sequence[Node],
-        outputs: Sequence[Node],
+        inputs: Sequence[Endpoint],
+        outputs: Sequence[Endpoint],
         cut: bool,
         by_parameters: bool,
         integrated: bool = False,
@@ -42,7 +43,7 @@ class DualTicks(Interpreter):
             if not set(inputs).isdisjoint(loop.nodes):
                 raise ModelError([plan.graph.placed(_within(loop))])
         self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
-        self.recorded: dict[Node, list[Any]] = {node: [] for node in outputs}
+        self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in outputs}
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
         self.sources: list[tuple[str, str, int]] = []  # of noise, where it is not zero
         self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers are given, where they err
@@ -61,7 +62,7 @@ class DualTicks(Interpreter):
         ]
         self._updates = [update for update in self._updates if update[0] in blocks]
 
-    def _wired(self, node: Node, step: Callable[[int], Any]) -> Callable[[int], Any]:
+    def _wired(self, node: Endpoint, step: Callable[[int], Any]) -> Callable[[int], Any]:
         """What a wire carries, once it is recorded and the input is added."""
         if node not in self._inputs and node not in self._watched:
             return step
@@ -86,7 +87,7 @@ class DualTicks(Interpreter):
         return for_duals(behaviour.function)
 
     def _solve_loop(
-        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
+        self, tears: Sequence[Endpoint], others: Sequence[Endpoint], wires: Any, value: Callable[[Endpoint], Any]
     ) -> bool:
         return solve_dual(tears, others, wires, value)
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.source import define
 from proofmass.runner.fixed.integer_interval import Interval
-from proofmass.runner.fixed.integer_ir import Node, Place, TraceError
+from proofmass.runner.fixed.integer_ir import Operation, SourceLine, TraceError
 from proofmass.runner.fixed.operations import OPERATIONS, interval_of
 from proofmass.runner.fixed.step_formats import Formats, is_format, leaves, parts
 from proofmass.runner.fixed.trace import Traced, trace
@@ -41,9 +41,9 @@ def compile_step(
     return compile_traced(traced, name or function.__name__, (traced.overflows,) if count_overflows else ())
 
 
-def compile_traced(traced: Traced, name: str, beside: Sequence[Node] = ()) -> CompiledStep:
-    """A traced step as integer code; with `beside` it returns (result, value of each of these nodes...)."""
-    places: list[Place | None] = []
+def compile_traced(traced: Traced, name: str, beside: Sequence[Operation] = ()) -> CompiledStep:
+    """A traced step as integer code; with `beside` it returns (result, value of each of these operations...)."""
+    places: list[SourceLine | None] = []
     source = integer_source(traced, name, beside, places)
     namespace: dict[str, Any] = {kind.__name__: kind for kind in _classes(traced.formats.get("return"))}
     namespace["__name__"] = "integer_code"
@@ -55,7 +55,7 @@ def compile_traced(traced: Traced, name: str, beside: Sequence[Node] = ()) -> Co
 
 
 def integer_source(
-    traced: Traced, name: str, beside: Sequence[Node] = (), places: list[Place | None] | None = None
+    traced: Traced, name: str, beside: Sequence[Operation] = (), places: list[SourceLine | None] | None = None
 ) -> str:
     """The source text of a traced step; `places` gets the line of Python that each of its lines comes from."""
     live = traced.program.live([*traced.results.values(), *traced.writes.values(), *beside])
@@ -63,13 +63,13 @@ def integer_source(
     lines = list(writer.lines(live))
     if places is not None:
         places += writer.places
-    for text, node in traced.writes.items():
-        if not (node.operation == "input" and node.name == text):
-            lines.append(f"{text} = {writer.returned(text, node)}")
+    for text, operation in traced.writes.items():
+        if not (operation.kind == "input" and operation.name == text):
+            lines.append(f"{text} = {writer.returned(text, operation)}")
     returned = _result(
         traced.formats.get("return"), "return", {t: writer.returned(t, n) for t, n in traced.results.items()}
     )
-    returned = ", ".join([returned, *(writer.text[node] for node in beside)])
+    returned = ", ".join([returned, *(writer.text[operation] for operation in beside)])
     if returned != "None":
         lines.append(f"return {returned}")
     body = "\n".join(f"    {line}" for line in lines or ["pass"])
@@ -77,106 +77,105 @@ def integer_source(
 
 
 class _Writer:
-    """Names and expressions of the nodes."""
+    """Names and expressions of the operations."""
 
-    def __init__(self, clamped: set[Node], bools: set[str], arguments: Sequence[str]) -> None:
-        self.text: dict[Node, str] = {}
-        self.places: list[Place | None] = []  # of the lines
+    def __init__(self, clamped: set[Operation], bools: set[str], arguments: Sequence[str]) -> None:
+        self.text: dict[Operation, str] = {}
+        self.places: list[SourceLine | None] = []  # of the lines
         self._prefix = "v"
         while any(argument.startswith(self._prefix) for argument in arguments):
             self._prefix += "_"
         self._clamped, self._bools = clamped, bools
         self._names: dict[str, str] = {}  # of expressions already there
-        self._conditions: dict[Node, str] = {}
+        self._conditions: dict[Operation, str] = {}
 
-    def lines(self, live: list[Node]) -> Iterator[str]:
-        """One line per node that needs a name."""
-        for node in live:
-            if node.operation == "constant":
-                self.text[node] = str(node.low) if node.low >= 0 else f"({node.low})"
-            elif node.name.isidentifier() and node.name not in self._bools:
-                self.text[node] = node.name
-            elif node.operation == "pipe" or (node.operation == "narrow" and node not in self._clamped):
-                self.text[node] = self.text[node.operands[0]]
+    def lines(self, live: list[Operation]) -> Iterator[str]:
+        """One line per operation that needs a name."""
+        for operation in live:
+            if operation.kind == "constant":
+                self.text[operation] = str(operation.low) if operation.low >= 0 else f"({operation.low})"
+            elif operation.name.isidentifier() and operation.name not in self._bools:
+                self.text[operation] = operation.name
+            elif operation.kind == "pipe" or (operation.kind == "narrow" and operation not in self._clamped):
+                self.text[operation] = self.text[operation.operands[0]]
             else:
-                expression = self._expression(node)
+                expression = self._expression(operation)
                 if expression not in self._names:
                     self._names[expression] = f"{self._prefix}{len(self._names)}"
-                    comment = f"  # {node.place}" if node.operands and node.place else ""
-                    self.places.append(node.place if node.operands else None)
+                    comment = f"  # {operation.place}" if operation.operands and operation.place else ""
+                    self.places.append(operation.place if operation.operands else None)
                     yield f"{self._names[expression]} = {expression}{comment}"
-                self.text[node] = self._names[expression]
+                self.text[operation] = self._names[expression]
 
-    def returned(self, text: str, node: Node) -> str:
+    def returned(self, text: str, operation: Operation) -> str:
         """A result: a truth value where the format says so."""
-        return f"{self.text[node]} != 0" if text in self._bools else self.text[node]
+        return f"{self.text[operation]} != 0" if text in self._bools else self.text[operation]
 
-    def _expression(self, node: Node) -> str:
-        operation = node.operation
-        if operation == "input":
-            return f"1 if {node.name} else 0" if node.name in self._bools else node.name
-        texts = [self.text[operand] for operand in node.operands]
-        if operation == "narrow":
-            return (
-                f"{node.low} if {texts[0]} < {node.low} else ({node.high} if {texts[0]} > {node.high} else {texts[0]})"
-            )
-        if operation == "select":
-            texts[0] = self._conditions.get(node.operands[0], f"{texts[0]} != 0")
-        if operation == "shift_right" and node.operands[1].low > 63:
+    def _expression(self, operation: Operation) -> str:
+        kind = operation.kind
+        if kind == "input":
+            return f"1 if {operation.name} else 0" if operation.name in self._bools else operation.name
+        texts = [self.text[operand] for operand in operation.operands]
+        if kind == "narrow":
+            low, high, (value,) = operation.low, operation.high, texts
+            return f"{low} if {value} < {low} else ({high} if {value} > {high} else {value})"
+        if kind == "select":
+            texts[0] = self._conditions.get(operation.operands[0], f"{texts[0]} != 0")
+        if kind == "shift_right" and operation.operands[1].low > 63:
             texts[1] = "63"  # the sign alone is left, and a machine shifts by at most 63
-        expression = OPERATIONS[operation].python.format(*texts)
-        if OPERATIONS[operation].comparison:
-            self._conditions[node] = expression
+        expression = OPERATIONS[kind].python.format(*texts)
+        if OPERATIONS[kind].comparison:
+            self._conditions[operation] = expression
             return f"1 if {expression} else 0"
         return expression
 
 
-def _clamped(live: list[Node], name: str) -> set[Node]:
-    """The narrowed nodes that must be clamped in the code, so that no 64-bit operation overflows.
+def _clamped(live: list[Operation], name: str) -> set[Operation]:
+    """The narrowed operations that must be clamped in the code, so that no 64-bit operation overflows.
 
     Straight-line code computes the values of branches that are not taken, too, where what the branch's condition says
     does not hold; and an overflow is undefined in compiled code even where its result is not used. So intervals are
     made again without those conditions, and where one leaves 64 bits the conditions that it needs are enforced.
     """
-    clamped: set[Node] = set()
+    clamped: set[Operation] = set()
     while True:
-        always: dict[Node, Interval] = {}
+        always: dict[Operation, Interval] = {}
         enforced = len(clamped)
-        for node in live:
-            always[node] = _unconditional(node, always, clamped)
-            low, high = always[node]
-            if low < LOWEST or high > HIGHEST or _shifts_too_far(node, always):
-                needed = {n for n in _above(node) if n.operation == "narrow" and always[n] != (n.low, n.high)}
+        for operation in live:
+            always[operation] = _unconditional(operation, always, clamped)
+            low, high = always[operation]
+            if low < LOWEST or high > HIGHEST or _shifts_too_far(operation, always):
+                needed = {n for n in _above(operation) if n.kind == "narrow" and always[n] != (n.low, n.high)}
                 if not needed:
-                    _refuse(node, name)
+                    _refuse(operation, name)
                 clamped |= needed
                 break
         if len(clamped) == enforced:
             return clamped
 
 
-def _unconditional(node: Node, always: dict[Node, Interval], clamped: set[Node]) -> Interval:
-    if not node.operands or node in clamped:
-        return node.low, node.high
-    operands = [always[operand] for operand in node.operands]
-    if node.operation in ("shift_left", "shift_right"):  # a negative number of places is seen to by the caller
+def _unconditional(operation: Operation, always: dict[Operation, Interval], clamped: set[Operation]) -> Interval:
+    if not operation.operands or operation in clamped:
+        return operation.low, operation.high
+    operands = [always[operand] for operand in operation.operands]
+    if operation.kind in ("shift_left", "shift_right"):  # a negative number of places is seen to by the caller
         operands[1] = max(operands[1][0], 0), max(operands[1][1], 0)
         if operands[1][1] > 1024:
             operands[1] = operands[1][0], 1024
-    return interval_of(node.operation, operands)
+    return interval_of(operation.kind, operands)
 
 
-def _shifts_too_far(node: Node, always: dict[Node, Interval]) -> bool:
-    if node.operation not in ("shift_left", "shift_right"):
+def _shifts_too_far(operation: Operation, always: dict[Operation, Interval]) -> bool:
+    if operation.kind not in ("shift_left", "shift_right"):
         return False
-    low, high = always[node.operands[1]]
-    constant_right = node.operation == "shift_right" and node.operands[1].constant is not None
+    low, high = always[operation.operands[1]]
+    constant_right = operation.kind == "shift_right" and operation.operands[1].constant is not None
     return low < 0 or (high > 63 and not constant_right)
 
 
-def _above(node: Node) -> set[Node]:
-    found: set[Node] = set()
-    todo = list(node.operands)
+def _above(operation: Operation) -> set[Operation]:
+    found: set[Operation] = set()
+    todo = list(operation.operands)
     while todo:
         each = todo.pop()
         if each not in found:
@@ -185,14 +184,14 @@ def _above(node: Node) -> set[Node]:
     return found
 
 
-def _refuse(node: Node, name: str) -> None:
-    got = f"[{node.low}, {node.high}], {node.width} bits"
-    if node.low >= LOWEST and node.high <= HIGHEST:
-        places = node.operands[1]
+def _refuse(operation: Operation, name: str) -> None:
+    got = f"[{operation.low}, {operation.high}], {operation.width} bits"
+    if operation.low >= LOWEST and operation.high <= HIGHEST:
+        places = operation.operands[1]
         got = f"a shift by {places.low} to {places.high} places"
     hint = "round or clip the operands with .to(format) before, or take narrower formats"
-    message = f"the {node.operation.replace('_', ' ')} is wider than the 64 bits of compiled code"
-    raise TraceError(message, node.place, got=got, expected=f"[{LOWEST}, {HIGHEST}], 64 bits", hint=hint, key=name)
+    message = f"the {operation.kind.replace('_', ' ')} is wider than the 64 bits of compiled code"
+    raise TraceError(message, operation.place, got=got, expected=f"[{LOWEST}, {HIGHEST}], 64 bits", hint=hint, key=name)
 
 
 def _result(formats: Formats, text: str, returned: Mapping[str, str]) -> str:

@@ -1,7 +1,7 @@
-"""A step function as a graph of integer operations: each value is made once, each node knows its exact interval.
+"""A step function as a graph of integer operations: each value is made once, and has its exact interval.
 
-Nodes are hash-consed: the same operation on the same operands is the same node. What is known beforehand is folded.
-A node's width follows from its interval, so that nothing can overflow unseen.
+Operations are hash-consed: one kind on the same operands is one operation. What is known beforehand is folded.
+An operation's width follows from its interval, so that nothing can overflow unseen.
 """
 
 from collections.abc import Callable, Iterable
@@ -13,11 +13,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.fixed.integer_interval import signed_width
 from proofmass.runner.fixed.operations import OPERATIONS, OperationName, interval_of
 
-MOST_NODES = 20_000  # a step of this size comes from a loop that was not meant to be unrolled
+MOST_OPERATIONS = 20_000  # a step of this size comes from a loop that was not meant to be unrolled
 
 
-class Place(NamedTuple):
-    """The line of Python that made a node."""
+class SourceLine(NamedTuple):
+    """The line of Python that made an operation."""
 
     path: str
     line: int
@@ -35,25 +35,25 @@ class TraceError(ModelError):
     """A step function cannot become integer code; the problem names the line, the range and the remedy."""
 
     def __init__(
-        self, message: str, place: Place | None, *, got: str = "", expected: str = "", hint: str, key: str = ""
+        self, message: str, place: SourceLine | None, *, got: str = "", expected: str = "", hint: str, key: str = ""
     ) -> None:
-        at = place or Place("", 0)
+        at = place or SourceLine("", 0)
         super().__init__(
             [Problem(message=message, file=at.file, line=at.line, key=key, got=got, expected=expected, hint=hint)]
         )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Node:
+class Operation:
     """One value of the step: an operation on earlier values, and the least and the greatest it can be."""
 
     number: int  # in the order of making: operands have smaller ones
-    operation: OperationName
-    operands: tuple["Node", ...]
+    kind: OperationName
+    operands: tuple["Operation", ...]
     low: int
     high: int
     name: str  # of an input: how the step's arguments give it
-    place: Place | None
+    place: SourceLine | None
 
     @property
     def width(self) -> int:
@@ -66,102 +66,105 @@ class Node:
         return self.low if self.low == self.high else None
 
     def __repr__(self) -> str:
-        return f"<{self.operation} {self.number} in [{self.low}, {self.high}]>"
+        return f"<{self.kind} {self.number} in [{self.low}, {self.high}]>"
 
 
 @dataclass
 class Program:
-    """The nodes of a step in the order of making; `place` tells the line of Python that is being traced."""
+    """The operations of a step in the order of making; `place` tells the line of Python that is being traced."""
 
-    place: Callable[[], Place | None] = lambda: None
+    place: Callable[[], SourceLine | None] = lambda: None
     name: str = ""
-    nodes: list[Node] = field(default_factory=list)
-    _made: dict[tuple[object, ...], Node] = field(default_factory=dict)
+    operations: list[Operation] = field(default_factory=list)
+    _made: dict[tuple[object, ...], Operation] = field(default_factory=dict)
 
-    def constant(self, value: int) -> Node:
-        """The node of a constant."""
-        return self._node("constant", (), value, value)
+    def constant(self, value: int) -> Operation:
+        """The operation of a constant."""
+        return self._operation("constant", (), value, value)
 
-    def input(self, name: str, low: int, high: int) -> Node:
-        """The node of an argument's number, which is within the interval whenever the step runs."""
+    def input(self, name: str, low: int, high: int) -> Operation:
+        """The operation of an argument's number, which is within the interval whenever the step runs."""
         if low == high:
             return self.constant(low)
-        return self._node("input", (), low, high, name)
+        return self._operation("input", (), low, high, name)
 
-    def narrow(self, node: Node, low: int, high: int) -> Node:
+    def narrow(self, operation: Operation, low: int, high: int) -> Operation:
         """The same value where more is known of it; the caller answers for the interval."""
-        low, high = max(low, node.low), min(high, node.high)
-        if (low, high) == (node.low, node.high) or low > high:
-            return node
+        low, high = max(low, operation.low), min(high, operation.high)
+        if (low, high) == (operation.low, operation.high) or low > high:
+            return operation
         if low == high:
             return self.constant(low)
-        whole = node.operands[0] if node.operation == "narrow" else node
-        return self._node("narrow", (whole,), low, high)
+        whole = operation.operands[0] if operation.kind == "narrow" else operation
+        return self._operation("narrow", (whole,), low, high)
 
-    def make(self, operation: OperationName, *operands: Node) -> Node:
-        """The node of an operation, folded where its value or one like it is known."""
-        if OPERATIONS[operation].commutative and operands[0].number > operands[1].number:
+    def make(self, kind: OperationName, *operands: Operation) -> Operation:
+        """Return the operation on these operands, folded where its value or one like it is known."""
+        if OPERATIONS[kind].commutative and operands[0].number > operands[1].number:
             operands = operands[::-1]
-        known = self._folded(operation, operands)
+        known = self._folded(kind, operands)
         if known is not None:
             return known
-        low, high = _interval(operation, operands)
-        return self.constant(low) if low == high else self._node(operation, operands, low, high)
+        low, high = _interval(kind, operands)
+        return self.constant(low) if low == high else self._operation(kind, operands, low, high)
 
-    def live(self, results: Iterable[Node]) -> list[Node]:
-        """The nodes that the results depend on, operands first."""
-        found: set[Node] = set()
+    def live(self, results: Iterable[Operation]) -> list[Operation]:
+        """The operations that the results depend on, operands first."""
+        found: set[Operation] = set()
         todo = list(results)
         while todo:
-            node = todo.pop()
-            if node not in found:
-                found.add(node)
-                todo += node.operands
-        return sorted(found, key=lambda node: node.number)
+            operation = todo.pop()
+            if operation not in found:
+                found.add(operation)
+                todo += operation.operands
+        return sorted(found, key=lambda operation: operation.number)
 
-    def _node(self, operation: OperationName, operands: tuple[Node, ...], low: int, high: int, name: str = "") -> Node:
-        key = (operation, operands, low, high, name)
+    def _operation(
+        self, kind: OperationName, operands: tuple[Operation, ...], low: int, high: int, name: str = ""
+    ) -> Operation:
+        key = (kind, operands, low, high, name)
         if key not in self._made:
             place = self.place()
-            if len(self.nodes) >= MOST_NODES:
+            if len(self.operations) >= MOST_OPERATIONS:
                 hint = "a loop of a traced step is unrolled: make it shorter, or keep it in a block of plain integers"
-                raise TraceError(f"the step needs more than {MOST_NODES} operations", place, hint=hint, key=self.name)
-            self._made[key] = Node(len(self.nodes), operation, operands, low, high, name, place)
-            self.nodes.append(self._made[key])
+                message = f"the step needs more than {MOST_OPERATIONS} operations"
+                raise TraceError(message, place, hint=hint, key=self.name)
+            self._made[key] = Operation(len(self.operations), kind, operands, low, high, name, place)
+            self.operations.append(self._made[key])
         return self._made[key]
 
-    def _folded(self, operation: OperationName, operands: tuple[Node, ...]) -> Node | None:
-        values = [node.constant for node in operands]
-        if operation == "select":
+    def _folded(self, kind: OperationName, operands: tuple[Operation, ...]) -> Operation | None:
+        values = [operation.constant for operation in operands]
+        if kind == "select":
             return self._folded_select(*operands)
         if None not in values:
-            return self.constant(OPERATIONS[operation].evaluate(*values))
+            return self.constant(OPERATIONS[kind].evaluate(*values))
         if len(operands) == 1:
             return None
         a, b = operands
         if a is b:
-            known = OPERATIONS[operation].of_equals
+            known = OPERATIONS[kind].of_equals
             return a if known == "operand" else None if known is None else self.constant(known)
-        neutral, commutative = OPERATIONS[operation].neutral, OPERATIONS[operation].commutative
+        neutral, commutative = OPERATIONS[kind].neutral, OPERATIONS[kind].commutative
         for value, other, second in ((values[0], b, False), (values[1], a, True)):
             if neutral is not None and value == neutral and (second or commutative):
                 return other
-            if operation == "multiply" and value is not None:
+            if kind == "multiply" and value is not None:
                 if value == 0:
                     return self.constant(0)
                 if value == -1:
                     return self.make("negate", other)
                 if value > 0 and value & (value - 1) == 0:
                     return self.make("shift_left", other, self.constant(value.bit_length() - 1))
-            is_mask = operation == "and" and value is not None and value & (value + 1) == 0
+            is_mask = kind == "and" and value is not None and value & (value + 1) == 0
             if is_mask and other.low >= 0 and other.high <= value:  # type: ignore[operator]
                 return other
-        if operation in ("minimum", "maximum"):
+        if kind in ("minimum", "maximum"):
             below, above = (a, b) if a.high <= b.low else (b, a) if b.high <= a.low else (None, None)
-            return below if operation == "minimum" else above
+            return below if kind == "minimum" else above
         return None
 
-    def _folded_select(self, condition: Node, chosen: Node, otherwise: Node) -> Node | None:
+    def _folded_select(self, condition: Operation, chosen: Operation, otherwise: Operation) -> Operation | None:
         if chosen is otherwise:
             return chosen
         if condition.low > 0 or condition.high < 0:
@@ -172,9 +175,9 @@ class Program:
         return condition if is_truth and (chosen.constant, otherwise.constant) == (1, 0) else None
 
 
-def _interval(operation: OperationName, operands: tuple[Node, ...]) -> tuple[int, int]:
-    low, high = interval_of(operation, [(node.low, node.high) for node in operands])
-    if operation == "multiply" and operands[0] is operands[1]:  # a square
+def _interval(kind: OperationName, operands: tuple[Operation, ...]) -> tuple[int, int]:
+    low, high = interval_of(kind, [(operation.low, operation.high) for operation in operands])
+    if kind == "multiply" and operands[0] is operands[1]:  # a square
         ends = (operands[0].low ** 2, operands[0].high ** 2)
         return (0 if operands[0].low < 0 < operands[0].high else min(ends)), max(ends)
     return low, high

@@ -37,7 +37,7 @@ OperationName = Literal[
 
 
 @dataclass(frozen=True, kw_only=True)
-class Operation:
+class OperationKind:
     """One operation on integers; its texts name the operands {0}, {1}, {2}."""
 
     evaluate: Callable[..., Any]
@@ -61,18 +61,20 @@ class Operation:
         return (self.amaranth or self.python).format(*operands)
 
 
-def _arithmetic(evaluate: Callable[..., Any], word: str, python: str, **more: Any) -> Operation:
+def _arithmetic(evaluate: Callable[..., Any], word: str, python: str, **more: Any) -> OperationKind:
     """An operation that takes its extremes where every operand does."""
-    return Operation(evaluate=evaluate, interval=partial(corners, evaluate), word=word, python=python, **more)
+    return OperationKind(evaluate=evaluate, interval=partial(corners, evaluate), word=word, python=python, **more)
 
 
-def _bitwise(interval: Callable[..., Interval], evaluate: Callable[..., Any], word: str, **more: Any) -> Operation:
-    return Operation(evaluate=evaluate, interval=partial(interval, evaluate), word=word, commutative=True, **more)
+def _bitwise(interval: Callable[..., Interval], evaluate: Callable[..., Any], word: str, **more: Any) -> OperationKind:
+    return OperationKind(evaluate=evaluate, interval=partial(interval, evaluate), word=word, commutative=True, **more)
 
 
-def _comparison(test: Callable[..., bool], word: str, sign: str, always: Rule, never: Rule, **more: Any) -> Operation:
+def _comparison(
+    test: Callable[..., bool], word: str, sign: str, always: Rule, never: Rule, **more: Any
+) -> OperationKind:
     """A comparison that holds for all values of two intervals, or for none, where the rules say so."""
-    return Operation(
+    return OperationKind(
         evaluate=lambda a, b: int(test(a, b)),
         interval=partial(comparison, always, never),
         word=word,
@@ -106,7 +108,7 @@ def _one_value(a: Interval, b: Interval) -> bool:
     return a == b and a[0] == a[1]
 
 
-OPERATIONS: Mapping[OperationName, Operation] = MappingProxyType(
+OPERATIONS: Mapping[OperationName, OperationKind] = MappingProxyType(
     {
         # the same value, of which more is known
         "narrow": _arithmetic(operator.pos, "low_bits", "{0}"),
@@ -145,7 +147,7 @@ OPERATIONS: Mapping[OperationName, Operation] = MappingProxyType(
             of_equals="operand",
         ),
         # the second operand where the first is not 0, else the third
-        "select": Operation(
+        "select": OperationKind(
             evaluate=lambda condition, chosen, otherwise: chosen if condition else otherwise,
             interval=selection,
             word="chosen",

@@ -1,4 +1,4 @@
-"""What a step function runs on while it is traced: signals, which keep what is done with them as nodes of a program."""
+"""Signals, on which a step function runs while it is traced: what is done with them becomes operations of a program."""
 
 from collections.abc import Callable
 from typing import Any, NoReturn, Protocol
@@ -6,62 +6,62 @@ from typing import Any, NoReturn, Protocol
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.arithmetic.mantissa import Mantissa, low_bits
-from proofmass.runner.fixed.integer_ir import Node, Place
+from proofmass.runner.fixed.integer_ir import Operation, SourceLine
 from proofmass.runner.fixed.operations import OperationName
 
 
 class Tracer(Protocol):
     """The trace that signals belong to."""
 
-    def node(self, value: Any) -> Node:
-        """The node of a signal or of a Python integer."""
+    def operation(self, value: Any) -> Operation:
+        """The operation of a signal or of a Python integer."""
         ...
 
-    def apply(self, operation: OperationName, *operands: Node) -> Node:
+    def apply(self, kind: OperationName, *operands: Operation) -> Operation:
         """An operation on what is known of its operands on this path."""
         ...
 
-    def select(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
+    def select(self, condition: Operation, chosen: Operation, otherwise: Operation) -> Operation:
         """A selection; either value has the interval that it has where it is chosen."""
         ...
 
-    def cut(self, node: Node) -> Node:
+    def cut(self, operation: Operation) -> Operation:
         """A pipeline cut."""
         ...
 
-    def narrowed(self, node: Node, low: int, high: int) -> Node:
-        """A node of which it is known that it lies between two bounds."""
+    def narrowed(self, operation: Operation, low: int, high: int) -> Operation:
+        """An operation of which it is known that it lies between two bounds."""
         ...
 
-    def bounds(self, node: Node) -> tuple[int, int]:
-        """The interval of a node on this path."""
+    def bounds(self, operation: Operation) -> tuple[int, int]:
+        """The interval of an operation on this path."""
         ...
 
-    def decide(self, condition: Node) -> bool:
+    def decide(self, condition: Operation) -> bool:
         """The outcome of a condition on this path."""
         ...
 
     def refuse(
-        self, message: str, *, hint: str, got: str = "", expected: str = "", place: Place | None = None
+        self, message: str, *, hint: str, got: str = "", expected: str = "", place: SourceLine | None = None
     ) -> NoReturn:
         """Raise the error, with the line under way where no other is given."""
         ...
 
 
 class Signal(Mantissa):
-    """A number of a step that is traced: an integer by its operators, a node of the program by its nature."""
+    """A number of a step that is traced: an integer by its operators, an operation of the program by its nature."""
 
-    __slots__ = ("_tracer", "node")
+    __slots__ = ("_tracer", "operation")
 
-    def __init__(self, tracer: Tracer, node: Node) -> None:
+    def __init__(self, tracer: Tracer, operation: Operation) -> None:
         self._tracer = tracer
-        self.node = node
+        self.operation = operation
 
-    def _made(self, operation: OperationName, *operands: Any) -> Any:
+    def _made(self, kind: OperationName, *operands: Any) -> Any:
         """A signal of an operation; what has operators of its own for signals, a FixedValue, comes to its turn."""
         if any(isinstance(operand, FixedValue) for operand in operands):
             return NotImplemented
-        return Signal(self._tracer, self._tracer.apply(operation, *map(self._tracer.node, operands)))
+        return Signal(self._tracer, self._tracer.apply(kind, *map(self._tracer.operation, operands)))
 
     def __add__(self, other: Any) -> Any:
         return self._made("add", self, other)
@@ -137,16 +137,16 @@ class Signal(Mantissa):
     __hash__ = object.__hash__
 
     def __bool__(self) -> bool:
-        return self._tracer.decide(self.node)
+        return self._tracer.decide(self.operation)
 
-    def _shifted(self, operation: OperationName, value: Any, places: Any) -> Any:
+    def _shifted(self, kind: OperationName, value: Any, places: Any) -> Any:
         if isinstance(value, FixedValue):
             return NotImplemented
-        low, high = self._tracer.bounds(self._tracer.node(places))
+        low, high = self._tracer.bounds(self._tracer.operation(places))
         if low < 0 or high > MOST_BITS:
             hint = f"bring it to 0 to {MOST_BITS} with clip()"
             self._tracer.refuse("a shift by so many places", got=_interval(low, high), hint=hint)
-        return self._made(operation, value, places)
+        return self._made(kind, value, places)
 
     def __floordiv__(self, divisor: Any) -> Any:
         return self >> self._power_of_two(divisor)
@@ -184,14 +184,14 @@ class Signal(Mantissa):
         self._tracer.refuse("a rounding without a format", got=repr(self), hint="write value.to(format, rounding)")
 
     def __repr__(self) -> str:
-        return f"a signal in {_interval(*self._tracer.bounds(self.node))}"
+        return f"a signal in {_interval(*self._tracer.bounds(self.operation))}"
 
     # -- what a mantissa does in a way of its own ------------------------------------------------------------------
 
     def select(self, chosen: Any, otherwise: Any) -> "Signal":
         """`chosen` where the signal is not 0, else `otherwise`."""
-        a, b = self._tracer.node(chosen), self._tracer.node(otherwise)
-        return Signal(self._tracer, self._tracer.select(self.node, a, b))
+        a, b = self._tracer.operation(chosen), self._tracer.operation(otherwise)
+        return Signal(self._tracer, self._tracer.select(self.operation, a, b))
 
     def minimum(self, other: Any) -> Any:
         """The smaller of the two."""
@@ -207,22 +207,22 @@ class Signal(Mantissa):
 
     def cut(self) -> "Signal":
         """The signal behind a pipeline cut."""
-        return Signal(self._tracer, self._tracer.cut(self.node))
+        return Signal(self._tracer, self._tracer.cut(self.operation))
 
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
         """The value of a rule that never decreases, with the interval between its values at both ends."""
-        low, high = self._tracer.bounds(self.node)
-        node = self._tracer.node(rule(self))
-        return Signal(self._tracer, self._tracer.narrowed(node, rule(low), rule(high)))
+        low, high = self._tracer.bounds(self.operation)
+        operation = self._tracer.operation(rule(self))
+        return Signal(self._tracer, self._tracer.narrowed(operation, rule(low), rule(high)))
 
     def held(self, low: int, high: int, expected: str) -> "Signal":
         """The signal itself, refused where it could leave the interval."""
-        found = self._tracer.bounds(self.node)
+        found = self._tracer.bounds(self.operation)
         if found[0] < low or found[1] > high:
             got, wanted = _interval(*found), f"{_interval(low, high)} of {expected}"
             hint = "add .to(format), or clip(value, low, high)"
             self._tracer.refuse(
-                "the value does not fit its register", got=got, expected=wanted, hint=hint, place=self.node.place
+                "the value does not fit its register", got=got, expected=wanted, hint=hint, place=self.operation.place
             )
         return self
 

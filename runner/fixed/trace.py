@@ -16,7 +16,7 @@ from proofmass.blocks.arithmetic import fixed_point, mantissa, pipeline
 from proofmass.blocks.arithmetic.fixed_point import counting_overflows
 from proofmass.runner.fixed import integer_interval, integer_ir, operations, signal, step_formats
 from proofmass.runner.fixed.assumptions import Assumptions
-from proofmass.runner.fixed.integer_ir import Node, Place, Program, TraceError
+from proofmass.runner.fixed.integer_ir import Operation, Program, SourceLine, TraceError
 from proofmass.runner.fixed.operations import OperationName
 from proofmass.runner.fixed.signal import Signal
 from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves, loader, mantissas, storer
@@ -34,11 +34,11 @@ class Traced:
     name: str
     arguments: tuple[str, ...]
     formats: Mapping[str, Formats]
-    results: Mapping[str, Node]  # by the text of the result's leaf: "return", "return.total", "return[0]"
-    writes: Mapping[str, Node]  # of buffers: "history[3]"
-    overflows: Node  # how many casts saturated or wrapped
-    lost: Node  # not 0 where a cast saturated or wrapped
-    refused: Node  # not 0 where a cast refused, if that is decided when the code runs
+    results: Mapping[str, Operation]  # by the text of the result's leaf: "return", "return.total", "return[0]"
+    writes: Mapping[str, Operation]  # of buffers: "history[3]"
+    overflows: Operation  # how many casts saturated or wrapped
+    lost: Operation  # not 0 where a cast saturated or wrapped
+    refused: Operation  # not 0 where a cast refused, if that is decided when the code runs
     paths: int
     program: Program
 
@@ -63,7 +63,7 @@ def trace(
     buffers = [name for name in arguments if isinstance(formats[name], list)]
     tracer = _Tracer(function, program or Program())
 
-    def run() -> list[Node]:
+    def run() -> list[Operation]:
         values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
         with counting_overflows(refusals=refusals) as overflows:
             result = function(**values)
@@ -71,12 +71,12 @@ def trace(
         for name, value in {"return": result, **{name: values[name] for name in buffers}}.items():
             raw = storer(formats.get(name), name, tracer.storing)(value)
             found += [mantissa for _, mantissa in mantissas(formats.get(name), raw, name)]
-        return [tracer.node(value) for value in (*found, overflows.total, overflows.lost, overflows.refused)]
+        return [tracer.operation(value) for value in (*found, overflows.total, overflows.lost, overflows.refused)]
 
-    nodes = tracer.follow(run)
+    operations = tracer.follow(run)
     texts = [text for _, text in leaves(formats.get("return"), "return")]
     written = [text for name in buffers for _, text in leaves(formats[name], name)]
-    *values, overflows, lost, refused = nodes
+    *values, overflows, lost, refused = operations
     return Traced(
         function.__name__,
         arguments,
@@ -100,20 +100,20 @@ class _Tracer:
         self.paths = 0
         self._name = self._key = function.__name__
         code = function.__code__
-        self._defined = Place(code.co_filename, code.co_firstlineno)
-        self._merging: Place | None = None
+        self._defined = SourceLine(code.co_filename, code.co_firstlineno)
+        self._merging: SourceLine | None = None
         self._assumptions = Assumptions()
         self._script: Sequence[bool] = ()
-        self._decisions: list[tuple[Node, bool]] = []
+        self._decisions: list[tuple[Operation, bool]] = []
 
-    def follow(self, run: Callable[[], list[Node]], script: Sequence[bool] = ()) -> list[Node]:
+    def follow(self, run: Callable[[], list[Operation]], script: Sequence[bool] = ()) -> list[Operation]:
         """The results of every path that starts with the outcomes of the script, merged."""
         self.paths += 1
         if self.paths > MOST_PATHS:
             self._refuse_paths()
         self._script, self._decisions, self._key = script, [], self._name
         self._assumptions.clear()
-        results = [self._known(node) for node in self._run(run)]
+        results = [self._known(operation) for operation in self._run(run)]
         decisions = self._decisions
         self._assumptions.clear()
         for i in range(len(decisions) - 1, len(script) - 1, -1):
@@ -124,7 +124,7 @@ class _Tracer:
             self._merging = None
         return results
 
-    def decide(self, condition: Node) -> bool:
+    def decide(self, condition: Operation) -> bool:
         """The outcome of a condition on this path; where both are possible, the script's, or else True."""
         low, high = self._assumptions.interval(condition)
         if low > 0 or high < 0 or low == high:
@@ -147,71 +147,71 @@ class _Tracer:
         """Say which result is looked at, for messages."""
         self._key = f"{self._name}: {text}"
 
-    def node(self, value: Any) -> Node:
-        """The node of a signal or of a Python integer."""
+    def operation(self, value: Any) -> Operation:
+        """The operation of a signal or of a Python integer."""
         if isinstance(value, Signal):
-            return value.node
+            return value.operation
         if isinstance(value, int):
             return self.program.constant(int(value))
         hint = "write fixed(value, format, rounding), or make it from a value that is"
         self.refuse(f"a {type(value).__name__} among integers", hint=hint, got=repr(value))
 
-    def apply(self, operation: OperationName, *operands: Node) -> Node:
+    def apply(self, kind: OperationName, *operands: Operation) -> Operation:
         """An operation on what is known of its operands on this path."""
-        return self.program.make(operation, *(self._known(node) for node in operands))
+        return self.program.make(kind, *(self._known(operation) for operation in operands))
 
-    def cut(self, node: Node) -> Node:
+    def cut(self, operation: Operation) -> Operation:
         """A pipeline cut: one of a value, whatever is known of it on this path."""
-        whole = node.operands[0] if node.operation == "narrow" else node
+        whole = operation.operands[0] if operation.kind == "narrow" else operation
         return self._known(self.program.make("pipe", whole))
 
-    def select(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
+    def select(self, condition: Operation, chosen: Operation, otherwise: Operation) -> Operation:
         """A selection; either value has the interval that it has where it is chosen."""
         return self._selected(self._known(condition), chosen, otherwise)
 
-    def narrowed(self, node: Node, low: int, high: int) -> Node:
-        """A node of which it is known that it lies between two bounds."""
-        return self.program.narrow(node, low, high)
+    def narrowed(self, operation: Operation, low: int, high: int) -> Operation:
+        """An operation of which it is known that it lies between two bounds."""
+        return self.program.narrow(operation, low, high)
 
-    def bounds(self, node: Node) -> tuple[int, int]:
-        """The interval of a node on this path."""
-        return self._assumptions.interval(node)
+    def bounds(self, operation: Operation) -> tuple[int, int]:
+        """The interval of an operation on this path."""
+        return self._assumptions.interval(operation)
 
     def refuse(
-        self, message: str, *, hint: str, got: str = "", expected: str = "", place: Place | None = None
+        self, message: str, *, hint: str, got: str = "", expected: str = "", place: SourceLine | None = None
     ) -> NoReturn:
         """Raise the error, with the line under way where no other is given."""
         raise TraceError(message, place or self._place(), got=got, expected=expected, hint=hint, key=self._key)
 
-    def _place(self) -> Place:
+    def _place(self) -> SourceLine:
         """The innermost line of the step function or of what it calls; while results are merged, their condition's."""
         if self._merging:
             return self._merging
         frame = sys._getframe(1)
         while frame.f_code.co_filename in _MACHINERY and frame.f_code is not _Tracer.follow.__code__:
-            assert frame.f_back is not None, "nodes are made inside a trace"
+            assert frame.f_back is not None, "operations are made inside a trace"
             frame = frame.f_back
         if frame.f_code is _Tracer.follow.__code__:
             return self._defined
-        return Place(frame.f_code.co_filename, frame.f_lineno)
+        return SourceLine(frame.f_code.co_filename, frame.f_lineno)
 
-    def _run(self, run: Callable[[], list[Node]]) -> list[Node]:
+    def _run(self, run: Callable[[], list[Operation]]) -> list[Operation]:
         try:
             return run()
         except TraceError:
             raise
         except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
             frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _MACHINERY]
-            place = Place(frames[-1].filename, frames[-1].lineno or 0) if frames else self._defined
+            place = SourceLine(frames[-1].filename, frames[-1].lineno or 0) if frames else self._defined
             text = "an assertion that could fail" if isinstance(error, AssertionError) else str(error)
             message, _, hint = text.partition(": ")
             hint = hint or "a step takes and returns integers and fixed-point values of its formats, and nothing else"
             raise TraceError(message, place, hint=hint, key=self._key) from error
 
-    def _known(self, node: Node) -> Node:
-        return self.program.narrow(node, *self._assumptions.interval(node))
+    def _known(self, operation: Operation) -> Operation:
+        return self.program.narrow(operation, *self._assumptions.interval(operation))
 
-    def _selected(self, condition: Node, chosen: Node, otherwise: Node) -> Node:
+    def _selected(self, condition: Operation, chosen: Operation, otherwise: Operation) -> Operation:
         with self._assumptions.also(condition, True):
             chosen = self._known(chosen)
         with self._assumptions.also(condition, False):

@@ -111,6 +111,7 @@ def save_summary(result: Result, path: str | Path) -> Path:
         "ticks": result.ticks,
         "planned_ticks": result.planned_ticks,
         "interrupted": result.interrupted,
+        "digest": result.digest,
         "seconds": result.seconds,
         "preparation_seconds": result.preparation,
         "signals": [{key: _plain(value) for key, value in row.items()} for row in result.summary()],

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.output.page_template import PAGE
@@ -17,17 +17,48 @@ if TYPE_CHECKING:
 _COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--blue)", ORANGE: "var(--orange)"}
 
 
-def save_page(path: str | Path, title: str, opening: str, sections: Iterable[tuple[str, str]], footer: str) -> Path:
+class LivePart(NamedTuple):
+    """Part of a page that moves: HTML with scripts, their styles, and what the page's policy must allow for them."""
+
+    html: str = ""
+    styles: str = ""
+    policy: str = ""
+
+
+STILL = LivePart()
+
+
+def save_page(
+    path: str | Path,
+    title: str,
+    opening: str,
+    sections: Iterable[tuple[str, str]],
+    footer: str,
+    live: LivePart = STILL,
+) -> Path:
     """Write a page; opening and the bodies of the sections are HTML already."""
-    page = PAGE.substitute(
+    with whole_file(path) as file:
+        file.write(page_text(title, opening, sections, footer, live).encode())
+    return Path(path)
+
+
+def page_text(
+    title: str,
+    opening: str,
+    sections: Iterable[tuple[str, str]],
+    footer: str,
+    live: LivePart = STILL,
+) -> str:
+    """Return a page as text."""
+    return PAGE.substitute(
         title=escape(title),
         opening=opening,
+        live=live.html,
+        styles=live.styles,
+        policy=live.policy,
         sections="\n".join(f"<section>\n<h2>{escape(head)}</h2>\n{body}\n</section>" for head, body in sections),
         footer=escape(footer),
     )
-    with whole_file(path) as file:
-        file.write(page.encode())
-    return Path(path)
 
 
 def paragraphs(text: str) -> list[str]:

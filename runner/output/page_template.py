@@ -8,7 +8,8 @@ PAGE = Template("""<!DOCTYPE html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
+<meta http-equiv="Content-Security-Policy"
+content="default-src 'none'; style-src 'unsafe-inline'; img-src data:$policy">
 <title>$title</title>
 <style>
 :root { --paper: #ffffff; --panel: #f5f6f7; --ink: #1b1b1b; --soft: #57606a; --rule: #d9d9d9;
@@ -51,13 +52,13 @@ footer { margin-top: 3rem; color: var(--soft); font-size: .85rem; }
   tr, svg { break-inside: avoid; }
   .page svg { max-height: 235mm; }
 }
-</style>
+$styles</style>
 </head>
 <body>
 <main>
 <h1>$title</h1>
 $opening
-$sections
+$live$sections
 </main>
 <footer>$footer</footer>
 </body>

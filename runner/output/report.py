@@ -14,7 +14,18 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.page import broken, facts, inline, paragraphs, picture, save_page, small, table
+from proofmass.runner.output.page import (
+    STILL,
+    LivePart,
+    broken,
+    facts,
+    inline,
+    paragraphs,
+    picture,
+    save_page,
+    small,
+    table,
+)
 from proofmass.runner.output.plot import plot_traces, prefix, pretty
 from proofmass.runner.run.engine_table import ENGINES
 from proofmass.runner.run.result import Result
@@ -22,10 +33,12 @@ from proofmass.runner.run.result import Result
 _ONE_PAGE = 9  # panels that fit on one printed page
 
 
-def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str]] = ()) -> Path:
+def save_report(
+    result: Result, path: str | Path, extra: Sequence[tuple[str, str]] = (), live: LivePart = STILL
+) -> Path:
     """Write the report: diagram, summary, plots, blocks with their parameters, and how to repeat the run.
 
-    `extra` is a sequence of (heading, HTML fragment), put after the summary unchanged.
+    `extra` is a sequence of (heading, HTML fragment), put after the summary unchanged; `live` stands above all.
     """
     graph = result.graph
     sections = [
@@ -40,7 +53,7 @@ def save_report(result: Result, path: str | Path, extra: Sequence[tuple[str, str
         ("To repeat it", _repeat(result)),
     ]
     footer = f"proofmass {result.provenance.get('proofmass', '')}, {result.provenance.get('date', '')}"
-    return save_page(path, graph.name, _opening(result), sections, footer)
+    return save_page(path, graph.name, _opening(result), sections, footer, live)
 
 
 def _opening(result: Result) -> str:
@@ -146,6 +159,7 @@ def _facts(result: Result) -> str:
         "seed": str(result.seed),
         "ticks": f"{result.ticks:,} at {write_rate(result.base_rate)}",
         "SHA-256 of the graph": provenance.pop("graph_hash", ""),
+        "SHA-256 of the traces": result.digest if result.traces else "",
         **provenance,
     }
     return facts(about.items())

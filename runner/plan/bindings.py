@@ -10,7 +10,8 @@ from typing import TypeAlias
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.checks.schedule import Schedule
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 
 
@@ -32,7 +33,7 @@ class Parameters:
 class Out:
     """The vector into which a function writes its output."""
 
-    node: Node
+    node: Endpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,21 +60,21 @@ class Deviate:
 class Buffer:
     """A vector of state, updated in place."""
 
-    node: Node  # the block and its buffer
+    node: Endpoint  # the block and its buffer
 
 
 @dataclass(frozen=True, slots=True)
 class Wire:
     """What the output at the other end of an input's wire holds."""
 
-    node: Node
+    node: Endpoint
 
 
 @dataclass(frozen=True, slots=True)
 class Default:
     """The value of an input that is not connected."""
 
-    node: Node  # the block and its input
+    node: Endpoint  # the block and its input
     value: float = field(compare=False)  # 0.0, -0.0 and False are equal, and not the same
 
 

@@ -11,7 +11,6 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import (
     AlgebraicLoop,
     ConstantsOf,
-    Node,
     Schedule,
     Step,
     in_order,
@@ -20,6 +19,7 @@ from proofmass.graphs.checks.schedule import (
     outputs_of,
 )
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.bindings import Wire, bindings
 
 
@@ -39,8 +39,8 @@ class Group:
     kinds: tuple[type, ...]  # of the states
     nodes: tuple[Step, ...]
     loops: tuple[AlgebraicLoop, ...]
-    inputs: tuple[Node, ...]
-    ramps: tuple[Node, ...]
+    inputs: tuple[Endpoint, ...]
+    ramps: tuple[Endpoint, ...]
     events: tuple[tuple[str, str], ...]
     corners: tuple[tuple[str, str], ...]
 
@@ -55,7 +55,7 @@ class Group:
         return tuple(sorted({*self.blocks, *(node[0] for node in self.nodes)}))
 
     @property
-    def guesses(self) -> tuple[Node, ...]:
+    def guesses(self) -> tuple[Endpoint, ...]:
         """Outputs that the solutions of the loops start from, as they are at the start of the tick."""
         return tuple(tear for loop in self.loops for tear in loop.tears)
 
@@ -73,9 +73,9 @@ def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
     return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
 
 
-def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Node, ...]:
+def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
     """Outputs that follow from the time alone, in order: their value in the next tick is known in this one."""
-    found: dict[Node, None] = {}
+    found: dict[Endpoint, None] = {}
     for node in outputs_of(schedule.order):
         follows = _analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
         if follows and all(before in found for before in _needs(graph, schedule, node)):
@@ -83,7 +83,7 @@ def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Node, ...]:
     return tuple(found)
 
 
-def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Node, ...]:
+def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Endpoint, ...]:
     """Outputs of sources that ramps follow from, in order: they are known one tick ahead."""
     left: list[Step] = [node for group in groups for node in group.ramps]
     wanted = set[Step]()
@@ -100,7 +100,7 @@ class _Wiring:
 
     def __init__(self, graph: FlatGraph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
-        free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Node]()
+        free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Endpoint]()
         able = {name for name, block in graph.blocks.items() if type(block).continuous() or _analogue(graph, name)}
         follow: dict[Step, list[Step]] = {}  # what moves with a node
         for node in schedule.order:
@@ -168,7 +168,7 @@ def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: s
     return known.issuperset(_wires(schedule, block, name, type(block).corners[corner]))
 
 
-def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Node]:
+def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Endpoint]:
     """The outputs that a function of a block reads."""
     given = bindings(schedule, block, name, "", behaviour)
     return [binding.node for binding in given if isinstance(binding, Wire)]

@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ class LargestOf:
     solver: str
 
 
-VectorOf: TypeAlias = Node | LargestOf  # a buffer, or a wire with several entries
+VectorOf: TypeAlias = Endpoint | LargestOf  # a buffer, or a wire with several entries
 Moving: TypeAlias = WireOf | StateField | OverflowsOf
 Given: TypeAlias = ConstantOf | ParameterOf | PeriodOf | StreamOf | BasePeriod | SolverNumber | LaneOf | HardwareModel
 Key: TypeAlias = Moving | Given

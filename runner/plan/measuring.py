@@ -8,9 +8,9 @@ from typing import Any
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.checks.schedule import Schedule
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import Wire, split
+from proofmass.graphs.model.graph import Endpoint, Wire, split
 from proofmass.graphs.model.measures import MEASURES, Measure
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.statistics import STATISTICS
@@ -140,11 +140,11 @@ def _kind(measure: Measure) -> tuple[object, ...]:
     return STATISTICS[measure.statistic].block, measure.signal, measure.start, measure.options
 
 
-def _rate(graph: FlatGraph, scheduled: Schedule, node: Node) -> Fraction:
+def _rate(graph: FlatGraph, scheduled: Schedule, node: Endpoint) -> Fraction:
     return scheduled.base_rate / _stride(graph, scheduled, node)
 
 
-def _stride(graph: FlatGraph, scheduled: Schedule, node: Node) -> int:
+def _stride(graph: FlatGraph, scheduled: Schedule, node: Endpoint) -> int:
     """Base ticks from one value of an output to its next."""
     block = graph.blocks[node[0]]
     return scheduled.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)

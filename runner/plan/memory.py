@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from proofmass.blocks.declaration.instance import shape_of
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.keys import LargestOf, VectorOf
 from proofmass.runner.plan.planned import Filled
@@ -23,7 +23,7 @@ class Memory:
     tick: int
     states: dict[str, Any]
     buffers: dict[VectorOf, Sequence[float]]
-    wires: dict[Node, Any]
+    wires: dict[Endpoint, Any]
     overflows: dict[str, int]  # ticks in which a cast saturated or wrapped, of digital blocks counted from tick 0 on
 
     def overflow_counts(self) -> dict[str, int]:
@@ -35,7 +35,7 @@ class Memory:
         """The buffer of that name, or what the wire holds."""
         return self.buffers[node] if isinstance(node, LargestOf) or node in self.buffers else self.wires[node]
 
-    def of_blocks(self) -> dict[Node, Sequence[float]]:
+    def of_blocks(self) -> dict[Endpoint, Sequence[float]]:
         """The buffers that blocks declare."""
         return {node: held for node, held in self.buffers.items() if not isinstance(node, LargestOf)}
 
@@ -70,7 +70,7 @@ class Engine(Protocol):
 
 def start(plan: Filled) -> Memory:
     """The memory at tick 0."""
-    wires: dict[Node, Any] = {}
+    wires: dict[Endpoint, Any] = {}
     for name, block in plan.blocks.items():
         for port, declared in type(block).outputs.items():
             shape = shape_of(block, declared)

@@ -13,8 +13,9 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node, Schedule
+from proofmass.graphs.checks.schedule import Schedule
 from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
@@ -29,7 +30,7 @@ class PlannedProbe:
     """A probe with the base ticks between its rows and the facts of what it records."""
 
     signal: str
-    node: Node
+    node: Endpoint
     stride: int
     dtype: type
     shape: tuple[int, ...]
@@ -50,7 +51,7 @@ class PlannedMeasure:
     signal: str
     statistic: str
     unit: str
-    node: Node
+    node: Endpoint
     reduced: bool
     first: int  # base tick of the value from which on there is a measure
 
@@ -96,7 +97,7 @@ class Wired:
     def _refused(self, problem: Problem) -> ModelError:
         return ModelError([self.graph.placed(problem)])
 
-    def stride(self, node: Node) -> int:
+    def stride(self, node: Endpoint) -> int:
         """Base ticks from one value of an output to its next."""
         block = self.blocks[node[0]]
         return self.schedule.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)
@@ -134,7 +135,7 @@ class Filled(Wired):
         return isinstance(self.constants[name], Driven)
 
     @cached_property
-    def recorded(self) -> frozenset[Node]:
+    def recorded(self) -> frozenset[Endpoint]:
         """Buffers that hold a recording: nothing writes to them."""
         nodes = (node for node in self.buffers if not isinstance(node, LargestOf))
         return frozenset((name, buffer) for name, buffer in nodes if type(self.blocks[name]).buffers[buffer].recorded)
@@ -149,7 +150,7 @@ class Plan(Filled):
     measures: tuple[PlannedMeasure, ...]  # by name
 
     @cached_property
-    def ahead(self) -> tuple[Node, ...]:
+    def ahead(self) -> tuple[Endpoint, ...]:
         """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
 

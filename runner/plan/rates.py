@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.exact_hold import Matrix, hold
 from proofmass.runner.plan.stages import Context, Stages
 
 
 def assemble(
-    stages: Stages, constants: Mapping[str, Any], period: float, factors: Mapping[Node, float] | None = None
+    stages: Stages, constants: Mapping[str, Any], period: float, factors: Mapping[Endpoint, float] | None = None
 ) -> tuple[Matrix, Matrix]:
     """Transition and entry of a linear group: its rates for unit states and inputs are the columns of A and B.
 
@@ -37,7 +37,7 @@ def _less(rates: list[float], offset: list[float], held: bool) -> list[float]:
 
 
 def rates_at(
-    stages: Stages, constants: Mapping[str, Any], point: Sequence[float], wires: Mapping[Node, float] | None = None
+    stages: Stages, constants: Mapping[str, Any], point: Sequence[float], wires: Mapping[Endpoint, float] | None = None
 ) -> list[float]:
     """Derivatives for states and held inputs, one behind the other; loops are solved from the wires, or from zero."""
     n = len(stages.group.states)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous import radau
 from proofmass.runner.continuous.methods import EXPLICIT
 from proofmass.runner.plan.groups import Group
@@ -25,7 +25,7 @@ class Solver:
     tolerance: float
     precision: float  # seconds
     driven: bool
-    factors: tuple[Node, ...] = ()  # of "exact": inputs that multiply states and other inputs
+    factors: tuple[Endpoint, ...] = ()  # of "exact": inputs that multiply states and other inputs
 
     @property
     def exact(self) -> bool:

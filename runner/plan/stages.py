@@ -6,7 +6,8 @@ from typing import Any, NamedTuple, assert_never
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.checks.schedule import ConstantsOf, Node, Schedule, Step, outputs_of
+from proofmass.graphs.checks.schedule import ConstantsOf, Schedule, Step, outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.plan.bindings import (
     Binding,
@@ -206,7 +207,7 @@ class Stages:
                 assert_never(binding)
         return place
 
-    def _wires(self, nodes: Iterable[Node]) -> list[int]:
+    def _wires(self, nodes: Iterable[Endpoint]) -> list[int]:
         return [self._place(Wire(node)) for node in nodes]
 
     def _place(self, key: Binding | ConstantsOf) -> int:

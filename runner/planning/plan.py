@@ -10,9 +10,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import scheduled
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.runner.fixed.digital import DigitalBlock, digital_block
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.constants import constants_of, start_of
@@ -83,7 +82,7 @@ class _Made(NamedTuple):
     as_set: Any  # constants of the parameters as they are set, of blocks with driven parameters too
     constants: Any
     start: Any
-    buffers: Mapping[Node, tuple[float, ...]]
+    buffers: Mapping[Endpoint, tuple[float, ...]]
     digital: DigitalBlock | None = None
 
 
@@ -104,7 +103,7 @@ def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dic
         block = planned.blocks[name]
         kind = type(block)
         try:
-            if kind.digital():
+            if kind.has_formats():
                 traced = digital_block(name, block, planned.block_period(name), wide=wide)
                 held = {(name, b): values for b, values in traced.buffers.items()}
                 made[name] = _Made(None, traced.constants, traced.start, held, traced)
@@ -124,7 +123,7 @@ def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dic
                     key=f"blocks.{name}",
                     got=repr(block),
                     hint="take a wider format, or a smaller parameter"
-                    if kind.digital()
+                    if kind.has_formats()
                     else "look for a parameter many orders of magnitude off",
                     path=("blocks", name),
                 )
@@ -160,7 +159,7 @@ def _zeros(block: Block, buffer: str) -> list[float]:
     return [zero] * math.prod(shape_of(block, declared))
 
 
-def _probe(made: Wired, signal: str, node: Node, every: int) -> PlannedProbe:
+def _probe(made: Wired, signal: str, node: Endpoint, every: int) -> PlannedProbe:
     block = made.blocks[node[0]]
     port = type(block).outputs[node[1]]
     return PlannedProbe(

@@ -8,7 +8,8 @@ from typing import Any
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node, outputs_of
+from proofmass.graphs.checks.schedule import outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.integration import MOST_SUBSTEPS
 from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.continuous.linearity import factors_of
@@ -20,7 +21,7 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import Stages
 from proofmass.runner.planning.corners import looks_at_numbers
 
-FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Node, Any]]]  # constants and wires
+FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Endpoint, Any]]]  # constants and wires
 
 STIFF = 100  # sub-steps of an explicit method in a tick, beyond which another one is taken
 STABLE = 2.5  # time constants that a step of an explicit method may have before it is unstable
@@ -50,7 +51,7 @@ class _Choice:
         self.period, self.says = plan.period, plan.graph.integration
         self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
         self.driven = any(plan.is_driven(member) for member in group.members)
-        self.factors: tuple[Node, ...] = ()
+        self.factors: tuple[Endpoint, ...] = ()
 
     def solver(self, name: str) -> Solver:
         method, substeps = self._method()

@@ -5,7 +5,7 @@ A block's overflow is not 0 when a value of it saturated or wrapped in the tick,
 """
 
 from proofmass.blocks.declaration.instance import format_of
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.keys import word
 from proofmass.runner.program.form import INTEGER, Array, Operand, Variable
 from proofmass.runner.program.frame import Frame
@@ -54,7 +54,7 @@ class DigitalWriter:
             self._note(flag, value)
         return made[0]
 
-    def hold(self, node: Node) -> None:
+    def hold(self, node: Endpoint) -> None:
         """Mantissas that a converter made must fit their format; integer code relies on it to the end of the chunk."""
         builder, wire = self.frame.builder, self.frame.wires[node]
         block = self.plan.blocks[node[0]]

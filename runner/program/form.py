@@ -284,6 +284,7 @@ class Function:
     variables: list[Variable] = field(default_factory=list)
     origin: str = ""  # the Python function that it comes from, for readers
     inline: bool = False  # whether targets take it into its callers
+    apart: bool = False  # whether targets never do that: a part of what was too long
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, assert_never
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import (
     Binding,
@@ -50,7 +50,9 @@ class Frame:
         self.wires: dict[VectorOf, Lowered] = {}  # buffers among them
         self.states: dict[str, Lowered] = {}
         self.constants: dict[str, Lowered] = {}
-        self.parameters: dict[Node, Lowered] = {}  # those that are not driven, of blocks whose constants are made here
+        self.parameters: dict[
+            Endpoint, Lowered
+        ] = {}  # those that are not driven, of blocks whose constants are made here
         self.periods: dict[str, Lowered] = {}  # of these blocks
         self.deviates: dict[str, Lowered] = {}
         self.time: Operand = operand(0.0)
@@ -63,7 +65,7 @@ class Frame:
         """What is kept somewhere, as it is now."""
         return mapped(held, lambda leaf: self.builder.get(leaf) if isinstance(leaf, Variable) else leaf)
 
-    def wire(self, node: Node) -> Lowered:
+    def wire(self, node: Endpoint) -> Lowered:
         """What an output holds, or a buffer."""
         return self.now(self.wires[node])
 
@@ -75,7 +77,7 @@ class Frame:
         elif isinstance(held, Variable):
             self.builder.set(held, as_kind(self.builder, value, held.kind))
 
-    def put(self, node: Node, value: Lowered) -> None:
+    def put(self, node: Endpoint, value: Lowered) -> None:
         """What an output holds from here on."""
         if isinstance(self.wires.get(node), Variable):
             self.set(self.wires[node], value)

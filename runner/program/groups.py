@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from proofmass.graphs.checks.schedule import ConstantsOf, Node
+from proofmass.graphs.checks.schedule import ConstantsOf
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.exact_hold import MANY_COLUMNS, matrix_exponential, multiply, scale_rows, sum_rows
 from proofmass.runner.plan.groups import state_fields
 from proofmass.runner.plan.keys import SolverNumber, variable
@@ -25,7 +26,7 @@ class Writer(Protocol):
     builder: Builder
     frame: Frame
     period: Any
-    following: dict[Node, Operand]
+    following: dict[Endpoint, Operand]
     lanes: bool
 
     def scratch(self, name: str, length: int) -> Array:
@@ -206,7 +207,7 @@ class ExactGroup(GroupWriter):
             terms.append(self.builder.compute("subtract", self.writer.following[node], self._input(node)))
         self.keep(self._by_rows(terms) if self.large else self._sums(terms))
 
-    def _input(self, node: Node) -> Operand:
+    def _input(self, node: Endpoint) -> Operand:
         return as_kind(self.builder, self.frame.wire(node), FLOAT)
 
     def _sums(self, terms: Sequence[Operand]) -> list[Operand]:

@@ -12,7 +12,8 @@ from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
-from proofmass.graphs.checks.schedule import ConstantsOf, Node, outputs_of
+from proofmass.graphs.checks.schedule import ConstantsOf, outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
 from proofmass.runner.plan.keys import (
@@ -39,6 +40,7 @@ from proofmass.runner.program.groups import GroupWriter
 from proofmass.runner.program.loops import LoopWriter
 from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_numbers import nan
+from proofmass.runner.program.parts import in_parts
 from proofmass.runner.program.probes import ProbeWriter
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, fields, parts
 from proofmass.runner.program.stepped import group_writer
@@ -49,19 +51,21 @@ from proofmass.runner.program.watched import watched
 _LONG = 8  # entries of a tuple among constants, from which on they stay in memory
 
 
-def write_tick(plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> TickLoop:
+def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> TickLoop:
     """The program of a plan. Constants of blocks with `varied` parameters follow from these before the first tick.
 
-    With `lanes` it is written for runs side by side: measures are reduced at the end.
+    With `measured`, or `lanes` (runs side by side), wires of measures hold their values after the last tick.
     """
-    return TickWriter(plan, varied, lanes).written()
+    return TickWriter(plan, varied, lanes, measured or lanes).written()
 
 
 class TickWriter:
     """Writes the function of all ticks; what it is made of is written by its parts."""
 
-    def __init__(self, plan: Plan, varied: Collection[Node] = (), lanes: bool = False) -> None:
-        self.plan, self.lanes = plan, lanes
+    def __init__(
+        self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False
+    ) -> None:
+        self.plan, self.lanes, self.measured = plan, lanes, measured
         self.varied = {name for name, _ in varied} - settled_before(plan, varied)
         self.builder = Builder("loop", f"{len(plan.blocks)} blocks")
         self.frame = Frame(plan, self.builder)
@@ -69,7 +73,7 @@ class TickWriter:
         self.values: dict[Given, Any] = {}
         self.vectors = dict(vectors_of(plan))
         self.scratch_used = 0
-        self._back: list[tuple[tuple[str, int], Variable]] = []  # places that variables are written back to
+        self._back: list[tuple[tuple[str, int], Variable]] = []  # what is read before the ticks and written back
         self.first, self.last, self.seed, self.run = (
             self.builder.parameter(INTEGER, name) for name in ("first", "last", "seed", "run")
         )
@@ -92,6 +96,11 @@ class TickWriter:
     def written(self) -> TickLoop:
         """The whole of it."""
         entry = self._entry()
+        places = {variable: (self.moving[name], index) for (name, index), variable in self._back}
+        used = None if self.lanes else in_parts(entry, places, self._scratch, self.scratch_used)
+        if used is None:
+            self._read_and_write_back(entry)
+        self.scratch_used += used or 0
         return TickLoop(
             program(entry),
             self.constants,
@@ -111,8 +120,7 @@ class TickWriter:
         self.begin()
         probes = ProbeWriter(self.plan, self.frame, self.probes, self.first)
         flags = [(FLOATS, self.not_finite), (INTEGERS, self.refused)]
-        for name, flag in flags:
-            builder.set(flag, builder.load(self.moving[name], self.memory.counts[name]))
+        self._back += (((name, self.memory.counts[name]), flag) for name, flag in flags)
         self.check_constants()
         with builder.counted(self.first, self.last, 1, "tick") as tick:
             self.frame.tick = tick
@@ -123,14 +131,24 @@ class TickWriter:
             self.updates()
             self.move()
         self.finish()
-        for (name, index), kept in self._back:
-            value: Operand = builder.get(kept)
-            if kept.kind is TRUTH:
-                value = builder.compute("integer_of_truth", value)
-            builder.store(self.moving[name], index, value)
-        for name, flag in flags:
-            builder.store(self.moving[name], self.memory.counts[name], builder.get(flag))
         return builder.function()
+
+    def _read_and_write_back(self, entry: Function) -> None:
+        """What moves as variables of the loop: read before all else, written back behind it."""
+        builder = self.builder
+        with builder.within([]) as before:
+            for (name, index), variable in self._back:
+                value: Operand = builder.load(self.moving[name], index)
+                if variable.kind is TRUTH:
+                    value = builder.compute("not_equal_integers", value, 0)
+                builder.set(variable, value)
+        with builder.within([]) as behind:
+            for (name, index), variable in self._back:
+                value = builder.get(variable)
+                if variable.kind is TRUTH:
+                    value = builder.compute("integer_of_truth", value)
+                builder.store(self.moving[name], index, value)
+        entry.body = [*before, *entry.body, *behind]
 
     # -- before the ticks --------------------------------------------------------------------------------------------
 
@@ -162,7 +180,7 @@ class TickWriter:
     def kept(self, key: Moving, kind: type, name: str) -> Variable:
         """A variable that goes on from call to call of the loop."""
         place = self.memory.add(key, kind)
-        kept = self.builder.variable(KINDS[kind], name, self._read(self.moving, place, kind))
+        kept = self.builder.variable(KINDS[kind], name)
         self._back.append((place, kept))
         return kept
 
@@ -256,7 +274,7 @@ class TickWriter:
                 total = builder.compute("add", total, number)
             self.look_at(total)
 
-    def _in_order(self, drawn: set[str], looked_at: Collection[Node]) -> Iterator[tuple[int, Step]]:
+    def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[int, Step]]:
         """What computes the outputs in their order, each with the ticks from one time to the next."""
         plan = self.plan
         solved = {loop.tears[0]: loop for loop in self.loops}
@@ -274,7 +292,7 @@ class TickWriter:
                 yield stride, partial(solved[name, port].solve, self.frame)
             elif (name, port) not in tears:
                 yield stride, partial(self.output, name, port)
-            if type(block).outputs[port].dtype is FixedValue and not type(block).digital():
+            if type(block).outputs[port].dtype is FixedValue and not type(block).has_formats():
                 yield stride, partial(self.digital.hold, (name, port))
             if (name, port) in looked_at and stride > 1:
                 yield stride, partial(self._look_at_wire, (name, port))
@@ -308,7 +326,7 @@ class TickWriter:
         total = self.builder.compute("add", self.builder.get(self.not_finite), nothing)
         self.builder.set(self.not_finite, total)
 
-    def _look_at_wire(self, node: Node) -> None:
+    def _look_at_wire(self, node: Endpoint) -> None:
         for entry in entries(self.builder, self.frame.wire(node)):
             self.look_at(entry)
 
@@ -352,7 +370,7 @@ class TickWriter:
     def move(self) -> None:
         """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
         builder, frame, plan = self.builder, self.frame, self.plan
-        self.following: dict[Node, Operand] = {}
+        self.following: dict[Endpoint, Operand] = {}
         if plan.ahead:
             later = builder.compute("float_of_integer", builder.compute("add_integers", frame.tick, 1))
             after = builder.compute("multiply", later, self.period, name="time_next")
@@ -373,7 +391,7 @@ class TickWriter:
 
     def finish(self) -> None:
         """What is done behind the last tick, before what moves is written back."""
-        if self.lanes:
+        if self.measured:
             self.measure()
 
     def measure(self) -> None:

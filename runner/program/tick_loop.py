@@ -6,7 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.instance import shape_of
 from proofmass.blocks.language.forms import constants_form
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.keys import Given, Moving, VectorOf
 from proofmass.runner.plan.planned import Plan
@@ -27,7 +27,7 @@ class TickLoop:
     scratch: int  # floats to work on: NaN before the first call of a run, later what the call before left
 
 
-def settled_before(plan: Plan, varied: Collection[Node]) -> frozenset[str]:
+def settled_before(plan: Plan, varied: Collection[Endpoint]) -> frozenset[str]:
     """Blocks whose varied parameters are settled before a run starts: their start or their checks use them too."""
 
     def settled(name: str, parameter: str) -> bool:

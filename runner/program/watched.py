@@ -8,21 +8,22 @@ from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language.forms import form_of
-from proofmass.graphs.checks.schedule import Node, outputs_of
+from proofmass.graphs.checks.schedule import outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Driven, Plan
 from proofmass.runner.program.slots import fields
 
 
-def watched(plan: Plan) -> frozenset[Node]:
+def watched(plan: Plan) -> frozenset[Endpoint]:
     """Outputs of numbers to be looked at in every tick; with them finite, those left out are."""
     order = outputs_of(plan.schedule.order)
     solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
     kept = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
     floats = {node for node in order if type(plan.blocks[node[0]]).outputs[node[1]].dtype is float}
-    passed = set[Node]()
+    passed = set[Endpoint]()
     for node in floats - solved:
         block, stride = plan.blocks[node[0]], plan.stride(node)
-        if type(block).outputs[node[1]].shape or type(block).digital():
+        if type(block).outputs[node[1]].shape or type(block).has_formats():
             continue
         for argument in type(block).output_functions[node[1]].arguments:
             driver = plan.schedule.drivers.get((node[0], argument))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.continuous.integrate import DONE, STEPS_TOO_SHORT, integrate
@@ -33,8 +33,8 @@ class Moment(NamedTuple):
 
     constants: Mapping[str, Any]
     states: Mapping[str, Any]
-    wires: Mapping[Node, Any]
-    following: Mapping[Node, float]
+    wires: Mapping[Endpoint, Any]
+    following: Mapping[Endpoint, float]
     time: float
 
 
@@ -106,7 +106,7 @@ class PlainAdvance(Advance):
         return self.stages.lost
 
     def _by_matrices(
-        self, constants: Mapping[str, Any], held: Mapping[Node, float], values: Sequence[float]
+        self, constants: Mapping[str, Any], held: Mapping[Endpoint, float], values: Sequence[float]
     ) -> list[float]:
         transition, entry = self._current(constants, held)
         moved = []
@@ -117,7 +117,7 @@ class PlainAdvance(Advance):
             moved.append(total)
         return moved
 
-    def _current(self, constants: Mapping[str, Any], held: Mapping[Node, float]) -> tuple[Matrix, Matrix]:
+    def _current(self, constants: Mapping[str, Any], held: Mapping[Endpoint, float]) -> tuple[Matrix, Matrix]:
         """The matrices, made anew when a driven parameter or a factor has moved."""
         if self.solver.renewed or self._assembled_from is None:
             used = [constants[name] for name in self.solver.group.members] + list(held.values())

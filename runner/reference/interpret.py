@@ -10,7 +10,8 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflo
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of
-from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf, Node, Step, outputs_of
+from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf, Step, outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.plan.bindings import (
     Binding,
@@ -60,7 +61,7 @@ class Outputs:
         steps |= {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, nodes)}
         self._outputs = [(step, self._stride(step), compute) for step, compute in steps.items()]
 
-    def first_tick(self) -> tuple[dict[str, Any], dict[Node, Any]]:
+    def first_tick(self) -> tuple[dict[str, Any], dict[Endpoint, Any]]:
         """Constants and wires of tick 0; of a block that fails there, what they were before."""
         with suppress(ArithmeticError, ValueError):
             self._compute(0)
@@ -88,8 +89,8 @@ class Outputs:
             wires[step] = value
 
     def _solved(
-        self, loop: AlgebraicLoop, steps: Mapping[Node, Callable[[int], Any]]
-    ) -> Iterator[tuple[Node, Callable[[int], Any]]]:
+        self, loop: AlgebraicLoop, steps: Mapping[Endpoint, Callable[[int], Any]]
+    ) -> Iterator[tuple[Endpoint, Callable[[int], Any]]]:
         """What stands in the place of the tears of a loop: all are known once the first is."""
         wires = self._memory.wires
 
@@ -103,7 +104,7 @@ class Outputs:
             yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
 
     def _solve_loop(
-        self, tears: Sequence[Node], others: Sequence[Node], wires: Any, value: Callable[[Node], Any]
+        self, tears: Sequence[Endpoint], others: Sequence[Endpoint], wires: Any, value: Callable[[Endpoint], Any]
     ) -> bool:
         """Solve an algebraic loop on the wires; whether there is a solution."""
         return solve_in_place(tears, others, wires, value)
@@ -124,7 +125,7 @@ class Outputs:
     def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
         """An output, checked where a converter makes mantissas: no trace answers for their range."""
         block = self.filled.blocks[name]
-        if type(block).outputs[port].dtype is not FixedValue or type(block).digital():
+        if type(block).outputs[port].dtype is not FixedValue or type(block).has_formats():
             return compute
         format = format_of(block, port)
 
@@ -296,9 +297,9 @@ class Interpreter(Outputs):
         self._overflowed.clear()
         self._memory.tick = tick + 1
 
-    def _ahead(self, tick: int) -> dict[Node, float]:
+    def _ahead(self, tick: int) -> dict[Endpoint, float]:
         """Values that sources have in the next tick."""
-        following = dict[Node, float]()
+        following = dict[Endpoint, float]()
         for node, call, given in self._sources:
             self._at = ".".join(node)
             values = [self._following(binding, tick + 1, following) for binding in given]
@@ -309,7 +310,7 @@ class Interpreter(Outputs):
         block = self.plan.blocks[name]
         return in_python(block, type(block).output_functions[port])
 
-    def _following(self, binding: Binding, tick: int, following: Mapping[Node, float]) -> float:
+    def _following(self, binding: Binding, tick: int, following: Mapping[Endpoint, float]) -> float:
         """What an argument of a source is in the next tick."""
         match binding:
             case Time():

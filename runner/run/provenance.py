@@ -36,14 +36,15 @@ def _method(solver: Solver) -> str:
 
 
 def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
-    """Facts to repeat a run: what ran, where, when."""
+    """Facts to repeat a run: what ran, where, when; `engine` is empty for runs that were kept, by whichever engine."""
+    libraries = ENGINES[engine].libraries if engine else ("numpy",)
     return {
         "graph_hash": graph_hash(graph),
         "engine": engine,
         **({"integration": integration} if integration else {}),
         "proofmass": version("proofmass"),
         "python": platform.python_version(),
-        **{library: version(library) for library in ENGINES[engine].libraries},
+        **{library: version(library) for library in libraries},
         "platform": platform.platform(),
         "processor": _processor(engine),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -52,7 +53,7 @@ def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, st
 
 def _processor(engine: str) -> str:
     """What the loop was compiled for; the kind of machine where nothing was compiled, which spares an import."""
-    if not ENGINES[engine].machine_code:
+    if not engine or not ENGINES[engine].machine_code:
         return platform.machine()
     # for start-up time: plain Python needs no compiler
     from llvmlite.binding import get_host_cpu_name

@@ -1,5 +1,6 @@
 """The labelled outcome of a run: traces with units and times, and what they were made with."""
 
+import hashlib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -123,6 +124,14 @@ class Trace:
         """Mean, standard deviation and extremes over the rows; None without rows."""
         return statistics(self.values) if len(self.values) else None
 
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the values, row by row in little-endian order; every NaN counts as the same."""
+        digest = hashlib.sha256()
+        for first, last in pieces(len(self.values), self.entries):
+            digest.update(_bytes(self.values[first:last]))
+        return digest.hexdigest()
+
     @property
     def label(self) -> str:
         """Name and unit for an axis."""
@@ -157,6 +166,15 @@ class Result:
     def interrupted(self) -> bool:
         """Whether the run ended before its last tick."""
         return self.ticks < self.planned_ticks
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the names, types, shapes and values of all traces: equal where all bits are."""
+        lines = (
+            f"{name} {trace.values.dtype.name} {' '.join(map(str, trace.values.shape))} {trace.digest}\n"
+            for name, trace in sorted(self.traces.items())
+        )
+        return hashlib.sha256("".join(lines).encode()).hexdigest()
 
     def attributes(self) -> dict[str, str]:
         """Graph, seed and provenance as text, for the files."""
@@ -221,6 +239,13 @@ class Result:
         )
         head = "<tr><th>signal</th><th>unit</th><th>rows</th><th>mean</th><th>std</th></tr>"
         return f"<table>{head}{cells}</table>"
+
+
+def _bytes(values: Array) -> bytes:
+    """Values as they are hashed."""
+    if values.dtype == np.float64:
+        values = np.where(np.isnan(values), np.nan, values)
+    return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
 
 
 def _of_all_entries(found: Statistics, rows: int) -> tuple[float, float]:

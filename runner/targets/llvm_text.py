@@ -50,7 +50,13 @@ ATTRIBUTES = (
     "attributes #2 = { nounwind willreturn memory(none) }",
     "attributes #3 = { nounwind }",
     "attributes #4 = { nounwind willreturn memory(inaccessiblemem: readwrite) }",
+    "attributes #5 = { noinline nounwind }",
 )
+
+
+def attributes_of(function: Function) -> str:
+    """What LLVM is told of a function that another calls."""
+    return "#1" if function.inline else "#5" if function.apart else "#0"
 
 
 def symbol_of(external: External) -> str:
@@ -94,7 +100,7 @@ class FunctionText:
         """Definition of the function."""
         parameters = ", ".join(self._parameter(p) for p in self.function.parameters)
         how = "" if self.is_entry else "internal fastcc "
-        attributes = "#1" if self.function.inline and not self.is_entry else "#0"
+        attributes = "#0" if self.is_entry else attributes_of(self.function)
         returned = result_type(self.function.results)
         if self.is_entry and returned == "i1":
             returned = "zeroext i1"  # as C has it
@@ -121,7 +127,7 @@ class FunctionText:
             extended = "zeroext " if self.is_entry and parameter.kind is TRUTH else ""
             return f"{TYPES[parameter.kind]} {extended}{name}"
         size = (parameter.length or 0) * BYTES[parameter.entry]
-        facts = "noalias " if self.is_entry else ""
+        facts = "noalias " if self.is_entry or self.function.apart else ""
         facts += "" if parameter.writable else "readonly "
         facts += f"dereferenceable({size}) " if size else ""
         return f"ptr {facts}nonnull align {BYTES[parameter.entry]} {name}"

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.keys import (
     ConstantOf,
     Given,
@@ -105,7 +105,7 @@ class CompiledLoop:
         for name, block in plan.blocks.items():
             made: Any = type(block).state_class()
             states[name] = None if made is None else made(*(values[StateField(name, f)] for f in made._fields))
-        wires: dict[Node, Any] = {
+        wires: dict[Endpoint, Any] = {
             (key.block, key.port): value for key, value in values.items() if isinstance(key, WireOf)
         }
         shaped = ((node, array) for node, array in vectors.items() if not isinstance(node, LargestOf))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.host.interrupts import StoppedError
 from proofmass.runner.plan.keys import ConstantOf, LargestOf, Moving, ParameterOf, StateField, VectorOf
 from proofmass.runner.plan.memory import Memory, start
@@ -30,7 +30,7 @@ _RUN = 3  # the place of the run's number among the arguments: first, last, seed
 class CompiledLanes:
     """The loop of a plan for several runs, compiled once; they differ in noise and in the varied parameters."""
 
-    def __init__(self, plan: Plan, varied: Collection[Node], lanes: int) -> None:
+    def __init__(self, plan: Plan, varied: Collection[Endpoint], lanes: int) -> None:
         self.plan, self.lanes = plan, lanes
         self.settled = settled_before(plan, varied)  # blocks of which a run brings constants, start and buffers
         made = self.written = write_tick(plan, varied, lanes=True)
@@ -68,7 +68,7 @@ class Lanes:
         compiled: CompiledLanes,
         seed: int,
         runs: Sequence[int] | Array,
-        values: Mapping[Node, Array],
+        values: Mapping[Endpoint, Array],
         plans: Sequence[Plan] = (),
     ) -> None:
         self._compiled, self._seed, self.tick = compiled, seed, 0
@@ -100,7 +100,7 @@ class Lanes:
         padded.reshape(-1)[: self._count] = given
         return padded
 
-    def _set(self, values: Mapping[Node, Array]) -> None:
+    def _set(self, values: Mapping[Endpoint, Array]) -> None:
         """The varied parameters."""
         places = self._compiled.written.constants.kinds
         for node, given in values.items():
@@ -158,7 +158,7 @@ class Lanes:
         return rows.reshape(-1)[: self._count]
 
 
-def _differing(plan: Plan, written: TickLoop, varied: Collection[Node], settled: Collection[str]) -> LanesOf:
+def _differing(plan: Plan, written: TickLoop, varied: Collection[Endpoint], settled: Collection[str]) -> LanesOf:
     """What differs from run to run when the first tick begins: noise, varied parameters, and what follows from them in
     blocks that are settled before."""
     entry = written.program.entry.parameters

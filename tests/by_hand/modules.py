@@ -19,7 +19,7 @@ def module_of(block: Block, ranges: Mapping[str, Word] | None = None, period: fl
     constants: Any = block
     if "constants" in type(block).functions:
         constants = type(block).functions["constants"].function(block, period)
-    if type(block).digital():
+    if type(block).has_formats():
         made = digital_block("block", block, period, wide=True)
         return make_module("block", block, constants, made.start, made.buffers, {})
     buffers: dict[str, list[Any]] = {name: [0] * shape_of(block, b)[0] for name, b in type(block).buffers.items()}

@@ -14,7 +14,7 @@ import networkx
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, plan_graph
 from proofmass.runner.continuous.algebraic import NoSolutionError
@@ -31,7 +31,7 @@ from proofmass.runner.reference.interpret import Outputs, TickError
 _MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
 
 
-def analog_group(plan: Plan, node: Node) -> Group | None:
+def analog_group(plan: Plan, node: Endpoint) -> Group | None:
     """Return the group within which a wire is read; None if only discrete blocks read it."""
     for solver in plan.solvers:
         inside = set(solver.group.nodes)
@@ -42,7 +42,7 @@ def analog_group(plan: Plan, node: Node) -> Group | None:
     return None
 
 
-def analog_map(plan: Plan, group: Group, node: Node, tick: int) -> PeriodMap:
+def analog_map(plan: Plan, group: Group, node: Endpoint, tick: int) -> PeriodMap:
     """Return the loop opened at a wire within a group, about the state of the graph in a tick; its `period` is 0.
 
     Raises `ModelError` if the group cannot be linearised, or the wire cannot be cut.
@@ -67,7 +67,7 @@ def analog_map(plan: Plan, group: Group, node: Node, tick: int) -> PeriodMap:
 class _Instant(Outputs):
     """The reference engine at the start of a tick, once its outputs are known."""
 
-    def known(self) -> tuple[Mapping[str, Any], Mapping[Node, Any]]:
+    def known(self) -> tuple[Mapping[str, Any], Mapping[Endpoint, Any]]:
         self._compute(self._memory.tick)
         return self._constants, self._memory.wires
 
@@ -75,7 +75,7 @@ class _Instant(Outputs):
 class _CutStages(DualStages):
     """The functions of a group with one wire cut: `back` is the signal of its source."""
 
-    def __init__(self, plan: Plan, group: Group, node: Node, column: int) -> None:
+    def __init__(self, plan: Plan, group: Group, node: Endpoint, column: int) -> None:
         super().__init__(plan, group, by_parameters=False)
         self._cut, self._column = self._place(Wire(node)), column
         self.back: Any = 0.0
@@ -88,7 +88,7 @@ class _CutStages(DualStages):
         return plain(value) + dual(0.0, {self._column: 1.0}, SIGNALS)
 
 
-def _linearised(plan: Plan, group: Group, node: Node, memory: Memory) -> PeriodMap:
+def _linearised(plan: Plan, group: Group, node: Endpoint, memory: Memory) -> PeriodMap:
     n, time = len(group.states), memory.tick * plan.period
     try:
         constants, wires = _Instant(plan, plan.graph.seed, 0, memory.copy()).known()
@@ -118,7 +118,7 @@ def _linearised(plan: Plan, group: Group, node: Node, memory: Memory) -> PeriodM
     return PeriodMap(states, ((*node, 0),), ((*node, 0),), matrix, {}, 0.0, tick=memory.tick, time=time)
 
 
-def _downstream(plan: Plan, node: Node) -> set[str]:
+def _downstream(plan: Plan, node: Endpoint) -> set[str]:
     """Return the blocks that a wire acts on, directly or through others."""
 
     return set(networkx.descendants(plan_graph(plan), node[0]))
@@ -132,7 +132,7 @@ def _moving(tick: int, change: float) -> str:
     return f"the operating point moves: the linearisation changes by {100.0 * change:.1g} % in a tick"
 
 
-def _within(node: Node, tear: Node) -> Problem:
+def _within(node: Endpoint, tear: Endpoint) -> Problem:
     signal = ".".join(node)
     return Problem(
         message=f"{signal} lies in a loop that Newton's method solves: its value follows from the others",

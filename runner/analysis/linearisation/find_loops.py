@@ -5,7 +5,7 @@ from typing import Any
 
 import networkx
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Plan
 
 
@@ -41,7 +41,7 @@ def _port_graph(plan: Plan) -> Any:
     return wiring
 
 
-def _opens(plan: Plan, part: Any, node: Node) -> bool:
+def _opens(plan: Plan, part: Any, node: Endpoint) -> bool:
     """Return whether cutting this output, which must be one number, leaves no loop.
 
     It must be sampled or held, unless the whole loop lies among continuous blocks.
@@ -56,5 +56,5 @@ def _opens(plan: Plan, part: Any, node: Node) -> bool:
     return bool(networkx.is_directed_acyclic_graph(rest))
 
 
-def _texts(nodes: list[Node]) -> tuple[str, ...]:
+def _texts(nodes: list[Endpoint]) -> tuple[str, ...]:
     return tuple(".".join(node) for node in nodes)

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import inside
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.loops import SETTLED, Loop
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.rates import read_duration
@@ -95,7 +94,7 @@ def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = Fal
     )
 
 
-def open_loop(planned: Plan, node: Node, tick: Point = 0, by_parameters: bool = False) -> OpenLoop:
+def open_loop(planned: Plan, node: Endpoint, tick: Point = 0, by_parameters: bool = False) -> OpenLoop:
     """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
     group = analog_group(planned, node)
     if group is not None:
@@ -140,7 +139,7 @@ def loops_of(planned: Plan) -> dict[str, Loop]:
     return {part.open_at[0]: Loop(open_at=part.open_at[0]) for part in groups}
 
 
-def one_loop(planned: Plan, name: str) -> tuple[str, Node]:
+def one_loop(planned: Plan, name: str) -> tuple[str, Endpoint]:
     """Name and output of the loop of a name, or opened at an output."""
     loops = planned.graph.loops
     if name in loops:
@@ -151,7 +150,7 @@ def one_loop(planned: Plan, name: str) -> tuple[str, Node]:
     raise ModelError([Problem(message="there is no such loop", key="loops", got=name, hint=hint)])
 
 
-def node_of(planned: Plan, signal: str) -> Node:
+def node_of(planned: Plan, signal: str) -> Endpoint:
     """Block and port of an output that is one number; raises `ModelError`."""
     flat = inside(planned.graph.root, signal)
     found = find_output(planned.graph, flat)
@@ -198,7 +197,7 @@ def _crossing(found: LoopGroup) -> Problem:
     )
 
 
-def _not_periodic(node: Node) -> Problem:
+def _not_periodic(node: Endpoint) -> Problem:
     signal = ".".join(node)
     return Problem(
         message=f"a loop among continuous blocks is opened at {signal}: about a periodic orbit it has no margins",
@@ -209,7 +208,7 @@ def _not_periodic(node: Node) -> Problem:
     )
 
 
-def _not_within(planned: Plan, group: Group, node: Node) -> Problem:
+def _not_within(planned: Plan, group: Group, node: Endpoint) -> Problem:
     """Between continuous blocks signals are not held: no sampled loop can be cut there."""
     signal = ".".join(node)
     wires = planned.schedule.drivers.items()

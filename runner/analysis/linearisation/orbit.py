@@ -20,7 +20,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, Quiet, memory_at
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
@@ -64,8 +64,8 @@ class _Point:
 
 def map_at(
     plan: Plan,
-    inputs: Sequence[Node],
-    outputs: Sequence[Node],
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
     *,
     cut: bool = False,
     everything: bool = False,
@@ -105,8 +105,8 @@ def map_at(
 
 def _periodic(
     plan: Plan,
-    inputs: Sequence[Node],
-    outputs: Sequence[Node],
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
     cut: bool,
     everything: bool,
     noise: Collection[str],
@@ -129,8 +129,8 @@ def _periodic(
 
 def _point_slopes(
     plan: Plan,
-    inputs: Sequence[Node],
-    outputs: Sequence[Node],
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
     everything: bool,
     noise: Collection[str],
     point: "_Point",
@@ -169,8 +169,8 @@ class _Search:
     def __init__(
         self,
         plan: Plan,
-        inputs: Sequence[Node],
-        outputs: Sequence[Node],
+        inputs: Sequence[Endpoint],
+        outputs: Sequence[Endpoint],
         cut: bool,
         everything: bool,
         noise: Collection[str],

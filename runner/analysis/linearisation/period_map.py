@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import memory_at
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
@@ -117,8 +117,8 @@ def _reached(edges: Array, order: int) -> set[int]:
 
 def period_map(
     plan: Plan,
-    inputs: Sequence[Node],
-    outputs: Sequence[Node],
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
     *,
     cut: bool = False,
     everything: bool = False,
@@ -177,8 +177,8 @@ def period_map(
 
 def common_period(
     plan: Plan,
-    inputs: Sequence[Node],
-    outputs: Sequence[Node],
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
     everything: bool = False,
     noise: Collection[str] = (),
 ) -> int:
@@ -187,7 +187,7 @@ def common_period(
 
 
 def blocks_of_map(
-    plan: Plan, inputs: Sequence[Node], outputs: Sequence[Node], everything: bool, noise: Collection[str] = ()
+    plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], everything: bool, noise: Collection[str] = ()
 ) -> tuple[set[str], set[str]]:
     """Blocks that the outputs depend on, and those of them that the map has the states of."""
     upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
@@ -205,14 +205,14 @@ def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
     return wiring
 
 
-def _downstream(plan: Plan, inputs: Sequence[Node]) -> set[str]:
+def _downstream(plan: Plan, inputs: Sequence[Endpoint]) -> set[str]:
     """Blocks that the wires reach."""
     wiring = plan_graph(plan)
     readers = {target for (target, _), source in plan.schedule.drivers.items() if source in inputs}
     return readers.union(*(networkx.descendants(wiring, name) for name in readers))
 
 
-def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Node]) -> int:
+def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> int:
     """Base ticks after which the blocks, and the outputs that they read, tick together again."""
     read = {source for (target, _), source in plan.schedule.drivers.items() if target in blocks}
     strides = {plan.stride(node) for node in (*read, *ends) if node[0] in blocks or node in ends}
@@ -271,8 +271,8 @@ def _read(
     engine: DualTicks,
     seeded: list[Entry],
     values: list[Any],
-    inputs: Sequence[Node],
-    outputs: Sequence[Node],
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
     period: float,
 ) -> PeriodMap:
     """The map from what the dual numbers are after a period."""

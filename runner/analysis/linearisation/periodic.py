@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Quiet
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap, period_map
@@ -210,7 +210,7 @@ def _worst(whole: PeriodMap, drift: Array, scale: Array) -> str:
     return f"{whole.names([whole.states[at]])[0]} misses where it was by {step[at]:.2g} of its size"
 
 
-def _numbers(plan: Plan) -> Iterator[Node]:
+def _numbers(plan: Plan) -> Iterator[Endpoint]:
     """Yield an output of each block that has one that is a number."""
     for name, block in plan.blocks.items():
         for port, declared in type(block).outputs.items():

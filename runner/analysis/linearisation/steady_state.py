@@ -8,7 +8,7 @@ after a difference, the phase of an oscillation.
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
 from proofmass.runner.plan.planned import Plan
@@ -17,7 +17,7 @@ from proofmass.runner.plan.planned import Plan
 class SteadyState:
     """Scale factor and bias from one output to another; raises `ModelError` if there is no steady state."""
 
-    def __init__(self, planned: Plan, period_map: PeriodMap, target: Node) -> None:
+    def __init__(self, planned: Plan, period_map: PeriodMap, target: Endpoint) -> None:
         n = period_map.order
         moved = period_map.matrix.copy()
         moved[:n, :n] -= np.eye(n)
@@ -63,7 +63,7 @@ class SteadyState:
         at_input = float(matrix[n + rows :, -1].mean())
         return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), at_input
 
-    def _does_not_settle(self, target: Node, lasting: Lasting) -> Problem:
+    def _does_not_settle(self, target: Endpoint, lasting: Lasting) -> Problem:
         signal, holders = ".".join(target), lasting.holders([entry[0] for entry in self._map.states])
         return Problem(
             message=f"{signal} does not settle: it has no scale factor and no bias",

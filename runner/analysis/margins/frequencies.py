@@ -20,7 +20,7 @@ _TOLD = 1e8  # condition number up to which floating point gives L reliably
 _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
 _ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
-Measure = Callable[[Complex], Array]
+RealFunction = Callable[[Complex], Array]
 
 
 def sweep(system: OpenLoop) -> Array:
@@ -97,7 +97,7 @@ class Samples:
         return replace(self, w=self.w[self.w < w], values=self.values[self.w < w])
 
 
-def crossings(samples: Samples, measure: Measure) -> list[float]:
+def crossings(samples: Samples, measure: RealFunction) -> list[float]:
     """Return the frequencies at which a measure of the response is zero, dips between two points included."""
     w, values = _with_dips(samples, measure)
     size = np.abs(samples.answer(w)) if samples.values.ndim == 1 else 1.0
@@ -109,7 +109,7 @@ def crossings(samples: Samples, measure: Measure) -> list[float]:
     return [zero_between(curve, float(w[i]), float(w[i + 1])) for i in places]
 
 
-def highest(samples: Samples, measure: Measure) -> tuple[float, float]:
+def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:
     """Return frequency and value at which a measure of the response is largest."""
     w, values, curve = samples.w, measure(samples.values), _curve(samples, measure)
     best = int(np.argmax(values))
@@ -121,7 +121,7 @@ def highest(samples: Samples, measure: Measure) -> tuple[float, float]:
     return found
 
 
-def _with_dips(samples: Samples, measure: Measure) -> tuple[Array, Array]:
+def _with_dips(samples: Samples, measure: RealFunction) -> tuple[Array, Array]:
     """The points, and where the measure comes nearest to zero between points of one sign."""
     w, values, curve = samples.w, measure(samples.values), _curve(samples, measure)
     size = np.abs(values)
@@ -133,7 +133,7 @@ def _with_dips(samples: Samples, measure: Measure) -> tuple[Array, Array]:
     return joined[order], np.concatenate([values, [curve(v) for v in added]])[order]
 
 
-def _curve(samples: Samples, measure: Measure) -> Callable[[float], float]:
+def _curve(samples: Samples, measure: RealFunction) -> Callable[[float], float]:
     return lambda w: float(measure(samples.answer(np.array([w])))[0])
 
 

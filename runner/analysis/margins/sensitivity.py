@@ -16,9 +16,8 @@ import scipy.linalg
 
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.dependence import Dependence
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.periodic import Point
@@ -61,7 +60,7 @@ class Sensitivity:
 
 
 def transfer_sensitivities(
-    planned: Plan, source: Node, target: Node, tick: Point = 0
+    planned: Plan, source: Endpoint, target: Endpoint, tick: Point = 0
 ) -> tuple[Sensitivity, Sensitivity]:
     """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
     period_map = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()

@@ -11,8 +11,7 @@ import numpy as np
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.graphs.checks.schedule import Node
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
@@ -225,7 +224,7 @@ def noise(
     )
 
 
-def _unit(planned: Plan, node: Node) -> str:
+def _unit(planned: Plan, node: Endpoint) -> str:
     block = planned.blocks[node[0]]
     return short_unit(unit_of(block, type(block).outputs[node[1]]))
 

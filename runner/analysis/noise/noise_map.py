@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import Complex
@@ -52,11 +52,11 @@ class NoiseMap:
         return self.values / self.period
 
     @property
-    def sources(self) -> list[Node]:
+    def sources(self) -> list[Endpoint]:
         """Block and kind of each source."""
         return list(dict.fromkeys(entry[:2] for entry in self.inputs if entry[1] in VARIANCES))
 
-    def columns(self, source: Node) -> list[int]:
+    def columns(self, source: Endpoint) -> list[int]:
         """The columns of a source, or of an input."""
         return [i for i, entry in enumerate(self.inputs) if entry[:2] == source]
 
@@ -94,7 +94,7 @@ class NoiseMap:
         rows = [self._densities(frequencies[i : i + width]) for i in range(0, len(frequencies), width)]
         return np.vstack(rows) if rows else np.zeros((0, len(self.sources)))
 
-    def gain(self, frequencies: Array, source: Node) -> Complex:
+    def gain(self, frequencies: Array, source: Endpoint) -> Complex:
         """Return what comes out at the frequency that goes in at an input."""
         a, b, c, d = self.matrices
         columns = self.columns(source)
@@ -132,7 +132,7 @@ class NoiseMap:
         return np.array(sums).T if sums else np.zeros((len(columns), 0))
 
 
-def noise_map(whole: PeriodMap, output: Node) -> NoiseMap:
+def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     """The map to one output, without what does not reach it and without modes that do not show."""
     to_output = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
     a, b, c, d = to_output.parts()

@@ -12,8 +12,7 @@ import numpy as np
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.graphs.checks.schedule import Node
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
@@ -169,7 +168,7 @@ def response(
 
 
 def response_of(
-    planned: Plan, source: Node, target: Node, tick: Point = 0, frequencies: Sequence[float] = ()
+    planned: Plan, source: Endpoint, target: Endpoint, tick: Point = 0, frequencies: Sequence[float] = ()
 ) -> Response:
     """Return the linear response between two outputs of a plan at a base tick."""
     whole = map_at(planned, [source], [target], tick=tick)
@@ -210,7 +209,7 @@ def _notes(whole: PeriodMap, wires: WireResponse) -> tuple[str, ...]:
     return (*whole.notes, f"the output does not settle after a step: {growth}")
 
 
-def _unreached(source: Node, target: Node) -> Problem:
+def _unreached(source: Endpoint, target: Endpoint) -> Problem:
     return Problem(
         message=f"{'.'.join(source)} does not move {'.'.join(target)}",
         key=".".join(source),

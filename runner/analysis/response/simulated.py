@@ -18,9 +18,8 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import UnitError, convert
 from proofmass.blocks.signals.sum import Sum
 from proofmass.blocks.sources.repeating_sequence import RepeatingSequence
-from proofmass.graphs.checks.schedule import Node
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, Probe, Wire
+from proofmass.graphs.model.graph import Endpoint, Graph, Probe, Wire
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
@@ -74,8 +73,8 @@ class Simulated:
 
 def simulated(
     planned: Plan,
-    source: Node,
-    target: Node,
+    source: Endpoint,
+    target: Endpoint,
     wires: WireResponse,
     stimulus: Stimulus,
     tick: int,
@@ -96,7 +95,7 @@ def simulated(
 class _Bench:
     """The graph with a place for a stimulus."""
 
-    def __init__(self, planned: Plan, source: Node, target: Node, wires: WireResponse, tick: int) -> None:
+    def __init__(self, planned: Plan, source: Endpoint, target: Endpoint, wires: WireResponse, tick: int) -> None:
         _refuse(planned, source)
         self.wires, self._planned, self._source, self._target = wires, planned, source, target
         self.unit = unit_of(planned.blocks[source[0]], type(planned.blocks[source[0]]).outputs[source[1]])
@@ -167,7 +166,7 @@ def _compared(stimulus: Stimulus, bench: _Bench, rows: list[tuple[Repetition, Ar
     )
 
 
-def read_amplitude(planned: Plan, source: Node, amplitude: str | float | None) -> float:
+def read_amplitude(planned: Plan, source: Endpoint, amplitude: str | float | None) -> float:
     """Return the peak value of a stimulus in the unit of the input; raises `ModelError` for what is none."""
     unit = unit_of(planned.blocks[source[0]], type(planned.blocks[source[0]]).outputs[source[1]])
     expected = f"a quantity in {unit}" if unit != "1" else "a number"
@@ -200,7 +199,7 @@ def _free(name: str, blocks: Mapping[str, Block]) -> str:
     return name
 
 
-def _refuse(planned: Plan, source: Node) -> None:
+def _refuse(planned: Plan, source: Endpoint) -> None:
     block = planned.blocks[source[0]]
     signal, port = ".".join(source), type(block).outputs[source[1]]
     hint = "choose the output of a source, or of a block with a rate of its own"

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from proofmass.runner.rtl.bench.vectors import Column, Vectors
 from proofmass.runner.rtl.machine.machine import Machine
-from proofmass.runner.rtl.machine.words import Names, Port
+from proofmass.runner.rtl.machine.words import Names, VerilogPort
 from proofmass.runner.rtl.text.machine_verilog import top_name
 from proofmass.runner.rtl.text.verilog import declared
 
@@ -26,7 +26,7 @@ def bench_files(machine: Machine, vectors: Vectors) -> dict[str, str]:
     return files
 
 
-def places(ports: Sequence[Port]) -> Iterator[tuple[Port, int]]:
+def places(ports: Sequence[VerilogPort]) -> Iterator[tuple[VerilogPort, int]]:
     """The lowest bit of each port in a vector, the first port lowest."""
     low = 0
     for port in ports:
@@ -88,15 +88,15 @@ def _instance(machine: Machine, found: Mapping[str, str]) -> Iterator[str]:
     yield "    );"
 
 
-def _width(ports: Sequence[Port]) -> int:
+def _width(ports: Sequence[VerilogPort]) -> int:
     return sum(port.word.width for port in ports)
 
 
-def _bits(port: Port, low: int) -> str:
+def _bits(port: VerilogPort, low: int) -> str:
     return f"[{low + port.word.width - 1}:{low}]"
 
 
-def _packed(ports: Sequence[Port], columns: Mapping[str, Column]) -> str:
+def _packed(ports: Sequence[VerilogPort], columns: Mapping[str, Column]) -> str:
     """A line of hexadecimal digits a clock."""
     digits = -(-_width(ports) // 4)
     rows = zip(*(columns[port.name].tolist() for port in ports), strict=True)

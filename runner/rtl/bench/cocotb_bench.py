@@ -8,7 +8,7 @@ from string import Template
 
 from proofmass.runner.rtl.bench.bench import SHOWN, places
 from proofmass.runner.rtl.machine.machine import Machine
-from proofmass.runner.rtl.machine.words import Port
+from proofmass.runner.rtl.machine.words import VerilogPort
 from proofmass.runner.rtl.text.machine_verilog import top_name
 
 _TEXT = Template('''\
@@ -133,6 +133,6 @@ def cocotb_files(machine: Machine, clocks: int) -> dict[str, str]:
     return {cocotb_name(name): text}
 
 
-def _ports(ports: Sequence[Port]) -> Iterator[str]:
+def _ports(ports: Sequence[VerilogPort]) -> Iterator[str]:
     for port, low in places(ports):
         yield f'Port("{port.name}", {low}, {port.word.width}, {port.word.signed})'

@@ -48,23 +48,23 @@ def module_cost(module: Module) -> Cost:
     """Of one module."""
     cost = Cost(register_bits=sum(register.word.width for register in module.registers))
     cost.pipeline_bits = module.pipeline.waits
-    for node in module.needed:
-        cost.pipeline_bits += node.width * (module.pipeline.delays.get(node, 0) + (node.operation == "pipe"))
-        cost.widest = max(cost.widest, node.width)
-        widths = [operand.width for operand in node.operands]
-        if node.operation == "input":
+    for operation in module.needed:
+        cost.pipeline_bits += operation.width * (module.pipeline.delays.get(operation, 0) + (operation.kind == "pipe"))
+        cost.widest = max(cost.widest, operation.width)
+        widths = [operand.width for operand in operation.operands]
+        if operation.kind == "input":
             continue
-        if OPERATIONS[node.operation].adder and operands_of(node) == node.operands:
-            cost.adder_bits += node.width
-        elif OPERATIONS[node.operation].comparison:
+        if OPERATIONS[operation.kind].adder and operands_of(operation) == operation.operands:
+            cost.adder_bits += operation.width
+        elif OPERATIONS[operation.kind].comparison:
             cost.comparator_bits += max(widths)
-        elif node.operation == "select":
-            cost.multiplexer_bits += node.width
-        elif node.operation in ("minimum", "maximum"):
+        elif operation.kind == "select":
+            cost.multiplexer_bits += operation.width
+        elif operation.kind in ("minimum", "maximum"):
             cost.comparator_bits += max(widths)
-            cost.multiplexer_bits += node.width
-        elif node.operation == "multiply":
-            known = any(operand.constant is not None for operand in node.operands)
+            cost.multiplexer_bits += operation.width
+        elif operation.kind == "multiply":
+            known = any(operand.constant is not None for operand in operation.operands)
             shapes = cost.constant_multipliers if known else cost.multipliers
             shapes[max(widths), min(widths)] += 1
     return cost

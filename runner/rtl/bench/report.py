@@ -17,7 +17,7 @@ from proofmass.runner.output.page import broken, facts, paragraphs, save_page, s
 from proofmass.runner.rtl.bench.cost import machine_cost, module_cost
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.modules import Module
-from proofmass.runner.rtl.machine.words import Port
+from proofmass.runner.rtl.machine.words import VerilogPort
 from proofmass.runner.rtl.text.machine_verilog import top_name
 from proofmass.runner.run.provenance import graph_hash
 
@@ -98,7 +98,7 @@ def cost_text(cost: Mapping[str, Any]) -> str:
     return ", ".join(parts) or "wires alone"
 
 
-def _port(port: Port) -> dict[str, Any]:
+def _port(port: VerilogPort) -> dict[str, Any]:
     word = port.word
     return {
         "name": port.name,

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from proofmass.blocks.declaration.instance import shape_of
-from proofmass.graphs.checks.schedule import Node
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.rtl.machine.machine import Machine
-from proofmass.runner.rtl.machine.words import Port
+from proofmass.runner.rtl.machine.words import VerilogPort
 from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import RunError, failed, name_fault
 
@@ -45,7 +44,7 @@ def simulated(planned: Plan, machine: Machine, clocks: int | None = None) -> Vec
     return Vectors(clocks, dict(_columns(rows, machine.inputs)), dict(_columns(rows, machine.outputs)))
 
 
-def _recorded(planned: Plan, nodes: Iterable[Node], base: int, clocks: int) -> dict[Node, Column]:
+def _recorded(planned: Plan, nodes: Iterable[Endpoint], base: int, clocks: int) -> dict[Endpoint, Column]:
     """What wires hold in each clock: integers, or rows of them where a wire carries a vector."""
     probes = tuple(_probe(planned, node, base) for node in sorted(nodes))
     recording = replace(planned, probes=probes)
@@ -61,7 +60,7 @@ def _recorded(planned: Plan, nodes: Iterable[Node], base: int, clocks: int) -> d
     return {p.node: values[at // p.stride].astype(np.int64) for p, values in zip(probes, rows, strict=True)}
 
 
-def _probe(planned: Plan, node: Node, base: int) -> PlannedProbe:
+def _probe(planned: Plan, node: Endpoint, base: int) -> PlannedProbe:
     """As coarse as clocks are, where the wire has a value in each."""
     block = planned.blocks[node[0]]
     port = type(block).outputs[node[1]]
@@ -72,12 +71,12 @@ def _probe(planned: Plan, node: Node, base: int) -> PlannedProbe:
     )
 
 
-def _columns(rows: Mapping[Node, Column], ports: Iterable[Port]) -> Iterator[tuple[str, Column]]:
+def _columns(rows: Mapping[Endpoint, Column], ports: Iterable[VerilogPort]) -> Iterator[tuple[str, Column]]:
     for port in ports:
         entry = port.text.partition("[")[2].rstrip("]")
         values = rows[_node(port)]
         yield port.name, values[:, int(entry)] if entry else values
 
 
-def _node(port: Port) -> Node:
+def _node(port: VerilogPort) -> Endpoint:
     return split(port.text.partition("[")[0])

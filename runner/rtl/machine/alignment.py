@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from itertools import pairwise
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.rtl.machine.modules import Module
 
 
-def block_stages(modules: Mapping[str, Module], drivers: Mapping[Node, Node]) -> dict[str, int]:
+def block_stages(modules: Mapping[str, Module], drivers: Mapping[Endpoint, Endpoint]) -> dict[str, int]:
     """Stages by path; `drivers` are the outputs behind inputs. Raises `ModelError` for a cut in a loop of blocks."""
     before: dict[str, set[str]] = {path: set() for path in modules}
     for target, source in drivers.items():
@@ -48,7 +48,7 @@ def _loop(path: str, before: Mapping[str, set[str]]) -> list[str]:
     return []
 
 
-def _refused(path: str, loop: list[str], drivers: Mapping[Node, Node]) -> Problem:
+def _refused(path: str, loop: list[str], drivers: Mapping[Endpoint, Endpoint]) -> Problem:
     wires = []
     for after, block in pairwise(loop):
         target, source = min((t, s) for t, s in drivers.items() if (t[0], s[0]) == (after, block))

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, NoReturn
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.modules import Module, entries, make_module
 from proofmass.runner.rtl.machine.words import Names, Word
@@ -82,7 +82,7 @@ class BlockModules:
                 found[name] = Word(default, default) if source is None else self._range(source)
         return found
 
-    def _range(self, source: Node) -> Word:
+    def _range(self, source: Endpoint) -> Word:
         """Of a plain integer output: what its operations can give, or what a format says."""
         block = self.planned.blocks[source[0]]
         if source[0] in self.paths:

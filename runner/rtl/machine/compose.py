@@ -6,14 +6,15 @@ from typing import get_type_hints
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.graphs.checks.schedule import Node, outputs_of
+from proofmass.graphs.checks.schedule import outputs_of
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.rates import base_rate
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.alignment import block_stages
 from proofmass.runner.rtl.machine.block_modules import BlockModules
 from proofmass.runner.rtl.machine.machine import Instance, Machine, Net
 from proofmass.runner.rtl.machine.modules import CLOCKING, Module, entries
-from proofmass.runner.rtl.machine.words import Names, Port
+from proofmass.runner.rtl.machine.words import Names, VerilogPort
 
 
 def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
@@ -29,10 +30,10 @@ def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
 def digital_blocks(planned: Plan) -> tuple[str, ...]:
     """The blocks that are hardware by their kind, and whose parameters nothing drives."""
     driven = {path for path, port in planned.schedule.drivers if port in type(planned.blocks[path]).parameters}
-    return tuple(name for name in sorted(planned.blocks) if is_digital(planned.blocks[name]) and name not in driven)
+    return tuple(name for name in sorted(planned.blocks) if fits_hardware(planned.blocks[name]) and name not in driven)
 
 
-def is_digital(block: Block) -> bool:
+def fits_hardware(block: Block) -> bool:
     """Whether all that a block carries and keeps are integers, and it knows neither time nor noise."""
     kind = type(block)
     state = kind.state_class()
@@ -98,7 +99,7 @@ class _Composer:
             self._refuse_cuts()
         return made
 
-    def _outputs(self) -> Iterator[Port]:
+    def _outputs(self) -> Iterator[VerilogPort]:
         """Makes the nets of the blocks; gives the ports among them."""
         for node in self.order:
             stride = self.planned.stride(node) // self.ticks
@@ -109,9 +110,9 @@ class _Composer:
                 stage = self.stages[node[0]] + self.modules[node[0]].pipeline.latency
                 self.nets[signal] = Net(self._named(port, signal), signal, port.word, stride, kept, stage)
                 if node in self.outside:
-                    yield Port(self.nets[signal].name, signal, port.word, port.unit, port.doc)
+                    yield VerilogPort(self.nets[signal].name, signal, port.word, port.unit, port.doc)
 
-    def _inputs(self) -> Iterator[Port]:
+    def _inputs(self) -> Iterator[VerilogPort]:
         """Makes the nets that come from outside; each is a port."""
         for target, source in sorted(self.drivers.items()):
             if source[0] not in self.modules:
@@ -120,7 +121,7 @@ class _Composer:
                     signal = _signal(source, target[1], port)
                     if signal not in self.nets:
                         self.nets[signal] = Net(self._named(port, signal), signal, port.word)
-                        yield Port(self.nets[signal].name, signal, port.word, port.unit, driver.doc)
+                        yield VerilogPort(self.nets[signal].name, signal, port.word, port.unit, driver.doc)
 
     def _instances(self) -> Iterator[Instance]:
         for path in dict.fromkeys(node[0] for node in self.order):
@@ -151,7 +152,7 @@ class _Composer:
                 )
                 raise ModelError([self.planned.graph.placed(problem)])
 
-    def _named(self, port: Port, signal: str) -> str:
+    def _named(self, port: VerilogPort, signal: str) -> str:
         """The name of a net: of a block that stands alone that of its port."""
         return self.names.add(port.text if len(self.modules) == 1 else signal)
 
@@ -159,6 +160,6 @@ class _Composer:
         return self.planned.schedule.divisors[path] // self.ticks
 
 
-def _signal(source: Node, name: str, port: Port) -> str:
+def _signal(source: Endpoint, name: str, port: VerilogPort) -> str:
     """The entry of an output that an input's entry is wired to."""
     return ".".join(source) + port.text.removeprefix(name)

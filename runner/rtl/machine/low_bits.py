@@ -1,28 +1,28 @@
 """Operations that are the low bits of another, as two's complement: wires, no logic."""
 
-from proofmass.runner.fixed.integer_ir import Node
+from proofmass.runner.fixed.integer_ir import Operation
 
 
-def operands_of(node: Node) -> tuple[Node, ...]:
-    """What the expression of a node is made of."""
-    kept = wrapped(node)
-    return node.operands if kept is None else (kept,)
+def operands_of(operation: Operation) -> tuple[Operation, ...]:
+    """What the expression of an operation is made of."""
+    kept = wrapped(operation)
+    return operation.operands if kept is None else (kept,)
 
 
-def is_bit(node: Node) -> bool:
-    return node.low >= 0 and node.high <= 1
+def is_bit(operation: Operation) -> bool:
+    return operation.low >= 0 and operation.high <= 1
 
 
-def wrapped(node: Node) -> Node | None:
-    """What a node is the low bits of as two's complement: (value & mask ^ sign) - sign, as `wrap` makes it."""
-    if node.operation != "subtract" or node.operands[1].constant is None:
+def wrapped(operation: Operation) -> Operation | None:
+    """What an operation is the low bits of as two's complement: (value & mask ^ sign) - sign, as `wrap` makes it."""
+    if operation.kind != "subtract" or operation.operands[1].constant is None:
         return None
-    flipped, sign = node.operands[0], node.operands[1].constant
-    if flipped.operation != "xor" or (node.low, node.high) != (-sign, sign - 1):
+    flipped, sign = operation.operands[0], operation.operands[1].constant
+    if flipped.kind != "xor" or (operation.low, operation.high) != (-sign, sign - 1):
         return None
     for masked, other in (flipped.operands, flipped.operands[::-1]):
-        if other.constant == sign and masked.operation == "and":
+        if other.constant == sign and masked.kind == "and":
             for value, mask in (masked.operands, masked.operands[::-1]):
-                if mask.constant == 2 * sign - 1 and value.width >= node.width and not is_bit(value):
+                if mask.constant == 2 * sign - 1 and value.width >= operation.width and not is_bit(value):
                     return value
     return None

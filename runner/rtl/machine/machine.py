@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.rtl.machine.modules import Module
-from proofmass.runner.rtl.machine.words import Port, Word
+from proofmass.runner.rtl.machine.words import VerilogPort, Word
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,10 @@ class Machine:
 
     name: str
     rate: Fraction  # of the clock
-    inputs: tuple[Port, ...]
-    outputs: tuple[Port, ...]
+    inputs: tuple[VerilogPort, ...]
+    outputs: tuple[VerilogPort, ...]
     instances: tuple[Instance, ...]
-    order: tuple[Node, ...]
+    order: tuple[Endpoint, ...]
     nets: Mapping[str, Net]  # by signal: what instances give, and the inputs
 
     @cached_property

@@ -15,13 +15,13 @@ from proofmass.blocks.declaration.declare import Port as BlockPort
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.runner.fixed.block_formats import function_formats, port_formats, state_formats
 from proofmass.runner.fixed.integer_interval import Interval
-from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
+from proofmass.runner.fixed.integer_ir import Operation, Program, TraceError
 from proofmass.runner.fixed.step_formats import Constant, Format, Within, bounds, leaves, mantissas
 from proofmass.runner.fixed.trace import Traced, trace
 from proofmass.runner.rtl.machine.low_bits import operands_of
 from proofmass.runner.rtl.machine.pipeline import Flow, Pipeline, pipelined
 from proofmass.runner.rtl.machine.ranges import register_ranges
-from proofmass.runner.rtl.machine.words import Names, Port, Register, Word
+from proofmass.runner.rtl.machine.words import Names, Register, VerilogPort, Word
 
 CLOCKING = ("clock", "reset", "enable")  # ports of a module with registers
 
@@ -37,12 +37,12 @@ class Module:
     name: str
     block: Block
     constants: Any  # what the functions get first
-    inputs: tuple[Port, ...]
-    outputs: tuple[Port, ...]
+    inputs: tuple[VerilogPort, ...]
+    outputs: tuple[VerilogPort, ...]
     registers: tuple[Register, ...]
     steps: Mapping[str, Traced]
-    results: Mapping[str, Node]  # by the name of the output
-    following: Mapping[str, Node]  # by the name of the register
+    results: Mapping[str, Operation]  # by the name of the output
+    following: Mapping[str, Operation]  # by the name of the register
 
     @property
     def program(self) -> Program:
@@ -50,23 +50,23 @@ class Module:
         return next(iter(self.steps.values())).program
 
     @cached_property
-    def live(self) -> list[Node]:
+    def live(self) -> list[Operation]:
         """The operations that outputs and registers depend on, operands first."""
         return self.program.live([*self.results.values(), *self.following.values()])
 
     @cached_property
-    def needed(self) -> list[Node]:
+    def needed(self) -> list[Operation]:
         """Those of them that are written down: some are passed over, and what they were made of is taken."""
         needed = {*self.results.values(), *self.following.values()}
-        for node in reversed(self.live):
-            if node in needed:
-                needed.update(operands_of(node))
-        return sorted((n for n in needed if n.operation != "constant"), key=lambda node: node.number)
+        for operation in reversed(self.live):
+            if operation in needed:
+                needed.update(operands_of(operation))
+        return sorted((n for n in needed if n.kind != "constant"), key=lambda operation: operation.number)
 
     @cached_property
     def pipeline(self) -> Pipeline:
         """Stages of the operations; raises `TraceError` for a cut in a feedback."""
-        operands = {node: operands_of(node) for node in self.needed}
+        operands = {operation: operands_of(operation) for operation in self.needed}
         registers = {register.text: register.name for register in self.registers}
         return pipelined(Flow(operands, self.results, self.following, registers), self.name)
 
@@ -76,9 +76,9 @@ class Module:
         return bool(self.registers or self.pipeline.latency)
 
     @cached_property
-    def sources(self) -> Mapping[str, Port | Register]:
+    def sources(self) -> Mapping[str, VerilogPort | Register]:
         """What an input of the program is, by the text that the program calls it."""
-        sources: list[Port | Register] = [*self.inputs, *self.registers]
+        sources: list[VerilogPort | Register] = [*self.inputs, *self.registers]
         return {each.text: each for each in sources}
 
 
@@ -100,15 +100,15 @@ def make_module(
     steps = _traced(block, constants, known, Program())
     names = Names(CLOCKING)
     inputs = tuple(
-        Port(names.add(text), text, _word(format), unit_of(block, port), port.doc)
+        VerilogPort(names.add(text), text, _word(format), unit_of(block, port), port.doc)
         for port in type(block).inputs.values()
         for format, text in leaves(port_formats(block, port, known), port.name)
     )
     outputs, results = [], {}
     for port in type(block).outputs.values():
-        for format, text, node in _results(block, port, steps[port.name]):
-            outputs.append(Port(names.add(text), text, _word(format, node), unit_of(block, port), port.doc))
-            results[outputs[-1].name] = node
+        for format, text, operation in _results(block, port, steps[port.name]):
+            outputs.append(VerilogPort(names.add(text), text, _word(format, operation), unit_of(block, port), port.doc))
+            results[outputs[-1].name] = operation
     registers, following = [], {}
     for each in held:
         word = _word(known.get(each.whole, each.format))
@@ -121,7 +121,7 @@ def make_module(
     return made
 
 
-def entries(ports: Iterable[Port], name: str) -> list[Port]:
+def entries(ports: Iterable[VerilogPort], name: str) -> list[VerilogPort]:
     """The ports of what Python calls `name`: one, or each entry of a vector."""
     return [port for port in ports if port.text.partition("[")[0] == name]
 
@@ -155,7 +155,7 @@ def _integer_ranges(
             low, high = starts.get(each.whole, (each.start, each.start))
             starts[each.whole] = min(low, each.start), max(high, each.start)
 
-    def step(ranges: Mapping[str, Interval]) -> tuple[Program, dict[str, list[Node]]]:
+    def step(ranges: Mapping[str, Interval]) -> tuple[Program, dict[str, list[Operation]]]:
         program = Program()
         steps = _traced(block, constants, {**known, **_within(ranges)}, program, only="update")
         return program, {
@@ -180,14 +180,14 @@ def _traced(
     }
 
 
-def _word(format: Format, node: Node | None = None) -> Word:
+def _word(format: Format, operation: Operation | None = None) -> Word:
     """Of an integer that is computed, what is known of the result."""
-    if format is int and node is not None:
-        return Word(node.low, node.high)
+    if format is int and operation is not None:
+        return Word(operation.low, operation.high)
     return Word(*bounds(format), format.fraction if isinstance(format, Fixed) else 0)
 
 
-def _results(block: Block, port: BlockPort, traced: Traced) -> Iterator[tuple[Format, str, Node]]:
+def _results(block: Block, port: BlockPort, traced: Traced) -> Iterator[tuple[Format, str, Operation]]:
     """The numbers of an output, by the texts "output" or "output[2]"."""
     if not port.shape:
         yield traced.formats["return"], port.name, traced.results["return"]
@@ -196,7 +196,7 @@ def _results(block: Block, port: BlockPort, traced: Traced) -> Iterator[tuple[Fo
         yield format, text.replace("out", port.name, 1), traced.writes[text]
 
 
-def _following(steps: Mapping[str, Traced], text: str, word: Word) -> Node:
+def _following(steps: Mapping[str, Traced], text: str, word: Word) -> Operation:
     """What a register takes at the next tick: itself, where no update says otherwise."""
     program = next(iter(steps.values())).program
     found = program.input(text, word.low, word.high)
@@ -209,9 +209,9 @@ def _following(steps: Mapping[str, Traced], text: str, word: Word) -> Node:
 
 def _refuse_unknown(module: Module) -> None:
     """Refuse what is read and neither an input nor a register."""
-    for node in module.live:
-        if node.operation == "input" and node.name not in module.sources:
+    for operation in module.live:
+        if operation.kind == "input" and operation.name not in module.sources:
             hint = "count in the state, up to a number that it starts again from"
-            if node.name.startswith("out["):
+            if operation.name.startswith("out["):
                 hint = "keep it in a buffer"
-            raise TraceError(f"{node.name} is no register", node.place, hint=hint, key=module.name)
+            raise TraceError(f"{operation.name} is no register", operation.place, hint=hint, key=module.name)

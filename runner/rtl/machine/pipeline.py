@@ -7,7 +7,7 @@ itself through a cut, no stage is late enough, and the cut is refused.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from proofmass.runner.fixed.integer_ir import Node, TraceError
+from proofmass.runner.fixed.integer_ir import Operation, TraceError
 
 
 @dataclass(frozen=True)
@@ -17,10 +17,10 @@ class Pipeline:
     `delays` says how many registers follow an operation, for those that take it later than it is there.
     """
 
-    stages: Mapping[Node, int]
+    stages: Mapping[Operation, int]
     registers: Mapping[str, int]
     latency: int
-    delays: Mapping[Node, int]
+    delays: Mapping[Operation, int]
 
     @property
     def waits(self) -> int:
@@ -34,50 +34,56 @@ class Flow:
     outputs give (`results`) and registers take (`following`); `registers` are the names of registers by their texts.
     """
 
-    operands: Mapping[Node, tuple[Node, ...]]
-    results: Mapping[str, Node]
-    following: Mapping[str, Node]
+    operands: Mapping[Operation, tuple[Operation, ...]]
+    results: Mapping[str, Operation]
+    following: Mapping[str, Operation]
     registers: Mapping[str, str]
 
 
 def pipelined(flow: Flow, name: str) -> Pipeline:
     """The stages of a module; raises `TraceError` for a cut in a feedback."""
-    order = sorted(flow.operands, key=lambda node: node.number)
-    for node in order:
-        if node.operation == "pipe":
-            _refuse_feedback(flow, node, name)
+    order = sorted(flow.operands, key=lambda operation: operation.number)
+    for operation in order:
+        if operation.kind == "pipe":
+            _refuse_feedback(flow, operation, name)
     held = dict.fromkeys(flow.following, 0)
     stages = _stages(flow, order, held)
     while late := {r: stages[n] for r, n in flow.following.items() if n in stages and stages[n] > held[r]}:
         held |= late
         stages = _stages(flow, order, held)
-    latency = max((stages[node] for node in flow.results.values() if node in stages), default=0)
-    taken = [(each, stages[node] - (node.operation == "pipe")) for node in stages for each in flow.operands[node]]
-    taken += [(node, latency) for node in flow.results.values()]
-    taken += [(node, held[register]) for register, node in flow.following.items()]
-    delays: dict[Node, int] = {}
-    for node, stage in taken:
-        if node in stages and stage > stages[node]:
-            delays[node] = max(delays.get(node, 0), stage - stages[node])
+    latency = max((stages[operation] for operation in flow.results.values() if operation in stages), default=0)
+    taken = [
+        (each, stages[operation] - (operation.kind == "pipe"))
+        for operation in stages
+        for each in flow.operands[operation]
+    ]
+    taken += [(operation, latency) for operation in flow.results.values()]
+    taken += [(operation, held[register]) for register, operation in flow.following.items()]
+    delays: dict[Operation, int] = {}
+    for operation, stage in taken:
+        if operation in stages and stage > stages[operation]:
+            delays[operation] = max(delays.get(operation, 0), stage - stages[operation])
     return Pipeline(stages, held, latency, delays)
 
 
-def _stages(flow: Flow, order: Iterable[Node], held: Mapping[str, int]) -> dict[Node, int]:
-    stages: dict[Node, int] = {}
-    for node in order:
-        if node.operation == "input":
-            stages[node] = held.get(flow.registers.get(node.name, ""), 0)
-        elif node.operation != "constant":
-            before = max((stages[each] for each in flow.operands[node] if each in stages), default=0)
-            stages[node] = before + (node.operation == "pipe")
+def _stages(flow: Flow, order: Iterable[Operation], held: Mapping[str, int]) -> dict[Operation, int]:
+    stages: dict[Operation, int] = {}
+    for operation in order:
+        if operation.kind == "input":
+            stages[operation] = held.get(flow.registers.get(operation.name, ""), 0)
+        elif operation.kind != "constant":
+            before = max((stages[each] for each in flow.operands[operation] if each in stages), default=0)
+            stages[operation] = before + (operation.kind == "pipe")
     return stages
 
 
-def _refuse_feedback(flow: Flow, cut: Node, name: str) -> None:
+def _refuse_feedback(flow: Flow, cut: Operation, name: str) -> None:
     """Refuse a cut that depends on itself, by way of registers."""
     below = _below(flow, flow.operands[cut])
     if cut in below:
-        texts = [node.name for node in below if node.operation == "input" and node.name in flow.registers]
+        texts = [
+            operation.name for operation in below if operation.kind == "input" and operation.name in flow.registers
+        ]
         inside = [text for text in texts if cut in _below(flow, [flow.following[flow.registers[text]]])]
         hint = "cut what does not come back to it, or keep the stages in the state and let the loop be longer"
         raise TraceError(
@@ -90,15 +96,15 @@ def _refuse_feedback(flow: Flow, cut: Node, name: str) -> None:
         )
 
 
-def _below(flow: Flow, nodes: Iterable[Node]) -> set[Node]:
-    """What the nodes depend on, themselves included, by way of registers too."""
-    found: set[Node] = set()
-    todo = list(nodes)
+def _below(flow: Flow, operations: Iterable[Operation]) -> set[Operation]:
+    """What the operations depend on, themselves included, by way of registers too."""
+    found: set[Operation] = set()
+    todo = list(operations)
     while todo:
-        node = todo.pop()
-        if node not in found:
-            found.add(node)
-            todo += flow.operands.get(node, ())
-            if node.operation == "input" and node.name in flow.registers:
-                todo.append(flow.following[flow.registers[node.name]])
+        operation = todo.pop()
+        if operation not in found:
+            found.add(operation)
+            todo += flow.operands.get(operation, ())
+            if operation.kind == "input" and operation.name in flow.registers:
+                todo.append(flow.following[flow.registers[operation.name]])
     return found

@@ -10,13 +10,13 @@ from collections.abc import Callable, Mapping
 from typing import NoReturn
 
 from proofmass.runner.fixed.integer_interval import Interval
-from proofmass.runner.fixed.integer_ir import Node, Program, TraceError
+from proofmass.runner.fixed.integer_ir import Operation, Program, TraceError
 
 _POWERS = (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 56, 62)
 _EXACT = 2  # steps followed before intervals are made wider than what is reached
 _NARROWINGS = 4
 
-Step = Callable[[Mapping[str, Interval]], tuple[Program, Mapping[str, list[Node]]]]  # its values after a step
+Step = Callable[[Mapping[str, Interval]], tuple[Program, Mapping[str, list[Operation]]]]  # its values after a step
 
 
 def register_ranges(name: str, starts: Mapping[str, Interval], step: Step) -> dict[str, Interval]:
@@ -27,31 +27,38 @@ def register_ranges(name: str, starts: Mapping[str, Interval], step: Step) -> di
         grown, steps = False, steps + 1
         program, following = step(ranges)
         lowest, highest = _thresholds(program)
-        for text, nodes in following.items():
-            low, high = _union(starts[text], nodes)
+        for text, operations in following.items():
+            low, high = _union(starts[text], operations)
             before = ranges[text]
             down = -before[0] if low >= before[0] else _next(lowest, -low)
             up = before[1] if high <= before[1] else _next(highest, high)
             if down is None or up is None:
-                _refuse(name, text, nodes, before)
+                _refuse(name, text, operations, before)
             ranges[text] = (min(low, before[0]), max(high, before[1])) if steps <= _EXACT else (-down, up)
             grown |= ranges[text] != before
     for _ in range(_NARROWINGS):
         _, following = step(ranges)
-        inside = {text: _union(starts[text], nodes) for text, nodes in following.items()}
+        inside = {text: _union(starts[text], operations) for text, operations in following.items()}
         if inside == ranges:
             break
         ranges = inside
     return ranges
 
 
-def _union(start: Interval, nodes: list[Node]) -> Interval:
-    return min(start[0], *(node.low for node in nodes)), max(start[1], *(node.high for node in nodes))
+def _union(start: Interval, operations: list[Operation]) -> Interval:
+    return min(start[0], *(operation.low for operation in operations)), max(
+        start[1], *(operation.high for operation in operations)
+    )
 
 
 def _thresholds(program: Program) -> tuple[list[int], list[int]]:
     """Bounds to try: of the negative of the low end, and of the high end."""
-    near = {node.low + beside for node in program.nodes if node.operation == "constant" for beside in (-1, 0, 1)}
+    near = {
+        operation.low + beside
+        for operation in program.operations
+        if operation.kind == "constant"
+        for beside in (-1, 0, 1)
+    }
     lowest = {-each for each in near} | {1 << power for power in _POWERS}
     highest = near | {(1 << power) - 1 for power in _POWERS}
     return sorted(lowest), sorted(highest)
@@ -62,14 +69,14 @@ def _next(thresholds: list[int], value: int) -> int | None:
     return thresholds[i] if i < len(thresholds) else None
 
 
-def _reach(node: Node) -> int:
-    return max(abs(node.low), abs(node.high))
+def _reach(operation: Operation) -> int:
+    return max(abs(operation.low), abs(operation.high))
 
 
-def _refuse(name: str, text: str, nodes: list[Node], before: Interval) -> NoReturn:
-    furthest = max(nodes, key=_reach)
-    while furthest.operation in ("select", "narrow"):
-        furthest = max(furthest.operands[furthest.operation == "select" :], key=_reach)
+def _refuse(name: str, text: str, operations: list[Operation], before: Interval) -> NoReturn:
+    furthest = max(operations, key=_reach)
+    while furthest.kind in ("select", "narrow"):
+        furthest = max(furthest.operands[furthest.kind == "select" :], key=_reach)
     hint = "hold it with clip() or a mask, or let it start again behind an `if`; or make it a FixedValue with a format"
     raise TraceError(
         f"{text} grows without bound",

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import where
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import Format, bounds, filled, mantissas, reference_step
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.machine import Instance, Machine
 from proofmass.runner.rtl.machine.modules import Module, entries
 from proofmass.runner.rtl.machine.names import TopNames
-from proofmass.runner.rtl.machine.words import Port, Register, Word
+from proofmass.runner.rtl.machine.words import Register, VerilogPort, Word
 
 Values = Mapping[str, Any]  # by the names of ports and registers
 Merge = Callable[[Callable[[], list[Any]]], list[Any]]  # runs a function and gives its results
@@ -35,13 +35,13 @@ class Reference(ABC):
 
     name: str
     clocked: bool
-    inputs: tuple[Port, ...]
-    outputs: tuple[Port, ...]
+    inputs: tuple[VerilogPort, ...]
+    outputs: tuple[VerilogPort, ...]
     registers: tuple[Register, ...]
     latency: int  # ticks by which the outputs of hardware are late
 
     @property
-    def held(self) -> tuple[Port | Register, ...]:
+    def held(self) -> tuple[VerilogPort | Register, ...]:
         """Inputs and registers: what a clock depends on."""
         return (*self.inputs, *self.registers)
 
@@ -136,7 +136,7 @@ class MachineReference(Reference):
         for register in module.registers:
             texts[register.text] = present[f"{instance.name}.{register.name}"]
         for name, declared in type(module.block).inputs.items():
-            source: Node | None = self._planned.schedule.drivers.get((instance.path, name))
+            source: Endpoint | None = self._planned.schedule.drivers.get((instance.path, name))
             for port in entries(module.inputs, name):
                 rest = port.text.removeprefix(name)
                 if source is None:

@@ -37,7 +37,7 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Port:
+class VerilogPort:
     """A port of a module: its name in Verilog, and the text by which Python calls the number: "out[3]", "error"."""
 
     name: str

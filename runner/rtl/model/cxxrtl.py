@@ -22,7 +22,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.program.form import INTEGER, External
 from proofmass.runner.rtl.machine.reference import Reference
-from proofmass.runner.rtl.machine.words import Port, Word
+from proofmass.runner.rtl.machine.words import VerilogPort, Word
 from proofmass.runner.rtl.tools.extra import need
 from proofmass.runner.rtl.tools.yosys import run_yosys
 
@@ -195,7 +195,7 @@ def _wrapper(reference: Reference) -> Iterator[str]:
     yield "}"
 
 
-def _put(port: Port, value: str) -> str:
+def _put(port: VerilogPort, value: str) -> str:
     return f"m->{_member(port.name)}.set<uint64_t>({_bits(port.word, value)});"
 
 

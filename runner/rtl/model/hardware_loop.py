@@ -8,8 +8,8 @@ behind all updates it is clocked.
 from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import NamedTuple
 
-from proofmass.graphs.checks.schedule import Node, outputs_of
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.checks.schedule import outputs_of
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.plan.keys import HardwareModel
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import operand
@@ -22,10 +22,10 @@ from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.model.cxxrtl import Model
 
 
-class Place(NamedTuple):
+class MemoryPlace(NamedTuple):
     """Where a number of the hardware stands among what moves: a wire or an entry of one, or a field of a state."""
 
-    node: Node
+    node: Endpoint
     entry: int | None = None
     of_state: bool = False
 
@@ -77,13 +77,13 @@ class HardwareTickWriter(TickWriter):
             self._write(place, self._call("register", number))
         super().finish()
 
-    def _places(self) -> Iterator[Place]:
+    def _places(self) -> Iterator[MemoryPlace]:
         """What each register of the model holds, in their order; behind them are those of `_counts`."""
         for instance in self._machine.instances:
             for register in instance.module.registers:
                 head, _, field = register.text.partition(".")
                 if head == "x":
-                    yield Place((instance.path, field), None, True)
+                    yield MemoryPlace((instance.path, field), None, True)
                 else:
                     yield _place(f"{instance.path}.{register.text}")
         yield from (_place(net.signal) for net in self._machine.nets.values() if net.kept)
@@ -95,18 +95,18 @@ class HardwareTickWriter(TickWriter):
             past = compute("floor_divide", compute("subtract_integers", 0, self.first), self._ticks * over)
             yield compute("modulo", compute("subtract_integers", 0, past), last + 1)
 
-    def _held(self, place: Place) -> Lowered:
+    def _held(self, place: MemoryPlace) -> Lowered:
         if place.of_state:
             block, field = place.node
             return getattr(self.frame.states[block], field)
         return self.frame.wires[place.node]
 
-    def _register(self, place: Place) -> Operand:
+    def _register(self, place: MemoryPlace) -> Operand:
         held = self._held(place)
         value = self.builder.load(held, place.entry or 0) if isinstance(held, Array) else self.frame.now(held)
         return as_kind(self.builder, value, INTEGER)
 
-    def _write(self, place: Place, value: Operand) -> None:
+    def _write(self, place: MemoryPlace, value: Operand) -> None:
         held = self._held(place)
         if isinstance(held, Variable):
             self.builder.set(held, as_kind(self.builder, value, held.kind))
@@ -122,8 +122,11 @@ class HardwareTickWriter(TickWriter):
 
 
 def settled_before(
-    order: Iterable[Node], stride: Callable[[Node], int], inputs: Collection[Node], outputs: Collection[Node]
-) -> frozenset[Node]:
+    order: Iterable[Endpoint],
+    stride: Callable[[Endpoint], int],
+    inputs: Collection[Endpoint],
+    outputs: Collection[Endpoint],
+) -> frozenset[Endpoint]:
     """Outputs of hardware before which it has to settle, of all that are computed in a tick in that order.
 
     It has settled where it did so after the last input, in all ticks in which the output is due.
@@ -132,7 +135,7 @@ def settled_before(
     >>> sorted(settled_before(order, lambda node: 1, {("adc", "code")}, {("a", "early"), ("b", "now"), ("b", "too")}))
     [('a', 'early'), ('b', 'now')]
     """
-    found, strides = set[Node](), list[int]()  # of ticks in which it has settled
+    found, strides = set[Endpoint](), list[int]()  # of ticks in which it has settled
     for node in order:
         if node in inputs:
             strides = []
@@ -142,7 +145,7 @@ def settled_before(
     return frozenset(found)
 
 
-def _place(text: str) -> Place:
+def _place(text: str) -> MemoryPlace:
     """The output of the graph, or an entry of one or of a buffer, that a port or net is."""
     node, _, entry = text.partition("[")
-    return Place(split(node), int(entry.rstrip("]")) if entry else None)
+    return MemoryPlace(split(node), int(entry.rstrip("]")) if entry else None)

@@ -16,7 +16,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.rtl.machine.modules import CLOCKING
 from proofmass.runner.rtl.machine.reference import Reference, as_it_runs
-from proofmass.runner.rtl.machine.words import Port, Register, Word
+from proofmass.runner.rtl.machine.words import Register, VerilogPort, Word
 from proofmass.runner.rtl.proof.smt_cuts import Cuts
 from proofmass.runner.rtl.proof.smt_implementation import Implementation, read_implementation
 from proofmass.runner.rtl.proof.smt_integer import SmtInteger, Specification, conjunction
@@ -222,6 +222,6 @@ def _check_names(reference: Reference, implementation: Implementation) -> None:
         raise ModelError(problems)
 
 
-def _declared(reference: Reference) -> Iterator[tuple[str, Port | Register]]:
+def _declared(reference: Reference) -> Iterator[tuple[str, VerilogPort | Register]]:
     yield from (("port", each) for each in (*reference.inputs, *reference.outputs))
     yield from (("register", each) for each in reference.registers)

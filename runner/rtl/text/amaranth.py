@@ -6,7 +6,7 @@ negative number. Ports are attributes; `sync` is clock and reset.
 
 from collections.abc import Generator, Iterator
 
-from proofmass.runner.fixed.integer_ir import Node, Place
+from proofmass.runner.fixed.integer_ir import Operation, SourceLine
 from proofmass.runner.fixed.operations import OPERATIONS
 from proofmass.runner.rtl.machine.low_bits import operands_of
 from proofmass.runner.rtl.machine.machine import Machine
@@ -48,10 +48,10 @@ class _Writer:
         self._names = Names(_OWN)
         self._ports = {p.name: f"self.{self._names.add(p.name)}" for p in (*module.inputs, *module.outputs)}
         self._registers = {register.name: self._names.add(register.name) for register in module.registers}
-        self._texts: dict[Node, list[str]] = {}  # as it comes, and by how many ticks later
+        self._texts: dict[Operation, list[str]] = {}  # as it comes, and by how many ticks later
         self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and what they take
         self._count = 0
-        self._told: set[Place] = set()
+        self._told: set[SourceLine] = set()
 
     def lines(self) -> Iterator[str]:
         module, block = self.module, type(self.module.block)
@@ -70,8 +70,8 @@ class _Writer:
             name = self._registers[register.name]
             signal = _signal(register.word, self._named(register.name), f"init={register.start}")
             yield f"        {name} = {signal}  # {register.text} {register.word}"
-        for node in module.needed:
-            yield from self._node(node)
+        for operation in module.needed:
+            yield from self._operation(operation)
         yield from self._clocked()
         for port in module.outputs:
             value = self._text(module.results[port.name], module.pipeline.latency)
@@ -83,36 +83,36 @@ class _Writer:
         python = self._registers.get(name) or self._ports[name]
         return "" if python.removeprefix("self.") == name else f'name="{name}"'
 
-    def _node(self, node: Node) -> Iterator[str]:
+    def _operation(self, operation: Operation) -> Iterator[str]:
         """A signal for each operation, and registers where it is taken later."""
-        if node.operation == "input":
-            source = self.module.sources[node.name].name
+        if operation.kind == "input":
+            source = self.module.sources[operation.name].name
             name = self._registers.get(source) or self._ports[source]
         else:
-            name = yield from self._operation(node)
+            name = yield from self._computed(operation)
         names = [name]
-        for k in range(1, self.module.pipeline.delays.get(node, 0) + 1):
+        for k in range(1, self.module.pipeline.delays.get(operation, 0) + 1):
             names.append(self._names.add(f"{name.removeprefix('self.')}_late_{k}"))
-            yield f"        {names[-1]} = {_signal(_word(node), 'reset_less=True')}"
+            yield f"        {names[-1]} = {_signal(_word(operation), 'reset_less=True')}"
             self._moves.append((names[-1], names[-2]))
-        self._texts[node] = names
+        self._texts[operation] = names
 
-    def _operation(self, node: Node) -> Generator[str, None, str]:
+    def _computed(self, operation: Operation) -> Generator[str, None, str]:
         self._count += 1
-        name = self._names.add(f"{OPERATIONS[node.operation].word}_{self._count}")
-        stage = self.module.pipeline.stages[node] - (node.operation == "pipe")
-        operands = operands_of(node)
+        name = self._names.add(f"{OPERATIONS[operation.kind].word}_{self._count}")
+        stage = self.module.pipeline.stages[operation] - (operation.kind == "pipe")
+        operands = operands_of(operation)
         texts = [self._text(each, stage) for each in operands]
-        if len(operands) < len(node.operands):
-            value = f"{texts[0]}[:{node.width}].as_signed()"  # the low bits, as two's complement
+        if len(operands) < len(operation.operands):
+            value = f"{texts[0]}[:{operation.width}].as_signed()"  # the low bits, as two's complement
         else:
-            value = OPERATIONS[node.operation].in_amaranth(*texts)
-        made = line_comment(node.place, self._told, "#")
-        if node.operation == "pipe":
-            yield f"        {name} = {_signal(_word(node), 'reset_less=True')}{made}"
+            value = OPERATIONS[operation.kind].in_amaranth(*texts)
+        made = line_comment(operation.place, self._told, "#")
+        if operation.kind == "pipe":
+            yield f"        {name} = {_signal(_word(operation), 'reset_less=True')}{made}"
             self._moves.append((name, value))
         else:
-            yield f"        {name} = {_signal(_word(node))}"
+            yield f"        {name} = {_signal(_word(operation))}"
             yield f"        m.d.comb += {name}.eq({value}){made}"
         return name
 
@@ -133,14 +133,14 @@ class _Writer:
                 yield f"            with m.If({ready[stage - 1]}):"
             yield f"            {'    ' if stage else ''}{move}"
 
-    def _text(self, node: Node, stage: int) -> str:
-        if node.constant is not None:
-            return f"Const({node.constant})"
-        return self._texts[node][stage - self.module.pipeline.stages[node]]
+    def _text(self, operation: Operation, stage: int) -> str:
+        if operation.constant is not None:
+            return f"Const({operation.constant})"
+        return self._texts[operation][stage - self.module.pipeline.stages[operation]]
 
 
-def _word(node: Node) -> Word:
-    return Word(node.low, node.high)
+def _word(operation: Operation) -> Word:
+    return Word(operation.low, operation.high)
 
 
 def _signal(word: Word, *more: str) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from proofmass.runner.fixed.integer_interval import signed_width
-from proofmass.runner.fixed.integer_ir import Node
+from proofmass.runner.fixed.integer_ir import Operation
 from proofmass.runner.fixed.operations import BITWISE, COMPARISONS, OPERATIONS
 from proofmass.runner.rtl.machine.low_bits import is_bit, wrapped
 from proofmass.runner.rtl.machine.words import Word
@@ -46,112 +46,112 @@ def fitted(value: int, word: Word) -> str:
 class Expressions:
     """Expressions over the wires that have a name so far; each operand is taken at the stage of what it is for."""
 
-    def __init__(self, stages: Mapping[Node, int]) -> None:
+    def __init__(self, stages: Mapping[Operation, int]) -> None:
         self._stages = stages
         self._stage = 0  # of what is written
-        self._names: dict[Node, list[str]] = {}  # as it comes, and by how many ticks later
-        self._truths: set[Node] = set()
+        self._names: dict[Operation, list[str]] = {}  # as it comes, and by how many ticks later
+        self._truths: set[Operation] = set()
 
-    def name(self, node: Node, names: list[str], *, truth: bool = False) -> None:
-        """Call a node by names from now on: the first as it comes, the others for one tick later each."""
-        self._names[node] = names
+    def name(self, operation: Operation, names: list[str], *, truth: bool = False) -> None:
+        """Call an operation by names from now on: the first as it comes, the others for one tick later each."""
+        self._names[operation] = names
         if truth:
-            self._truths.add(node)
+            self._truths.add(operation)
 
-    def stored(self, node: Node, word: Word, stage: int) -> str:
-        """A node as a port or register takes it: its low bits, where it has a sign bit that they lack."""
+    def stored(self, operation: Operation, word: Word, stage: int) -> str:
+        """An operation as a port or register takes it: its low bits, where it has a sign bit that they lack."""
         self._stage = stage
-        if node.constant is not None:
-            return fitted(node.constant, word)
-        if node in self._truths or node.width <= word.width:
-            return self._text(node)
-        return self._bits(node, word.width - 1, 0)
+        if operation.constant is not None:
+            return fitted(operation.constant, word)
+        if operation in self._truths or operation.width <= word.width:
+            return self._text(operation)
+        return self._bits(operation, word.width - 1, 0)
 
-    def of(self, node: Node) -> Expression:
+    def of(self, operation: Operation) -> Expression:
         """The expression of an operation; of a cut, what its register takes."""
-        self._stage = self._stages[node] - (node.operation == "pipe")
-        kept = wrapped(node)
+        self._stage = self._stages[operation] - (operation.kind == "pipe")
+        kept = wrapped(operation)
         if kept is not None:
-            return Expression(self._bits(kept, node.width - 1, 0), wiring=True)
-        first = node.operands[0]
-        if node.operation == "pipe":
+            return Expression(self._bits(kept, operation.width - 1, 0), wiring=True)
+        first = operation.operands[0]
+        if operation.kind == "pipe":
             return Expression(self._text(first), truth=first in self._truths)
-        if node.operation == "narrow":
-            return self._narrowed(first, node)
-        if node.operation in COMPARISONS:
-            return self._compared(node)
-        if node.operation in BITWISE:
-            return self._bitwise(node)
-        if node.operation == "select":
-            return self._selected(node)
-        if node.operation in ("shift_left", "shift_right"):
-            return self._shifted(node, *node.operands)
-        return self._written(node, map(self._number, node.operands))
+        if operation.kind == "narrow":
+            return self._narrowed(first, operation)
+        if operation.kind in COMPARISONS:
+            return self._compared(operation)
+        if operation.kind in BITWISE:
+            return self._bitwise(operation)
+        if operation.kind == "select":
+            return self._selected(operation)
+        if operation.kind in ("shift_left", "shift_right"):
+            return self._shifted(operation, *operation.operands)
+        return self._written(operation, map(self._number, operation.operands))
 
-    def _written(self, node: Node, operands: Iterable[str], *, truth: bool = False) -> Expression:
-        return Expression(OPERATIONS[node.operation].in_verilog(*operands), truth=truth)
+    def _written(self, operation: Operation, operands: Iterable[str], *, truth: bool = False) -> Expression:
+        return Expression(OPERATIONS[operation.kind].in_verilog(*operands), truth=truth)
 
-    def _narrowed(self, whole: Node, node: Node) -> Expression:
-        if is_bit(node):
+    def _narrowed(self, whole: Operation, operation: Operation) -> Expression:
+        if is_bit(operation):
             return Expression(self._bits(whole, 0, 0), truth=True, wiring=True)
-        if node.width == whole.width:
+        if operation.width == whole.width:
             return Expression(self._text(whole), alias=True)
-        return Expression(self._bits(whole, node.width - 1, 0), wiring=True)
+        return Expression(self._bits(whole, operation.width - 1, 0), wiring=True)
 
-    def _compared(self, node: Node) -> Expression:
-        a, b = node.operands
+    def _compared(self, operation: Operation) -> Expression:
+        a, b = operation.operands
         for truth, other in ((a, b), (b, a)):
-            if truth in self._truths and other.constant in (0, 1) and node.operation in ("equal", "not_equal"):
-                same = (node.operation == "equal") == (other.constant == 1)
+            if truth in self._truths and other.constant in (0, 1) and operation.kind in ("equal", "not_equal"):
+                same = (operation.kind == "equal") == (other.constant == 1)
                 return Expression(f"{'' if same else '!'}{self._text(truth)}", truth=True, alias=same)
-        return self._written(node, map(self._number, node.operands), truth=True)
+        return self._written(operation, map(self._number, operation.operands), truth=True)
 
-    def _bitwise(self, node: Node) -> Expression:
-        a, b = node.operands
+    def _bitwise(self, operation: Operation) -> Expression:
+        a, b = operation.operands
         if all(map(is_bit, (a, b))):
-            return self._written(node, map(self._truth, node.operands), truth=True)
+            return self._written(operation, map(self._truth, operation.operands), truth=True)
         for number, mask in ((a, b), (b, a)):
             width = (mask.constant or 0).bit_length()
-            is_mask = node.operation == "and" and mask.constant is not None and mask.constant == (1 << width) - 1
-            if is_mask and width < number.width and (node.low, node.high) == (0, mask.constant):
+            is_mask = operation.kind == "and" and mask.constant is not None and mask.constant == (1 << width) - 1
+            if is_mask and width < number.width and (operation.low, operation.high) == (0, mask.constant):
                 if width == 1:
                     return Expression(self._bits(number, 0, 0), truth=True, wiring=True)
                 return Expression(f"{{1'b0, {self._bits(number, width - 1, 0)}}}", wiring=True)
-        return self._written(node, map(self._number, node.operands))
+        return self._written(operation, map(self._number, operation.operands))
 
-    def _selected(self, node: Node) -> Expression:
-        condition, chosen, otherwise = node.operands
+    def _selected(self, operation: Operation) -> Expression:
+        condition, chosen, otherwise = operation.operands
         test = self._truth(condition) if is_bit(condition) else f"({self._number(condition)} != 1'sd0)"
-        if is_bit(node):
-            return self._written(node, (test, self._truth(chosen), self._truth(otherwise)), truth=True)
-        return self._written(node, (test, self._number(chosen), self._number(otherwise)))
+        if is_bit(operation):
+            return self._written(operation, (test, self._truth(chosen), self._truth(otherwise)), truth=True)
+        return self._written(operation, (test, self._number(chosen), self._number(otherwise)))
 
-    def _shifted(self, node: Node, value: Node, places: Node) -> Expression:
-        if node.operation == "shift_left" or places.constant is None:
-            return self._written(node, (self._number(value), self._places(places)))
+    def _shifted(self, operation: Operation, value: Operation, places: Operation) -> Expression:
+        if operation.kind == "shift_left" or places.constant is None:
+            return self._written(operation, (self._number(value), self._places(places)))
         lowest = min(places.constant, value.width - 1)
-        if is_bit(node):
+        if is_bit(operation):
             return Expression(self._bits(value, lowest, lowest), truth=True, wiring=True)
-        return Expression(self._bits(value, lowest + node.width - 1, lowest), wiring=True)
+        return Expression(self._bits(value, lowest + operation.width - 1, lowest), wiring=True)
 
-    def _places(self, node: Node) -> str:
+    def _places(self, operation: Operation) -> str:
         """A number of places, which Verilog takes without sign."""
-        return str(node.constant) if node.constant is not None else self._text(node)
+        return str(operation.constant) if operation.constant is not None else self._text(operation)
 
-    def _number(self, node: Node) -> str:
-        if node.constant is not None:
-            return literal(node.constant)
-        name = self._text(node)
-        return f"$signed({{1'b0, {name}}})" if node in self._truths else name
+    def _number(self, operation: Operation) -> str:
+        if operation.constant is not None:
+            return literal(operation.constant)
+        name = self._text(operation)
+        return f"$signed({{1'b0, {name}}})" if operation in self._truths else name
 
-    def _truth(self, node: Node) -> str:
-        """A node from 0 to 1 as one bit."""
-        if node.constant is not None:
-            return f"1'b{node.constant}"
-        return self._text(node) if node in self._truths else self._bits(node, 0, 0)
+    def _truth(self, operation: Operation) -> str:
+        """An operation from 0 to 1 as one bit."""
+        if operation.constant is not None:
+            return f"1'b{operation.constant}"
+        return self._text(operation) if operation in self._truths else self._bits(operation, 0, 0)
 
-    def _text(self, node: Node) -> str:
-        return self._names[node][self._stage - self._stages[node]]
+    def _text(self, operation: Operation) -> str:
+        return self._names[operation][self._stage - self._stages[operation]]
 
-    def _bits(self, node: Node, high: int, low: int) -> str:
-        return f"{self._text(node)}[{high}]" if high == low else f"{self._text(node)}[{high}:{low}]"
+    def _bits(self, operation: Operation, high: int, low: int) -> str:
+        return f"{self._text(operation)}[{high}]" if high == low else f"{self._text(operation)}[{high}:{low}]"

@@ -8,10 +8,10 @@ its text the first time.
 import linecache
 from collections.abc import Generator, Iterator
 
-from proofmass.runner.fixed.integer_ir import Node, Place
+from proofmass.runner.fixed.integer_ir import Operation, SourceLine
 from proofmass.runner.fixed.operations import OPERATIONS
 from proofmass.runner.rtl.machine.modules import CLOCKING, Module
-from proofmass.runner.rtl.machine.words import Names, Port, Word
+from proofmass.runner.rtl.machine.words import Names, VerilogPort, Word
 from proofmass.runner.rtl.text.expressions import Expressions, fitted
 
 
@@ -35,7 +35,9 @@ def declared(kind: str, word: Word, name: str) -> str:
     return f"{kind} {sign}{bits}{name}"
 
 
-def header(name: str, clocked: bool, inputs: tuple[Port, ...], outputs: tuple[Port, ...]) -> Iterator[str]:
+def header(
+    name: str, clocked: bool, inputs: tuple[VerilogPort, ...], outputs: tuple[VerilogPort, ...]
+) -> Iterator[str]:
     """The lines that open a module."""
     rows = [(f"input wire {port}", "") for port in (CLOCKING if clocked else ())]
     for kind, ports in (("input wire", inputs), ("output wire", outputs)):
@@ -46,7 +48,7 @@ def header(name: str, clocked: bool, inputs: tuple[Port, ...], outputs: tuple[Po
     yield ");"
 
 
-def about(port: Port) -> str:
+def about(port: VerilogPort) -> str:
     """Format, unit and meaning of a port, in one line."""
     unit = "" if port.unit == "1" else f" {port.unit}"
     return f"{port.word}{unit}: {first_line(port.doc)}"
@@ -57,7 +59,7 @@ def first_line(doc: str) -> str:
     return doc.strip().partition("\n")[0]
 
 
-def line_comment(place: Place | None, told: set[Place], mark: str = "//") -> str:
+def line_comment(place: SourceLine | None, told: set[SourceLine], mark: str = "//") -> str:
     """The line of Python that made something, as a comment; with its text where it has not been `told` before."""
     if place is None:
         return ""
@@ -91,46 +93,46 @@ class _Writer:
         ports = [port.name for port in (*module.inputs, *module.outputs)]
         self.names = Names([*CLOCKING, *ports, *(register.name for register in module.registers)])
         self.expressions = Expressions(module.pipeline.stages)
-        self._told: set[Place] = set()
+        self._told: set[SourceLine] = set()
         self._count = 0
         self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and what they take
 
     def wires(self, keep_adders: bool) -> Iterator[str]:
         """A wire for each operation that needs one, and registers where it is taken later."""
-        for node in self.module.needed:
-            if node.operation == "input":
-                name, truth = yield from self._source(node)
+        for operation in self.module.needed:
+            if operation.kind == "input":
+                name, truth = yield from self._source(operation)
             else:
-                name, truth = yield from self._operation(node, keep_adders)
+                name, truth = yield from self._operation(operation, keep_adders)
             names = [name]
-            for k in range(1, self.module.pipeline.delays.get(node, 0) + 1):
+            for k in range(1, self.module.pipeline.delays.get(operation, 0) + 1):
                 names.append(self.names.add(f"{name}_late_{k}"))
-                yield f"    {self._declared('reg', names[-1], node, truth)};"
+                yield f"    {self._declared('reg', names[-1], operation, truth)};"
                 self._moves.append((names[-1], names[-2]))
-            self.expressions.name(node, names, truth=truth)
+            self.expressions.name(operation, names, truth=truth)
 
-    def _source(self, node: Node) -> Generator[str, None, tuple[str, bool]]:
+    def _source(self, operation: Operation) -> Generator[str, None, tuple[str, bool]]:
         """The name of a port or register, signed where it is a number; and whether it is one bit."""
-        source = self.module.sources[node.name]
+        source = self.module.sources[operation.name]
         if source.word.signed or source.word.high == 1:
             return source.name, not source.word.signed
         name = self.names.add(f"signed_{source.name}")
-        yield f"    {self._declared('wire', name, node, False)} = {{1'b0, {source.name}}};"
+        yield f"    {self._declared('wire', name, operation, False)} = {{1'b0, {source.name}}};"
         return name, False
 
-    def _operation(self, node: Node, keep_adders: bool) -> Generator[str, None, tuple[str, bool]]:
-        expression = self.expressions.of(node)
+    def _operation(self, operation: Operation, keep_adders: bool) -> Generator[str, None, tuple[str, bool]]:
+        expression = self.expressions.of(operation)
         if expression.alias:
             return expression.text, expression.truth
         self._count += 1
-        name = self.names.add(f"{OPERATIONS[node.operation].word}_{self._count}")
-        comment = line_comment(node.place, self._told)
-        if node.operation == "pipe":
+        name = self.names.add(f"{OPERATIONS[operation.kind].word}_{self._count}")
+        comment = line_comment(operation.place, self._told)
+        if operation.kind == "pipe":
             self._moves.append((name, expression.text))
-            yield f"    {self._declared('reg', name, node, expression.truth)};{comment}"
+            yield f"    {self._declared('reg', name, operation, expression.truth)};{comment}"
             return name, expression.truth
-        wire = self._declared("wire", name, node, expression.truth)
-        if keep_adders and OPERATIONS[node.operation].adder and not expression.wiring:
+        wire = self._declared("wire", name, operation, expression.truth)
+        if keep_adders and OPERATIONS[operation.kind].adder and not expression.wiring:
             wire = f"(* keep *) {wire}; assign {name}"  # Icarus takes no attribute where both are one
         yield f"    {wire} = {expression.text};{comment}"
         return name, expression.truth
@@ -164,5 +166,5 @@ class _Writer:
             yield f"            {waits}{register.name} <= {taken};"
         yield "        end"
 
-    def _declared(self, kind: str, name: str, node: Node, truth: bool) -> str:
-        return f"{kind} {name}" if truth else f"{kind} signed [{node.width - 1}:0] {name}"
+    def _declared(self, kind: str, name: str, operation: Operation, truth: bool) -> str:
+        return f"{kind} {name}" if truth else f"{kind} signed [{operation.width - 1}:0] {name}"

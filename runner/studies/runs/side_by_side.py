@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.schedule import Node
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.planned import Plan
@@ -68,6 +67,6 @@ class SideBySide:
             return None
 
 
-def _node(name: str) -> Node:
+def _node(name: str) -> Endpoint:
     block, parameter = split(name)
     return block, parameter

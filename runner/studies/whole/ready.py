@@ -9,7 +9,7 @@ from proofmass.graphs.checks.check import check as check_wiring
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.studies.ages import age_text
+from proofmass.graphs.studies.ages import written_age
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.measuring import refuse_late
 from proofmass.runner.plan.planned import Plan
@@ -64,7 +64,7 @@ def _uncalibrated(study: Study) -> Iterator[Problem]:
             problem = Problem(
                 message="counts the first epoch too, which has no calibration before it",
                 key=f"limits.{name}",
-                hint=f'from = "{age_text(study.epochs[1])}" counts from the next epoch on',
+                hint=f'from = "{written_age(study.epochs[1])}" counts from the next epoch on',
                 note=True,
                 path=("limits", name),
             )

@@ -57,7 +57,7 @@ def test_a_name_stands_for_all_fields_unless_one_has_its_own() -> None:
 
 def test_digital_blocks_have_formats_and_no_floating_point_port() -> None:
     kind = average()
-    assert kind.digital()
+    assert kind.has_formats()
     assert not kind.drivable("gain")
 
     @kind.output("1")
@@ -65,7 +65,7 @@ def test_digital_blocks_have_formats_and_no_floating_point_port() -> None:
         """The same as a number."""
         return float(input)
 
-    assert not kind.digital()
+    assert not kind.has_formats()
 
 
 def test_the_parameters_are_an_argument_only_behind_formats() -> None:

@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.language import forms
 
-KINDS = {name: kind for name, kind in all_blocks().items() if not kind.digital()}
+KINDS = {name: kind for name, kind in all_blocks().items() if not kind.has_formats()}
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)

@@ -15,12 +15,12 @@ from proofmass.blocks import Constant, Gain, MassSpringDamper, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.checks.schedule import ConstantsOf, Node, Schedule, outputs_of
+from proofmass.graphs.checks.schedule import ConstantsOf, Schedule, outputs_of
 from proofmass.graphs.checks.schedule import schedule as schedule_flat
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Endpoint, split
 from tests.by_hand.graph_texts import ALONE
 
 
@@ -86,7 +86,7 @@ def reads_parameters(function: Callable[..., Any]) -> bool:
     return definition.args.args[0].arg in names
 
 
-def within_a_tick(graph: Graph) -> set[tuple[Node, Node]]:
+def within_a_tick(graph: Graph) -> set[tuple[Endpoint, Endpoint]]:
     """Pairs of outputs, the second of which needs the first within the same tick: from the definition alone."""
     pairs = set()
     for wire in graph.wires:
@@ -97,13 +97,13 @@ def within_a_tick(graph: Graph) -> set[tuple[Node, Node]]:
     return pairs
 
 
-def has_loop(pairs: set[tuple[Node, Node]]) -> bool:
+def has_loop(pairs: set[tuple[Endpoint, Endpoint]]) -> bool:
     """Brute force: whether following the pairs from any node comes back to it."""
-    after: dict[Node, set[Node]] = {}
+    after: dict[Endpoint, set[Endpoint]] = {}
     for node, following in pairs:
         after.setdefault(node, set()).add(following)
     for first in after:
-        reached: set[Node] = set()
+        reached: set[Endpoint] = set()
         ahead = {first}
         while ahead:
             reached |= ahead
@@ -157,7 +157,7 @@ def test_the_order_is_the_alphabetically_first_one(seed: int) -> None:
         order = schedule(graph).order
     except ModelError:
         return
-    needs: dict[Node, set[Node]] = {
+    needs: dict[Endpoint, set[Endpoint]] = {
         (n, port): set() for n, block in graph.blocks.items() for port in type(block).outputs
     }
     for wire in graph.wires:
@@ -170,7 +170,7 @@ def test_the_order_is_the_alphabetically_first_one(seed: int) -> None:
         for output in type(block).outputs:
             if port in type(block).feedthrough(output):
                 needs[name, output].add(source)
-    expected: list[Node] = []
+    expected: list[Endpoint] = []
     while len(expected) < len(needs):
         expected.append(min(node for node in needs if node not in expected and needs[node] <= set(expected)))
     assert order == tuple(expected)

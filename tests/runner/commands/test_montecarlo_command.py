@@ -71,9 +71,9 @@ def test_intervals_between_calibrations_have_tables_of_their_own(
     tables = said.split("recalibrated")
     assert [table.count("found") for table in tables] == [0, 11, 11, 11]  # of 41 epochs
     assert "0 h" in tables[1]
-    assert "40 year" in tables[1]
-    assert "36 year" in tables[1]
-    assert "every 2 year:" in tables[2]
+    assert "40 years" in tables[1]
+    assert "36 years" in tables[1]
+    assert "every 2 years:" in tables[2]
     assert main([*command, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert [part["every_s"] for part in data["points"]] == [None, 2 * 31557600.0, 31557600.0]
@@ -92,4 +92,4 @@ def test_a_mistake_is_a_message(study: Path, capsys: pytest.CaptureFixture[str])
 
 
 def test_ages_in_words() -> None:
-    assert [age_text(age) for age in (0.0, 3.6e6, 315576000.0)] == ["0 h", "1000 h", "10 year"]
+    assert [age_text(age) for age in (0.0, 3.6e6, 315576000.0)] == ["0 h", "1000 h", "10 years"]

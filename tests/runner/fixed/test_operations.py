@@ -5,13 +5,13 @@ from typing import Any, get_args
 
 import pytest
 
-from proofmass.runner.fixed.operations import COMPARISONS, OPERATIONS, Operation, OperationName
+from proofmass.runner.fixed.operations import COMPARISONS, OPERATIONS, OperationKind, OperationName
 
 NUMBERS = (-7, -1, 0, 1, 2, 6)
 every_operation = pytest.mark.parametrize("operation", OPERATIONS.values(), ids=OPERATIONS)
 
 
-def values(operation: Operation) -> list[tuple[int, ...]]:
+def values(operation: OperationKind) -> list[tuple[int, ...]]:
     """Operands to try; a number of places is not negative."""
     count = max(number + 1 for number in range(3) if f"{{{number}}}" in operation.python)
     tried = itertools.product(NUMBERS, repeat=count)
@@ -24,7 +24,7 @@ def test_every_name_is_in_the_table_or_is_a_source() -> None:
 
 
 @every_operation
-def test_texts_in_python_and_amaranth_compute_the_value(operation: Operation) -> None:
+def test_texts_in_python_and_amaranth_compute_the_value(operation: OperationKind) -> None:
     def mux(condition: Any, chosen: int, otherwise: int) -> int:
         return chosen if condition else otherwise
 
@@ -37,7 +37,7 @@ def test_texts_in_python_and_amaranth_compute_the_value(operation: Operation) ->
 
 
 @every_operation
-def test_facts_hold_for_all_operands(operation: Operation) -> None:
+def test_facts_hold_for_all_operands(operation: OperationKind) -> None:
     for operands in values(operation):
         value = operation.evaluate(*operands)
         if operation.comparison:
@@ -52,7 +52,7 @@ def test_facts_hold_for_all_operands(operation: Operation) -> None:
 
 
 @every_operation
-def test_intervals_are_those_of_all_values_inside(operation: Operation) -> None:
+def test_intervals_are_those_of_all_values_inside(operation: OperationKind) -> None:
     least = 0 if operation.word == "shifted" else -3
     count = len(values(operation)[0])
     ends = [(low, high) for low in range(-3, 3) for high in range(low, 3)]

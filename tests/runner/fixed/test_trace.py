@@ -199,7 +199,7 @@ def test_the_same_value_is_one_node() -> None:
         return first + second, first - second, where(first == second, a, b)
 
     found = traced(step, a=WORD, b=WORD, **{"return": (Fixed(20), Fixed(20), WORD)})
-    operations = [node.operation for node in found.program.live(found.results.values())]
+    operations = [operation.kind for operation in found.program.live(found.results.values())]
     assert operations.count("multiply") == 1
     assert found.results["return[1]"].constant == 0
     assert found.results["return[2]"].name == "a"
@@ -212,11 +212,11 @@ def test_known_values_are_folded() -> None:
     assert program.make("add", a, zero) is a
     assert program.make("multiply", one, a) is a
     assert program.make("multiply", a, zero) is zero
-    assert program.make("multiply", a, eight).operation == "shift_left"
+    assert program.make("multiply", a, eight).kind == "shift_left"
     assert program.make("less", a, eight) is one
     assert program.make("subtract", a, a) is zero
     assert program.make("minimum", a, eight) is a
-    assert program.make("select", program.make("less", a, zero), one, zero).operation == "less"
+    assert program.make("select", program.make("less", a, zero), one, zero).kind == "less"
     assert program.narrow(a, 3, 3) is program.constant(3)
     small = program.narrow(program.narrow(a, 0, 7), 2, 9)
     assert (small.operands, small.low, small.high, small.width) == ((a,), 2, 7, 4)
@@ -230,7 +230,7 @@ def test_every_node_names_its_line() -> None:
 
     first = step.__code__.co_firstlineno
     found = traced(step, a=WORD, b=WORD, **{"return": Fixed(12)})
-    places = {node.operation: node.place for node in found.program.nodes}
+    places = {operation.kind: operation.place for operation in found.program.operations}
     assert str(places["add"]) == f"test_trace.py:{first + 1}"
     assert str(places["multiply"]) == f"test_trace.py:{first + 2}"
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import subprocess
 from html import unescape
 from pathlib import Path
@@ -14,25 +13,10 @@ from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.runner.output.report import save_report
 from proofmass.runner.studies.shown.report import save_study_report
 from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.chromium import CHROMIUM, FLAGS
 from tests.by_hand.results import mixed_result
 from tests.by_hand.study_texts import STUDY
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--allow-file-access-from-files",
-    "--enable-logging=stderr",
-    "--log-level=0",
-    "--host-resolver-rules=MAP * ~NOTFOUND",
-    "--dump-dom",
-]
 WIDTHS = (400, 1400)
 SCRIPT = """
 addEventListener("load", () => {
@@ -60,7 +44,13 @@ def seen(pages: list[Path], folder: Path) -> tuple[list[dict[str, Any]], list[st
         f'<iframe src="{page.as_uri()}" width="{w}" height="900"></iframe>' for page in pages for w in WIDTHS
     )
     (folder / "frames.html").write_text(f"<!DOCTYPE html><body><script>{SCRIPT}</script>{frames}</body>")
-    words = [str(CHROMIUM), *FLAGS, f"--user-data-dir={folder / 'profile'}", (folder / "frames.html").as_uri()]
+    words = [
+        str(CHROMIUM),
+        *FLAGS,
+        "--dump-dom",
+        f"--user-data-dir={folder / 'profile'}",
+        (folder / "frames.html").as_uri(),
+    ]
     done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True)
     (found,) = re.findall(r"<body>(\[.*\])</body>", done.stdout)
     return json.loads(unescape(found)), [line for line in done.stderr.splitlines() if "CONSOLE" in line]

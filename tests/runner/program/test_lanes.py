@@ -36,7 +36,7 @@ def changed(planned: Plan, draw: random.Random) -> dict[tuple[str, str], float]:
         for parameter, declared in type(block).parameters.items():
             if (
                 declared.kind is float
-                and not type(block).digital()
+                and not type(block).has_formats()
                 and (name, parameter) not in planned.schedule.drivers
             ):
                 found[name, parameter] = getattr(block, parameter) * (1.0 + 1e-4 * draw.uniform(-1.0, 1.0))

@@ -79,7 +79,7 @@ def behaviours(kind: type[Block]) -> Any:
         yield behaviour, None
 
 
-@pytest.mark.parametrize("kind", [k for k in all_blocks().values() if not k.digital()], ids=lambda k: k.__name__)
+@pytest.mark.parametrize("kind", [k for k in all_blocks().values() if not k.has_formats()], ids=lambda k: k.__name__)
 def test_every_function_of_every_block(kind: Any) -> None:
     block = kind()
     if any(buffer.recorded for buffer in kind.buffers.values()):
@@ -110,7 +110,7 @@ def declared(value: Any, behaviour: Behaviour, port: Any) -> Any:
     return wanted(value) if value is not None and wanted in KINDS and type(value) is not wanted else value
 
 
-@pytest.mark.parametrize("kind", [k for k in all_blocks().values() if k.digital()], ids=lambda k: k.__name__)
+@pytest.mark.parametrize("kind", [k for k in all_blocks().values() if k.has_formats()], ids=lambda k: k.__name__)
 def test_integer_code_of_every_digital_block(kind: Any) -> None:
     try:
         made = digital_block("block", kind(), 1e-3)

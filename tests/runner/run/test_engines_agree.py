@@ -61,7 +61,7 @@ KINDS = all_blocks()
 FIXED_POINT = [
     kind
     for kind in KINDS.values()
-    if any(port.dtype is FixedValue for port in (*kind.inputs.values(), *kind.outputs.values())) or kind.digital()
+    if any(port.dtype is FixedValue for port in (*kind.inputs.values(), *kind.outputs.values())) or kind.has_formats()
 ]
 TOGETHER = 8  # blocks in a loop: that is compiled sooner than a loop each
 STEPPED = [kind for kind in KINDS.values() if kind.continuous() and not kind.linear]

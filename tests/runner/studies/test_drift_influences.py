@@ -216,7 +216,7 @@ def test_influences_and_parameters_are_data(tmp_path: Path, capsys: pytest.Captu
         lines = list(csv.DictReader(file))
     assert [line["recalibration [s]"] for line in lines[:: len(study.epochs)]] == ["inf", repr(2.0 * YEAR)] * 20
     page = (out / "report.html").read_text()
-    for words in ("change of a.value", "Changes are those since the last calibration, at 14 year", "100 %"):
+    for words in ("change of a.value", "Changes are those since the last calibration, at 14 years", "100 %"):
         assert words in page
     capsys.readouterr()
 

@@ -96,9 +96,9 @@ def test_results_are_told_apart_by_their_interval(study: Study) -> None:
     data = result.to_xarray()
     assert data["recalibration"].values.tolist() == [float("inf"), 2.0 * YEAR, YEAR] * 4
     labels = [text.get_text() for text in plot_study(result).legends[0].get_texts()]
-    assert labels == ["never recalibrated", "recalibrated every 2 year", "recalibrated every 1 year"]
+    assert labels == ["never recalibrated", "recalibrated every 2 years", "recalibrated every year"]
     alone = replace(study.recalibration, every=(YEAR,))
-    assert list(parts(replace(result, study=_with(study, alone)))) == ["recalibrated every 1 year"]
+    assert list(parts(replace(result, study=_with(study, alone)))) == ["recalibrated every year"]
 
 
 def _with(study: Study, recalibration: object) -> Study:

@@ -30,18 +30,18 @@ def test_ports_and_registers_bear_the_ranges_of_their_formats() -> None:
 
 def test_constants_are_folded_and_what_functions_share_is_there_once() -> None:
     module = module_of(FixedStiffnessController())
-    operations = [node.operation for node in module.live]
+    operations = [operation.kind for operation in module.live]
     assert operations.count("multiply") == 1  # in the output and in the update
-    assert {node.name for node in module.live if node.operation == "input"} == set(module.sources)
+    assert {operation.name for operation in module.live if operation.kind == "input"} == set(module.sources)
     memory = module_of(FixedCoefficientMemory())
     assert not memory.registers
     assert not memory.clocked
-    assert all(node.constant is not None for node in memory.results.values())
+    assert all(operation.constant is not None for operation in memory.results.values())
 
 
 def test_two_outputs_of_one_product_share_it() -> None:
     module = module_of(FixedRangeReducer())
-    wide = [node for node in module.live if node.operation == "multiply" and node.high > 2**36]
+    wide = [operation for operation in module.live if operation.kind == "multiply" and operation.high > 2**36]
     assert len(wide) == 1
 
 

@@ -11,7 +11,7 @@ import pytest
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.vectors import simulated
-from proofmass.runner.rtl.machine.compose import compose, is_digital
+from proofmass.runner.rtl.machine.compose import compose, fits_hardware
 from proofmass.runner.rtl.machine.reference import reference_of
 from proofmass.runner.rtl.model import cxxrtl
 from proofmass.runner.rtl.model.cxxrtl import Model
@@ -34,7 +34,7 @@ SHORT = {  # so that every output moves in so few clocks
 @pytest.mark.skipif(cxxrtl.compiler() is None, reason="needs a C++ compiler")
 def test_every_block_does_in_a_model_what_it_does_in_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cxxrtl, "_FLAGS", ("-O0", *cxxrtl._FLAGS[1:]))  # the model is built once and run for an instant
-    kinds = [kind for name, kind in all_blocks().items() if is_digital(kind()) and name not in SOFTWARE]
+    kinds = [kind for name, kind in all_blocks().items() if fits_hardware(kind()) and name not in SOFTWARE]
     blocks = {kind.__name__.lower(): kind(**SHORT.get(kind.__name__, {})) for kind in kinds}
     planned = plan(graph_around(blocks, tmp_path))
     machine = compose(planned)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proofmass.graphs.checks.schedule import Node
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.rtl.model.hardware_loop import settled_before
 
 EARLY, CODE, NOW, LATER = ("a", "early"), ("adc", "code"), ("b", "now"), ("b", "later")
@@ -22,7 +22,9 @@ EARLY, CODE, NOW, LATER = ("a", "early"), ("adc", "code"), ("b", "now"), ("b", "
         ((CODE, EARLY, NOW, LATER), {EARLY: 4, NOW: 2, LATER: 2}, {EARLY, NOW}),  # in every second not
     ],
 )
-def test_before_what_is_read_first(order: Sequence[Node], strides: dict[Node, int], expected: set[Node]) -> None:
+def test_before_what_is_read_first(
+    order: Sequence[Endpoint], strides: dict[Endpoint, int], expected: set[Endpoint]
+) -> None:
     found = settled_before(order, lambda node: strides.get(node, 1), {CODE}, {EARLY, NOW, LATER})
     assert found == expected
 

@@ -33,12 +33,12 @@ def test_a_fitted_literal_has_the_bits_of_its_word(low: int, high: int) -> None:
 
 def test_a_wrap_is_the_low_bits_of_the_value_itself() -> None:
     traced = trace(lambda a: wrap(a * 5, Fixed(6)), {"a": Fixed(9), "return": Fixed(6)})
-    node = traced.results["return"]
-    (operand,) = operands_of(node)
-    assert (node.operation, operand.operation) == ("subtract", "multiply")
+    operation = traced.results["return"]
+    (operand,) = operands_of(operation)
+    assert (operation.kind, operand.kind) == ("subtract", "multiply")
 
 
 def test_a_difference_that_is_no_wrap_keeps_its_operands() -> None:
     traced = trace(lambda a: ((a.mantissa & 31) ^ 16) - 15, {"a": Fixed(9), "return": int})
-    node = traced.results["return"]
-    assert operands_of(node) == node.operands
+    operation = traced.results["return"]
+    assert operands_of(operation) == operation.operands

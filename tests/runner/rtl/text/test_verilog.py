@@ -13,7 +13,7 @@ from proofmass.blocks.arithmetic.pipeline import pipe
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.runner.rtl.machine.modules import Module
-from proofmass.runner.rtl.machine.words import Port, Word
+from proofmass.runner.rtl.machine.words import VerilogPort, Word
 from proofmass.runner.rtl.text.verilog import module_text
 from tests.by_hand.modules import Reference, module_of
 from tests.by_hand.verilog import ModuleByHand
@@ -39,7 +39,7 @@ DIGITAL = [
 ]  # fmt: skip
 
 
-def drawn(draws: random.Random, port: Port) -> int:
+def drawn(draws: random.Random, port: VerilogPort) -> int:
     """Ends of the range more often than by chance."""
     low, high = port.word.low, port.word.high
     return draws.choice([low, high, draws.randint(low, high), draws.randint(low // 64, high // 64)])

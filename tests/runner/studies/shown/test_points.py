@@ -30,7 +30,7 @@ def test_points_are_called_by_their_values(result: StudyResult) -> None:
     names = [f"filter.corner_frequency = {corner}, source.value = {source}" for corner in corners for source in sources]
     assert list(parts(result)) == names
     both = CALIBRATED.replace("[study.drift]", '[study.sweep]\n"source.value" = [1, 2]\n[study.drift]')
-    assert point_text(read_study_text(both), 4) == "source.value = 2, recalibrated every 2 year"
+    assert point_text(read_study_text(both), 4) == "source.value = 2, recalibrated every 2 years"
     assert point_text(read_study_text(STUDY.partition("[study.sweep]")[0]), 0) == ""
 
 

@@ -1,0 +1,50 @@
+"""Sphinx's settings of the documentation site; docs/site/stage.py puts them beside the staged pages."""
+
+from typing import Any
+
+from proofmass.runner.host.versions import PROOFMASS
+
+project = "proofmass"
+author = "proofmass developers"
+copyright = author
+version = release = PROOFMASS
+
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+source_suffix = {".md": "markdown"}
+root_doc = "index"
+exclude_patterns = ["files"]
+nitpicky = False
+default_role = "code"
+smartquotes = False  # texts of TOML are shown with the characters that one types
+
+myst_enable_extensions = ["deflist"]
+myst_heading_anchors = 4
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+autodoc_member_order = "bysource"
+python_use_unqualified_type_names = True
+maximum_signature_line_length = 80
+
+html_theme = "furo"
+html_title = "proofmass"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_show_sphinx = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#005f99", "color-brand-content": "#005f99"},
+    "dark_css_variables": {"color-brand-primary": "#6cc2f2", "color-brand-content": "#6cc2f2"},
+}
+pygments_style = "friendly"
+pygments_dark_style = "github-dark"
+
+
+def _without_text(app: Any, what: str, name: str, member: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out fields of named tuples, whose docstring is Python's own: the signature shows them."""
+    return True if str(getattr(member, "__doc__", "")).startswith("Alias for field number") else None
+
+
+def setup(app: Any) -> None:
+    """Connect the hook above to autodoc."""
+    app.connect("autodoc-skip-member", _without_text)

@@ -1,0 +1,28 @@
+"""The pages of the reference, made from the code: blocks, Python, commands, keys."""
+
+from collections.abc import Iterator
+
+from docs.site.markdown import table
+from docs.site.reference_blocks import block_pages
+from docs.site.reference_commands import commands_page
+from docs.site.reference_keys import keys_page
+from docs.site.reference_python import python_page
+
+
+def contents() -> str:
+    """Return the list of the generated pages, for the page about them."""
+    rows = [
+        ("[Blocks](blocks/index.md)", "every block by family: ports, equation, parameters, an example"),
+        ("[Python](python.md)", "every public name with its arguments"),
+        ("[Command line](commands.md)", "every command with its options"),
+        ("[Keys](keys.md)", "every key of graph files and studies"),
+    ]
+    return "\n".join(table(("page", "has"), rows))
+
+
+def reference_pages() -> Iterator[tuple[str, str]]:
+    """Yield the name and the text of each generated page."""
+    yield from block_pages()
+    yield "reference/python.md", python_page()
+    yield "reference/commands.md", commands_page()
+    yield "reference/keys.md", keys_page()

@@ -1,0 +1,61 @@
+"""The command `live`: a graph in the browser, anew after every save."""
+
+import threading
+import time
+import webbrowser
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.live_tabs import TABS
+from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.output.counts import count
+from proofmass.runner.output.live.server import LiveServer
+from proofmass.runner.output.live.session import Session
+from proofmass.runner.output.live.watch import watch
+
+
+@dataclass(frozen=True)
+class LiveRequest:
+    """A call of `proofmass live`."""
+
+    graph: Path
+    changes: tuple[str, ...]
+    probes: tuple[str, ...]
+    browser: bool
+    own: Path | None
+
+
+def serve_live(request: LiveRequest) -> int:
+    """Serve a graph until Ctrl-C and return the exit code."""
+
+    def load() -> Graph:
+        return graph_of(request.graph, request.own, request.changes, request.probes)
+
+    more = (request.own,) if request.own else ()
+    session = Session(request.graph, load, TABS, more)
+    _report(session)
+    server = LiveServer(session)
+    click.echo(f"{request.graph} is live at {server.url}\nCtrl-C ends it.")
+    if request.browser:
+        webbrowser.open(server.url)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    with interrupts() as stop:
+        watch(session.files, lambda: _report(session), stop)
+    server.shutdown()
+    server.server_close()
+    return DONE
+
+
+def _report(session: Session) -> None:
+    """Read the graph again and say in the terminal what came of it."""
+    began = time.perf_counter()
+    problems = session.reload()
+    for problem in problems:
+        click.echo(str(problem), err=True)
+    said = count(len(problems), "problem") if problems else f"ready in {time.perf_counter() - began:.2f} s"
+    click.echo(f"{time.strftime('%H:%M:%S')}  {said}")

@@ -1,0 +1,28 @@
+"""The command `live`; what it does is imported when it is called."""
+
+from typing import Any
+
+import click
+
+from proofmass.runner.commands.options import blocks_option, graph_argument, probe_option, set_option
+
+
+@click.command()
+@graph_argument
+@set_option
+@probe_option
+@click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in a browser.")
+@blocks_option
+def live(**options: Any) -> int:
+    """Show a graph in the browser, anew after every save.
+
+    The page has a slider for each parameter; traces, spectra, measures, margins and noise follow. It is served to this
+    machine alone. What is wrong with the file is shown on it, with its line, above the last good run.
+
+    \b
+    proofmass live sensor.toml
+    proofmass live sensor.toml --no-browser
+    """
+    from proofmass.runner.commands.live_command import LiveRequest, serve_live
+
+    return serve_live(LiveRequest(**options))

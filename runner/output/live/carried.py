@@ -1,0 +1,164 @@
+"""The loop of a plan as a page carries it: a module of WebAssembly, its memory at tick 0, and the place of everything.
+
+The page computes the bits of the command line: constants that follow from parameters are made in the module itself,
+by the functions of the blocks, and groups of continuous blocks keep the method of the plan.
+"""
+
+import base64
+import gzip
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
+from proofmass.runner.plan.memory import start
+from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
+from proofmass.runner.program.form import Program
+from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots
+from proofmass.runner.program.tick import write_tick
+from proofmass.runner.program.tick_loop import TickLoop
+from proofmass.runner.targets.content import content_of
+from proofmass.runner.targets.llvm_text import ENTRY, externals
+from proofmass.runner.targets.native import Array, dtype_of, moving
+from proofmass.runner.targets.wasm import WasmModule, wasm_module
+
+_LINE = 64  # bytes that arrays are aligned to
+_DTYPES = {float: "float64", int: "int64", bool: "bool"}
+_BYTES = {float: 8, int: 8, bool: 1}
+_MOST_MODULES = 8
+_modules: dict[str, WasmModule] = {}
+
+
+@dataclass(frozen=True)
+class CarriedLoop:
+    """A loop that takes the parameters `varied` anew in every run."""
+
+    plan: Plan
+    written: TickLoop
+    module: WasmModule
+    varied: tuple[Endpoint, ...]
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for the page."""
+        arrays = self._arrays()
+        image, places = bytearray(), []
+        for array in arrays:
+            image += bytes(-len(image) % _LINE)
+            places.append({"at": len(image), "length": array.size})
+            image += array.tobytes()
+        rate = self.plan.schedule.base_rate
+        return {
+            "entry": ENTRY,
+            "module": _packed(self.module.code),
+            "own": self.module.constants,
+            "image": _packed(bytes(image)),
+            "imageLength": len(image),
+            "arrays": places,  # constants, state, scratch, vectors
+            "rate": [rate.numerator, rate.denominator],
+            "probes": [_probe(probe) for probe in self.plan.probes],
+            "measures": [self._measure(measure) for measure in self.plan.measures],
+            "parameters": {".".join(node): self._place(node) for node in self.varied},
+            "watched": self._watched(),
+            "refused": self.written.memory.counts[INTEGERS],
+        }
+
+    def _arrays(self) -> list[Array]:
+        """Everything that the program reads and writes but rows, at tick 0."""
+        made, memory = self.written, start(self.plan)
+        held = {key: moving(memory, key) for key in made.memory.kinds}
+        vectors = [
+            np.array(memory.vector(node), dtype=dtype_of(kind))
+            for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
+        ]
+        scratch = np.zeros(made.scratch + 1)
+        return [*_filled(made.constants, made.constant_values), *_filled(made.memory, held), scratch, *vectors]
+
+    def _place(self, node: Endpoint) -> int:
+        """The place of a parameter among the constants."""
+        kinds = self.written.constants.kinds
+        return (kinds.get(ParameterOf(*node)) or kinds[ConstantOf(*node)])[1]
+
+    def _watched(self) -> list[int]:
+        """Places of the numbers that must stay finite."""
+        memory, solvers = self.written.memory, self.plan.solvers
+        states = [memory.kinds[StateField(*state)] for solver in solvers for state in solver.group.states]
+        return [*(place for kind, place in states if kind is float), memory.counts[FLOATS]]
+
+    def _measure(self, measure: PlannedMeasure) -> dict[str, Any]:
+        kind, place = self.written.memory.kinds[WireOf(*measure.node)]
+        return {
+            "name": measure.name,
+            "signal": measure.signal,
+            "statistic": measure.statistic,
+            "unit": measure.unit,
+            "first": measure.first,
+            "integer": kind is not float,
+            "place": place,
+        }
+
+
+def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
+    """The loop with as many of the parameters varied as a browser can; raises `ModelError` where none runs it."""
+    written = write_tick(plan, (), measured=True)
+    called = sorted(external.symbol for external in externals(written.program).values())
+    if called:
+        raise ModelError([_foreign(called)])
+    taken = tuple(varied)
+    written = write_tick(plan, taken, measured=True)
+    if externals(written.program):
+        taken = tuple(node for node in varied if not _calls_libm(plan, node))
+        written = write_tick(plan, taken, measured=True)
+    return CarriedLoop(plan, written, _module(written.program), taken)
+
+
+def _module(program: Program) -> WasmModule:
+    """The module of a program; those of the last few are kept, since most changes of a graph are of numbers."""
+    key = content_of(program)
+    if key not in _modules:
+        while len(_modules) >= _MOST_MODULES:
+            del _modules[next(iter(_modules))]
+        _modules[key] = wasm_module(program)
+    return _modules[key]
+
+
+def _calls_libm(plan: Plan, node: Endpoint) -> bool:
+    """Return whether the constants that follow from a parameter need functions that no browser has to the bit."""
+    return bool(externals(write_tick(plan, [node], measured=True).program))
+
+
+def _foreign(called: list[str]) -> Problem:
+    return Problem(
+        message=f"the graph calls {', '.join(called)} of the C library, which browsers compute to other bits",
+        key="--live",
+        hint="use the functions of proofmass.blocks.arithmetic.elementary in your blocks",
+    )
+
+
+def _probe(probe: PlannedProbe) -> dict[str, Any]:
+    return {
+        "signal": probe.signal,
+        "unit": probe.unit,
+        "doc": probe.doc,
+        "stride": probe.stride,
+        "type": _DTYPES[probe.dtype],
+        "bytes": _BYTES[probe.dtype],
+        "shape": list(probe.shape),
+        "fraction": probe.format.fraction if probe.format else None,
+    }
+
+
+def _filled(slots: Slots[Any], values: Any) -> tuple[Array, Array]:
+    """An array of floats and one of integers, each with a place to spare."""
+    floats = np.zeros(slots.counts[FLOATS] + 1)
+    integers = np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64)
+    for key, (kind, index) in slots.kinds.items():
+        (floats if kind is float else integers)[index] = values[key]
+    return floats, integers
+
+
+def _packed(data: bytes) -> str:
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()

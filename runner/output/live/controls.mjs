@@ -1,0 +1,170 @@
+// Fields and sliders: one for each parameter, folded by block, and what the command line is told about them.
+
+import { numberOf, scaleFor, shifted } from "./figures.mjs";
+
+/**
+ * @typedef {import("./figures.mjs").Scales} Scales
+ * @typedef {{block: string, parameter: string, unit: string, doc: string, value: number, low: number, high: number,
+ *   logarithmic: boolean, above: number | null, at_least: number | null, below: number | null,
+ *   at_most: number | null}} Slider
+ * @typedef {{block: string, parameter: string, unit: string, doc: string, value: string}} Fixed
+ */
+
+const STEPS = 1000;
+const DIGITS = 4; // of what a slider sets
+
+export class Controls {
+  /**
+   * @param {HTMLElement} place @param {Slider[]} sliders @param {Fixed[]} fixed
+   * @param {Record<string, Scales>} units @param {(name: string, value: number) => void} changed
+   */
+  constructor(place, sliders, fixed, units, changed) {
+    /** @type {Map<string, Control>} */
+    this.controls = new Map();
+    const blocks = [...new Set([...sliders, ...fixed].map(({ block }) => block))].sort();
+    for (const block of blocks) {
+      const group = element("details", { className: "block" }), body = element("div");
+      group.append(element("summary", { textContent: block }), body);
+      for (const slider of sliders.filter((one) => one.block === block)) {
+        const control = new Control(slider, units[slider.unit], changed);
+        this.controls.set(nameOf(slider), control);
+        body.append(control.row);
+      }
+      for (const one of fixed.filter((other) => other.block === block)) body.append(still(one));
+      place.append(group);
+    }
+  }
+
+  /** @param {Record<string, number>} values */
+  show(values) {
+    for (const [name, control] of this.controls) control.show(values[name] ?? control.slider.value);
+  }
+
+  /** Show the blocks and parameters whose name holds a text; all for an empty one. @param {HTMLElement} place
+   * @param {string} text */
+  static filter(place, text) {
+    const wanted = text.trim().toLowerCase();
+    for (const group of place.querySelectorAll("details")) {
+      const rows = [...group.querySelectorAll("[data-name]")];
+      const matching = rows.filter((row) => /** @type {HTMLElement} */ (row).dataset.name?.includes(wanted));
+      for (const row of rows) /** @type {HTMLElement} */ (row).hidden = !matching.includes(row);
+      group.hidden = !matching.length;
+      if (wanted) group.open = matching.length > 0;
+    }
+  }
+}
+
+class Control {
+  /** @param {Slider} slider @param {Scales} scales @param {(name: string, value: number) => void} changed */
+  constructor(slider, scales, changed) {
+    this.slider = slider;
+    const { exponent, text } = scaleFor(scales, Math.abs(slider.value || slider.high));
+    this.exponent = exponent;
+    const name = nameOf(slider);
+    this.row = element("div", { className: "parameter" });
+    this.row.dataset.name = name.toLowerCase();
+    const label = element("label", { textContent: slider.parameter, title: slider.doc, htmlFor: name });
+    this.field = element("input", { id: name, type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
+    const range = element("input", { type: "range", min: "0", max: String(STEPS), step: "1" });
+    range.setAttribute("aria-label", `${name}, slider`);
+    this.range = range;
+    this.row.append(label, this.field, element("span", { className: "unit", textContent: text }), range);
+    range.addEventListener("input", () => this.set(this.valueAt(Number(range.value)), changed));
+    this.field.addEventListener("change", () => this.typed(changed));
+    this.show(slider.value);
+  }
+
+  /** @param {number} value */
+  show(value) {
+    this.field.value = shifted(value, this.exponent);
+    this.field.setCustomValidity("");
+    this.range.value = String(this.stepOf(value));
+    this.row.classList.toggle("changed", value !== this.slider.value);
+  }
+
+  /** @param {number} value @param {(name: string, value: number) => void} changed */
+  set(value, changed) {
+    this.show(value);
+    changed(nameOf(this.slider), value);
+  }
+
+  /** @param {(name: string, value: number) => void} changed */
+  typed(changed) {
+    const value = numberOf(this.field.value, this.exponent);
+    const wrong = Number.isFinite(value) ? outside(this.slider, value) : "is not a number";
+    this.field.setCustomValidity(wrong && `${this.slider.parameter} ${wrong}`);
+    if (wrong) this.field.reportValidity();
+    else this.set(value, changed);
+  }
+
+  /** @param {number} step */
+  valueAt(step) {
+    const { low, high, logarithmic } = this.slider, part = step / STEPS;
+    const value = logarithmic ? low * (high / low) ** part : low + (high - low) * part;
+    const tidy = Number(value.toPrecision(DIGITS));
+    return outside(this.slider, tidy) ? this.inside(value) : tidy;
+  }
+
+  /** A value off the ends that the parameter itself excludes. @param {number} value */
+  inside(value) {
+    const { low, high } = this.slider, little = (high - low) / STEPS / 10;
+    return Math.min(high - little, Math.max(low + little, value));
+  }
+
+  /** @param {number} value */
+  stepOf(value) {
+    const { low, high, logarithmic } = this.slider;
+    const part = logarithmic ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+    return Math.round(STEPS * Math.min(1, Math.max(0, part || 0)));
+  }
+}
+
+/** Why a value is out of bounds; empty where it is within them. @param {Slider} slider @param {number} value */
+function outside(slider, value) {
+  const { above, at_least, below, at_most } = slider;
+  if (above !== null && !(value > above)) return `must be above ${above}`;
+  if (at_least !== null && !(value >= at_least)) return `must be at least ${at_least}`;
+  if (below !== null && !(value < below)) return `must be below ${below}`;
+  return at_most !== null && !(value <= at_most) ? `must be at most ${at_most}` : "";
+}
+
+/** A parameter that needs the command line. @param {Fixed} one */
+function still(one) {
+  const row = element("div", { className: "parameter still", title: `${one.doc} Change it in the file, or by --set.` });
+  row.dataset.name = nameOf(one).toLowerCase();
+  const value = one.value.length > 24 ? `${one.value.slice(0, 22)} …` : one.value;
+  row.append(element("span", { textContent: one.parameter }), element("span", { className: "value", textContent: value }));
+  row.append(element("span", { className: "unit", textContent: one.unit === "1" ? "" : one.unit }));
+  return row;
+}
+
+/** @param {{block: string, parameter: string}} of */
+function nameOf(of) {
+  return `${of.block}.${of.parameter}`;
+}
+
+/** Changes as options of the command line. @param {Record<string, number>} values */
+export function asOptions(values) {
+  return Object.entries(values).map(([name, value]) => `--set ${name}=${value}`);
+}
+
+/** Changes as tables of a graph file. @param {Record<string, number>} values @param {Slider[]} sliders */
+export function asToml(values, sliders) {
+  /** @type {Map<string, string[]>} */
+  const tables = new Map();
+  for (const [name, value] of Object.entries(values)) {
+    const slider = sliders.find((one) => nameOf(one) === name);
+    if (!slider) continue;
+    const text = slider.unit === "1" ? String(value) : `"${value} ${slider.unit}"`;
+    tables.set(slider.block, [...(tables.get(slider.block) ?? []), `${slider.parameter} = ${text}`]);
+  }
+  return [...tables].map(([block, lines]) => `[blocks.${block}]\n${lines.join("\n")}\n`).join("\n");
+}
+
+/**
+ * @template {keyof HTMLElementTagNameMap} Tag @param {Tag} tag @param {Partial<HTMLElementTagNameMap[Tag]>} values
+ * @returns {HTMLElementTagNameMap[Tag]}
+ */
+export function element(tag, values = {}) {
+  return Object.assign(document.createElement(tag), values);
+}

@@ -1,0 +1,157 @@
+// Numbers for pictures: envelopes of long traces, spectra, numbers as people read them.
+
+/**
+ * @typedef {{exponent: number, text: string}[]} Scales  prefixes of a unit, the smallest first
+ */
+
+/**
+ * The rows from `first` up to `last`, each or the lowest and highest of as many stretches as there are pixels.
+ * Two traces of one grid have the same abscissae.
+ * @param {Float64Array} values @param {number} first @param {number} last @param {number} pixels
+ * @param {number} period  seconds from row to row
+ * @returns {{x: Float64Array, y: Float64Array}}
+ */
+export function envelope(values, first, last, pixels, period) {
+  const rows = last - first;
+  if (rows <= 2 * pixels) {
+    const x = new Float64Array(rows);
+    for (let i = 0; i < rows; i++) x[i] = (first + i) * period;
+    return { x, y: values.slice(first, last) };
+  }
+  const x = new Float64Array(2 * pixels), y = new Float64Array(2 * pixels);
+  for (let pixel = 0; pixel < pixels; pixel++) {
+    const from = first + Math.floor((pixel * rows) / pixels), to = first + Math.floor(((pixel + 1) * rows) / pixels);
+    let low = Infinity, high = -Infinity;
+    const stop = Math.min(to, values.length);
+    for (let row = from; row < stop; row++) {
+      const value = values[row];
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    x[2 * pixel] = from * period;
+    x[2 * pixel + 1] = ((from + to) / 2) * period;
+    y[2 * pixel] = low === Infinity ? NaN : low;
+    y[2 * pixel + 1] = high === -Infinity ? NaN : high;
+  }
+  return { x, y };
+}
+
+/**
+ * Amplitude density by Welch's method: Hann windows that overlap by half, eight of which fit side by side.
+ * @param {Float64Array} values @param {number} rate  in Hz
+ * @returns {{x: Float64Array, y: Float64Array} | null}  lines above zero; null for a signal that is too short
+ */
+export function spectrum(values, rate) {
+  const count = values.length;
+  if (count < 16) return null;
+  const length = Math.max(16, 2 ** Math.floor(Math.log2(Math.max(1, Math.floor(count / 8)))));
+  const window = Float64Array.from({ length }, (_, i) => 0.5 - 0.5 * Math.cos((2 * Math.PI * i) / length));
+  const power = window.reduce((sum, weight) => sum + weight * weight, 0);
+  const total = new Float64Array(length / 2 + 1);
+  const real = new Float64Array(length), imaginary = new Float64Array(length);
+  const table = turns(length);
+  let segments = 0;
+  for (let first = 0; first + length <= count; first += length / 2, segments++) {
+    let mean = 0;
+    for (let i = 0; i < length; i++) mean += values[first + i];
+    mean /= length;
+    for (let i = 0; i < length; i++) real[i] = window[i] * (values[first + i] - mean);
+    imaginary.fill(0);
+    transform(real, imaginary, table);
+    for (let k = 0; k < total.length; k++) total[k] += real[k] * real[k] + imaginary[k] * imaginary[k];
+  }
+  const lines = length / 2;
+  const x = new Float64Array(lines), y = new Float64Array(lines);
+  for (let k = 1; k <= lines; k++) {
+    x[k - 1] = (k * rate) / length;
+    y[k - 1] = Math.sqrt((total[k] * (k === lines ? 1 : 2)) / (segments * rate * power));
+  }
+  return { x, y };
+}
+
+/** @param {number} length  @returns {{c: Float64Array, s: Float64Array}} */
+function turns(length) {
+  const angle = (/** @type {number} */ k) => (-2 * Math.PI * k) / length;
+  const c = Float64Array.from({ length: length / 2 }, (_, k) => Math.cos(angle(k)));
+  return { c, s: Float64Array.from({ length: length / 2 }, (_, k) => Math.sin(angle(k))) };
+}
+
+/** Fourier transform in place, of a power of two. @param {Float64Array} real @param {Float64Array} imaginary
+ * @param {{c: Float64Array, s: Float64Array}} table  turns of this length */
+function transform(real, imaginary, table) {
+  const n = real.length;
+  for (let i = 1, j = 0; i < n; i++) {
+    let bit = n >> 1;
+    for (; j & bit; bit >>= 1) j ^= bit;
+    j ^= bit;
+    if (i < j) {
+      const r = real[i], m = imaginary[i];
+      real[i] = real[j];
+      imaginary[i] = imaginary[j];
+      real[j] = r;
+      imaginary[j] = m;
+    }
+  }
+  for (let half = 1, step = n / 2; half < n; half *= 2, step /= 2) {
+    for (let first = 0; first < n; first += 2 * half) {
+      for (let k = 0; k < half; k++) {
+        const at = first + k, other = at + half, c = table.c[k * step], s = table.s[k * step];
+        const a = real[other] * c - imaginary[other] * s, b = real[other] * s + imaginary[other] * c;
+        real[other] = real[at] - a;
+        imaginary[other] = imaginary[at] - b;
+        real[at] += a;
+        imaginary[at] += b;
+      }
+    }
+  }
+}
+
+/** The prefix for numbers up to `largest`. @param {Scales} scales @param {number} largest */
+export function scaleFor(scales, largest) {
+  const fitting = scales.filter(({ exponent }) => largest * (1 + 1e-9) >= 10 ** exponent);
+  return fitting.length && largest > 0 && largest < Infinity ? fitting[fitting.length - 1] : plain(scales);
+}
+
+/** The unit without a prefix. @param {Scales} scales */
+function plain(scales) {
+  return scales.find(({ exponent }) => exponent === 0) ?? scales[0];
+}
+
+/** A number in a prefixed unit as text: the shortest digits that read back exactly. @param {number} value
+ * @param {number} exponent */
+export function shifted(value, exponent) {
+  if (value === 0) return "0";
+  const [digits, power] = value.toExponential().split("e");
+  const [sign, whole] = digits.startsWith("-") ? ["-", digits.slice(1)] : ["", digits];
+  const figures = whole.replace(".", ""), point = Number(power) - exponent + 1;
+  if (point > 12 || point < -5) return `${sign}${whole}e${point - 1}`;
+  if (point <= 0) return `${sign}0.${"0".repeat(-point)}${figures}`;
+  if (point >= figures.length) return `${sign}${figures}${"0".repeat(point - figures.length)}`;
+  return `${sign}${figures.slice(0, point)}.${figures.slice(point)}`;
+}
+
+/** The number that a text in a prefixed unit stands for, rounded once; NaN for what is none. @param {string} text
+ * @param {number} exponent */
+export function numberOf(text, exponent) {
+  const parts = /^\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:e([+-]?\d+))?\s*$/i.exec(text.replace("−", "-"));
+  return parts ? Number(`${parts[1]}e${Number(parts[2] ?? 0) + exponent}`) : NaN;
+}
+
+/** A number with so many digits and its unit. @param {number} value @param {Scales} scales @param {number} digits */
+export function shown(value, scales, digits = 6) {
+  if (!Number.isFinite(value)) return "none";
+  const { exponent, text } = scaleFor(scales, Math.abs(value));
+  const number = Number((value / 10 ** exponent).toPrecision(digits));
+  return `${String(number).replace("-", "−")}${text ? ` ${text}` : ""}`;
+}
+
+/** Ticks of a run from 0 to a time, both ends included; null for a text that is no time. @param {string} text
+ * @param {[number, number]} rate  numerator and denominator in Hz */
+export function ticksOf(text, rate) {
+  const parts = /^\s*(\d*)\.?(\d*)(?:e([+-]?\d{1,3}))?\s*$/i.exec(text);
+  if (!parts || !(parts[1] + parts[2])) return null;
+  const power = BigInt(Number(parts[3] ?? 0) - parts[2].length);
+  const digits = BigInt(parts[1] + parts[2]) * BigInt(rate[0]);
+  const [top, bottom] = power >= 0n ? [digits * 10n ** power, 1n] : [digits, 10n ** -power];
+  return Number(top / (bottom * BigInt(rate[1]))) + 1;
+}

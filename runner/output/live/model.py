@@ -1,0 +1,85 @@
+"""The data that a live page has of a graph, and the part of a page that shows it."""
+
+import dataclasses
+import json
+import math
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.output.live.bundle import permission, plots, script, styles
+from proofmass.runner.output.live.carried import carried_loop
+from proofmass.runner.output.live.sliders import fixed_parameters, sliders
+from proofmass.runner.output.page import LivePart
+from proofmass.runner.output.plot import prefix
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan as make_plan
+
+_POLICY = "; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:"
+_DECADES = range(-24, 25)
+
+
+def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) -> dict[str, Any]:
+    """Plain data of a graph for a page: its loop, its parameters, length and seed of the first run.
+
+    Raises `ModelError` for a graph that is wrong, or that no browser can run.
+    """
+    plan = make_plan(graph)
+    moving = sliders(graph, plan)
+    loop = carried_loop(plan, [slider.node for slider in moving])
+    taken = tuple(slider for slider in moving if slider.node in loop.varied)
+    fixed = fixed_parameters(plan, taken)
+    units = {one.unit for one in taken} | {probe.unit for probe in plan.probes} | {made.unit for made in plan.measures}
+    return {
+        "name": graph.name,
+        "file": Path(graph.place.file or "graph.toml").name,
+        "seed": str(graph.seed if seed is None else seed),
+        "ticks": plan.ticks() if ticks is None else ticks,
+        "loop": loop.as_data(),
+        "sliders": [slider.as_data() for slider in taken],
+        "fixed": [one.as_data() for one in fixed],
+        "units": {unit: _scales(unit) for unit in sorted(units)},
+        "options": _method_options(graph, plan),
+    }
+
+
+def live_part(model: dict[str, Any]) -> LivePart:
+    """The part of a page that carries a model and runs it. Without scripts nothing of it is seen."""
+    carried = json.dumps(model, allow_nan=False).replace("<", "\\u003c")
+    drawing, own = plots(), script()
+    html = (
+        f'<section id="live" hidden aria-label="{escape(model["name"])}, live"></section>\n'
+        f'<script type="application/json" id="live-model">{carried}</script>\n'
+        f'<script>{drawing}</script>\n<script id="live-script">{own}</script>\n'
+    )
+    return LivePart(html, styles(), _POLICY.format(scripts=f"{permission(drawing)} {permission(own)}"))
+
+
+def _scales(unit: str) -> list[dict[str, Any]]:
+    """The prefixes of a unit, each with the power of ten that it stands for."""
+    texts = dict[int, str]()
+    for decade in _DECADES:
+        factor, text = prefix(short_unit(unit), 10.0**decade)
+        texts.setdefault(-round(math.log10(factor)), "" if text == "1" else text)
+    return [{"exponent": exponent, "text": text} for exponent, text in sorted(texts.items())]
+
+
+def _method_options(graph: Graph, plan: Plan) -> list[str]:
+    """Options by which the command line steps continuous blocks as this plan does, whatever the parameters are."""
+    if all(solver.exact for solver in plan.solvers) or graph.integration.substeps is not None:
+        return []
+    substeps = max(solver.substeps for solver in plan.solvers if not solver.exact)
+    methods = {solver.method for solver in plan.solvers if not solver.exact}
+    changes: dict[str, Any] = {"substeps": substeps}
+    if methods != {"runge_kutta_4"}:
+        changes["method"] = min(methods)
+    try:
+        other = make_plan(graph.changed(integration=dataclasses.replace(graph.integration, **changes)))
+    except ModelError:
+        return []
+    if other.solvers != plan.solvers:
+        return []
+    return [f"--set integration.{key}={value}" for key, value in changes.items()]

@@ -1,0 +1,197 @@
+// A page that a process serves: it hears of every save, shows what is wrong with the file, and keeps windows in step.
+
+import { element } from "./controls.mjs";
+import { View } from "./view.mjs";
+
+const AGAIN = 1000; // milliseconds from one try to the next
+const OFTEN = 50; // milliseconds between what other windows are told
+const SILENCE = 6000; // milliseconds without a sign of life
+const STILL = 300; // milliseconds without a change, after which a tab is computed anew
+
+/**
+ * @typedef {{file: string, line: number, key: string, message: string, got: string, expected: string, hint: string}} Problem
+ * @typedef {import("./view.mjs").State} State
+ */
+
+export class Served {
+  /** @param {HTMLElement} place @param {() => any} makeChannel */
+  constructor(place, makeChannel) {
+    const body = /** @type {HTMLElement} */ (place.parentElement);
+    this.token = location.hash.slice(1);
+    this.window = crypto.randomUUID();
+    this.lost = element("p", { className: "warning lost", hidden: true });
+    this.lost.setAttribute("role", "alert");
+    this.wrong = element("div", { className: "problems", hidden: true });
+    this.wrong.setAttribute("role", "alert");
+    body.insertBefore(this.lost, place);
+    body.insertBefore(this.wrong, place);
+    this.view = new View(place, makeChannel, (state) => this.changed(state));
+    this.bar = element("div", { className: "buttons tabs" });
+    this.bar.setAttribute("role", "tablist");
+    this.panel = element("div", { className: "panel", hidden: true });
+    this.diagram = element("div", { className: "wide map" });
+    this.view.main.prepend(this.bar);
+    this.view.main.append(this.panel);
+    this.drawing = element("section");
+    this.drawing.append(element("h2", { textContent: "Block diagram" }), this.diagram);
+    body.append(this.drawing);
+    this.tab = "";
+    this.asked = 0; // number of the newest question
+    this.told = 0; // time when other windows were last told
+  }
+
+  async begin() {
+    if (!this.token) {
+      this.say("Open the address that proofmass live shows in the terminal: it ends in a token.");
+      return;
+    }
+    for (;;) {
+      try {
+        await this.listen();
+      } catch {
+        this.say("The process has ended, or cannot be reached: start proofmass live again. This page waits for it.");
+      }
+      await new Promise((resume) => setTimeout(resume, AGAIN));
+    }
+  }
+
+  async listen() {
+    const answer = await fetch("/events", { headers: { "X-Proofmass-Token": this.token } });
+    if (!answer.ok || !answer.body) {
+      this.say("This address is no longer valid: open the one that proofmass live shows in the terminal.");
+      return;
+    }
+    const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
+    this.say("");
+    for (let text = ""; ; ) {
+      const { value, done } = await Promise.race([reader.read(), silence()]);
+      if (done) throw new Error("closed");
+      text += value;
+      const events = text.split("\n\n");
+      text = events.pop() ?? "";
+      for (const event of events) this.hear(JSON.parse(event.replace(/^data: /, "")));
+    }
+  }
+
+  /** @param {any} message */
+  hear(message) {
+    if (message.kind === "graph") this.show(message);
+    else if (message.kind === "problems") this.complain(message.problems);
+    else if (message.kind === "state" && message.window !== this.window) this.follow(message.state);
+  }
+
+  /** @param {any} message */
+  show(message) {
+    this.complain([]);
+    document.title = message.model.name;
+    const head = document.querySelector("h1");
+    if (head) head.textContent = message.model.name;
+    this.view.open(message.model);
+    this.diagram.replaceChildren(drawn(message.diagram));
+    this.bar.replaceChildren(...["", ...message.tabs].map((name) => this.tabButton(name)));
+    this.showTab(message.tabs.includes(this.tab) ? this.tab : "");
+  }
+
+  /** @param {State} state */
+  follow(state) {
+    this.view.follow(state);
+    this.later();
+  }
+
+  /** What is wrong with the file; the last good picture stays. @param {Problem[]} problems */
+  complain(problems) {
+    this.wrong.hidden = !problems.length;
+    this.wrong.replaceChildren(...problems.map(problemOf));
+    if (problems.length) this.wrong.append(element("p", { className: "soft", textContent: "Below is the graph as it was when it was last right." }));
+    this.view.place.classList.toggle("stale", problems.length > 0);
+  }
+
+  /** @param {string} text */
+  say(text) {
+    this.lost.hidden = !text;
+    this.lost.textContent = text;
+  }
+
+  /** @param {string} name */
+  tabButton(name) {
+    const made = element("button", { type: "button", textContent: name || "run" });
+    made.dataset.tab = name;
+    made.setAttribute("role", "tab");
+    made.addEventListener("click", () => this.showTab(name));
+    return made;
+  }
+
+  /** @param {string} name */
+  showTab(name) {
+    this.tab = name;
+    for (const one of this.bar.children) one.setAttribute("aria-selected", String(/** @type {HTMLElement} */ (one).dataset.tab === name));
+    for (const part of [this.view.plots, this.view.table]) part.hidden = name !== "";
+    if (name) this.view.place.dataset.tab = name;
+    else delete this.view.place.dataset.tab;
+    this.panel.hidden = name === "";
+    this.panel.replaceChildren(element("p", { className: "soft", textContent: "computing" }));
+    if (name) void this.ask();
+  }
+
+  /** @param {State} state */
+  changed(state) {
+    clearTimeout(this.telling);
+    const wait = Math.max(0, this.told + OFTEN - performance.now());
+    this.telling = setTimeout(() => {
+      this.told = performance.now();
+      void this.post("/state", state).catch(() => {});
+    }, wait);
+    this.later();
+  }
+
+  later() {
+    clearTimeout(this.asking);
+    if (this.tab) this.asking = setTimeout(() => void this.ask(), STILL);
+  }
+
+  /** What the process computes for the tab. */
+  async ask() {
+    const number = ++this.asked;
+    this.panel.classList.add("stale");
+    try {
+      const answer = await this.post(`/${this.tab}`, this.view.state);
+      if (number !== this.asked) return;
+      const found = answer.ok ? await answer.json() : { text: "The process has no answer for these values.", pictures: [] };
+      const parts = found.problems ? found.problems.map(problemOf) : [...found.pictures.map(drawn), element("pre", { textContent: found.text })];
+      this.panel.replaceChildren(...parts);
+      this.panel.classList.remove("stale");
+    } catch {
+      // the process is gone: the page says so, and asks again when it is back
+    }
+  }
+
+  /** @param {string} path @param {State} state */
+  post(path, state) {
+    const headers = { "X-Proofmass-Token": this.token, "Content-Type": "application/json" };
+    return fetch(path, { method: "POST", headers, body: JSON.stringify({ state, window: this.window }) });
+  }
+}
+
+/** @returns {Promise<never>} */
+function silence() {
+  return new Promise((_, fail) => setTimeout(() => fail(new Error("silent")), SILENCE));
+}
+
+/** A picture of the process; its text is only ever parsed as SVG, and scripts in it are not allowed to run.
+ * @param {string} text */
+function drawn(text) {
+  const root = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
+  const figure = element("div", { className: "wide" });
+  if (root.localName === "svg") figure.append(document.importNode(root, true));
+  return figure;
+}
+
+/** @param {Problem} problem */
+function problemOf(problem) {
+  const made = element("div", { className: "problem" });
+  const place = [problem.file, problem.line || "", problem.key].filter(Boolean).join(":");
+  made.append(element("strong", { textContent: place }), ` ${problem.message}`);
+  const rows = [["got", problem.got], ["expected", problem.expected], ["hint", problem.hint]].filter(([, text]) => text);
+  for (const [name, text] of rows) made.append(element("div", { textContent: `${name}: ${text}` }));
+  return made;
+}

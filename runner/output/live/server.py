@@ -1,0 +1,170 @@
+"""Serves the windows of a session on this machine alone.
+
+Only 127.0.0.1 is listened to. A request must name this server as its host, and as its origin where it has one; all but
+the empty page need a token that only the address in the terminal has. Nothing that a browser sends is evaluated or
+written to a file, and the page may load nothing from elsewhere.
+"""
+
+import hashlib
+import hmac
+import json
+import queue
+import secrets
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+from proofmass.runner.host.cache import keep, kept
+from proofmass.runner.output.live.bundle import permission, plots, script, styles
+from proofmass.runner.output.live.session import Session
+from proofmass.runner.output.page import LivePart, page_text
+
+ADDRESS = "127.0.0.1"
+TOKEN = "X-Proofmass-Token"
+_LARGEST = 1 << 20  # bytes of a request
+_BEAT = 2.0  # seconds between signs of life
+_TIMEOUT = 30.0  # seconds for a request to arrive
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "X-Frame-Options": "DENY",
+}
+_ALLOWED = "; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:; connect-src 'self'; base-uri 'none'"
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; frame-ancestors 'none'"
+_OPENING = "<noscript><p>This page needs scripts. <code>proofmass run --out</code> needs none.</p></noscript>"
+
+
+class LiveServer(ThreadingHTTPServer):
+    """A server of one session; `url` opens it."""
+
+    daemon_threads = True
+    allow_reuse_address = True
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        name = f"live-{hashlib.sha256(str(session.path.resolve()).encode()).hexdigest()[:32]}.json"
+        port, self.token = _last(name)
+        try:
+            super().__init__((ADDRESS, port), _Handler)
+        except OSError:  # another one is served there
+            self.token = secrets.token_urlsafe(24)
+            super().__init__((ADDRESS, 0), _Handler)
+        keep(name, json.dumps([self.server_port, self.token]).encode())
+        self.hosts = {f"{host}:{self.server_port}" for host in (ADDRESS, "localhost")}
+        drawing, own = plots(), script()
+        html = (
+            '<section id="live" data-served="" hidden></section>\n'
+            f'<script>{drawing}</script>\n<script id="live-script">{own}</script>\n'
+        )
+        allowed = _ALLOWED.format(scripts=f"{permission(drawing)} {permission(own)}")
+        self.policy = _POLICY + allowed
+        self.page = page_text(session.path.name, _OPENING, (), "", LivePart(html, styles(), allowed)).encode()
+
+    @property
+    def url(self) -> str:
+        """The address with the token, which browsers do not send to anyone."""
+        return f"http://{ADDRESS}:{self.server_port}/#{self.token}"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A window that was closed is no fault."""
+
+
+def _last(name: str) -> tuple[int, str]:
+    """Port and token that the file was served with before, so that windows left open find it again."""
+    try:
+        port, token = json.loads(kept(name) or b"")
+    except ValueError:
+        return 0, secrets.token_urlsafe(24)
+    return int(port), str(token)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: LiveServer
+    timeout = _TIMEOUT
+
+    def do_GET(self) -> None:
+        if not self._is_ours():
+            return self._refuse(HTTPStatus.FORBIDDEN)
+        if self.path == "/":
+            return self._send(HTTPStatus.OK, self.server.page, "text/html; charset=utf-8")
+        if not self._has_token():
+            return self._refuse(HTTPStatus.FORBIDDEN)
+        if self.path == "/events":
+            return self._tell()
+        return self._refuse(HTTPStatus.NOT_FOUND)
+
+    def do_POST(self) -> None:
+        if not self._is_ours(origin=True) or not self._has_token():
+            return self._refuse(HTTPStatus.FORBIDDEN)
+        data = self._body()
+        if self.path == "/state":
+            accepted = self.server.session.set_state(data)
+            return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
+        answer = self.server.session.answer(self.path.removeprefix("/"), data)
+        if answer is None:
+            return self._refuse(HTTPStatus.BAD_REQUEST)
+        return self._send(HTTPStatus.OK, json.dumps(answer).encode(), "application/json")
+
+    def _is_ours(self, origin: bool = False) -> bool:
+        """Return whether a request comes from this server's own page; others may know the port."""
+        hosts, origins = self.headers.get_all("Host", []), self.headers.get_all("Origin", [])
+        if len(hosts) != 1 or hosts[0] not in self.server.hosts or len(origins) > 1:
+            return False
+        return origins[0] == f"http://{hosts[0]}" if origins else not origin
+
+    def _has_token(self) -> bool:
+        given = self.headers.get(TOKEN, "")
+        return hmac.compare_digest(given.encode(), self.server.token.encode())
+
+    def _body(self) -> object:
+        """The JSON of a request; None for anything else."""
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or len(length) > 9 or int(length) > _LARGEST:
+            return None
+        try:
+            return json.loads(self.rfile.read(int(length)))
+        except (ValueError, RecursionError):
+            return None
+
+    def _tell(self) -> None:
+        """Events as they come, until the window is closed."""
+        self._head(HTTPStatus.OK, "text/event-stream")
+        heard = self.server.session.listen()
+        try:
+            while True:
+                try:
+                    message = json.dumps(heard.get(timeout=_BEAT))
+                except queue.Empty:
+                    message = "{}"
+                self.wfile.write(f"data: {message}\n\n".encode())
+                self.wfile.flush()
+        except OSError:
+            return
+        finally:
+            self.server.session.leave(heard)
+
+    def _send(self, status: HTTPStatus, body: bytes, kind: str) -> None:
+        self._head(status, kind, len(body))
+        self.wfile.write(body)
+
+    def _refuse(self, status: HTTPStatus) -> None:
+        self._send(status, b"", "text/plain")
+
+    def _head(self, status: HTTPStatus, kind: str, length: int | None = None) -> None:
+        self.send_response(status)
+        headers = {**_HEADERS, "Content-Type": kind, "Content-Security-Policy": self.server.policy}
+        if length is not None:
+            headers["Content-Length"] = str(length)
+        for name, value in headers.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+    def version_string(self) -> str:
+        """The name that answers carry."""
+        return "proofmass"
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """The terminal shows what was saved, not what was requested."""

@@ -1,0 +1,144 @@
+"""A graph file that is watched: its last good model, what is wrong with it now, and what windows of it agree on."""
+
+import math
+import queue
+import re
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.drawing.diagram import svg
+from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.output.live.model import live_model
+from proofmass.runner.run.faults import RunError
+
+_SEED, _DURATION = re.compile(r"\d{1,18}"), re.compile(r"[0-9.eE+-]{1,40}")
+_MOST_CHANGES = 10_000
+
+
+class Answer(NamedTuple):
+    """The process's answer for a tab: text, and pictures as SVG."""
+
+    text: str
+    pictures: tuple[str, ...] = ()
+
+
+Tabs = Mapping[str, Callable[[Graph], Answer]]
+
+
+class Session:
+    """A graph as its windows show it; `load` reads the graph anew and raises `ModelError`."""
+
+    def __init__(self, path: Path, load: Callable[[], Graph], tabs: Tabs, more_files: tuple[Path, ...] = ()) -> None:
+        self.path, self.tabs = path, tabs
+        self._load, self._more = load, more_files
+        self._graph: Graph | None = None
+        self._shown: dict[str, Any] | None = None  # the last good model
+        self._problems: list[dict[str, Any]] = []
+        self._state: dict[str, Any] | None = None
+        self._listeners: set[queue.SimpleQueue[dict[str, Any]]] = set()
+        self._lock, self._computing = threading.Lock(), threading.Lock()
+
+    def reload(self) -> list[Problem]:
+        """Read the graph, and show every window the new one, or what is wrong with it; returns the problems."""
+        problems: list[Problem] = []
+        try:
+            graph = self._load()
+            shown = {"kind": "graph", "model": live_model(graph), "diagram": svg(graph), "tabs": list(self.tabs)}
+        except ModelError as error:
+            problems = list(error.problems)
+        except OSError as error:
+            problems = [Problem(message=f"cannot be read: {error.strerror}", file=str(self.path))]
+        with self._lock:
+            self._problems = [problem.as_data() for problem in problems]
+            if not problems:
+                self._graph, self._shown = graph, shown
+            self._tell({"kind": "problems", "problems": self._problems} if problems else shown)
+        return problems
+
+    def files(self) -> tuple[Path, ...]:
+        """The files that the graph is read from, as it was when it was last right."""
+        named = _files(self._graph) if self._graph else ()
+        return tuple(dict.fromkeys((self.path, *self._more, *named)))
+
+    def listen(self) -> "queue.SimpleQueue[dict[str, Any]]":
+        """A queue of what a new window is told, from how things stand on."""
+        heard: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+        with self._lock:
+            if self._shown:
+                heard.put(self._shown)
+            if self._problems:
+                heard.put({"kind": "problems", "problems": self._problems})
+            if self._state:
+                heard.put({"kind": "state", "state": self._state, "window": ""})
+            self._listeners.add(heard)
+        return heard
+
+    def leave(self, heard: "queue.SimpleQueue[dict[str, Any]]") -> None:
+        """Tell a window no more."""
+        with self._lock:
+            self._listeners.discard(heard)
+
+    def set_state(self, data: object) -> bool:
+        """Take over what one window has set, and tell the others; false for what is no state."""
+        state = read_state(data)
+        if state is None or not isinstance(data, dict):
+            return False
+        with self._lock:
+            self._state = state
+            self._tell({"kind": "state", "state": state, "window": str(data.get("window", ""))[:40]})
+        return True
+
+    def answer(self, tab: str, data: object) -> dict[str, Any] | None:
+        """The answer of a tab for the graph with changed parameters; None for what is no question."""
+        state = read_state(data)
+        if state is None or tab not in self.tabs or self._graph is None:
+            return None
+        with self._computing:
+            try:
+                graph = with_parameters(self._graph, state["values"]) if state["values"] else self._graph
+                return self.tabs[tab](graph)._asdict()
+            except ModelError as error:
+                return {"problems": [problem.as_data() for problem in error.problems]}
+            except RunError as error:
+                return {"problems": [Problem(message=str(error)).as_data()]}
+
+    def _tell(self, message: dict[str, Any]) -> None:
+        for heard in self._listeners:
+            heard.put(message)
+
+
+def read_state(data: object) -> dict[str, Any] | None:
+    """The controls as a window describes them: numbers by parameter, seed and duration; None for anything else."""
+    state = data.get("state") if isinstance(data, dict) else None
+    if not isinstance(state, dict):
+        return None
+    values, seed, duration = (state.get(key) for key in ("values", "seed", "duration"))
+    if not isinstance(values, dict) or len(values) > _MOST_CHANGES:
+        return None
+    if not all(_is_number(value) for value in values.values()):
+        return None
+    if not (isinstance(seed, str) and _SEED.fullmatch(seed)):
+        return None
+    if not (isinstance(duration, str) and _DURATION.fullmatch(duration)):
+        return None
+    return {"values": {name: float(value) for name, value in values.items()}, "seed": seed, "duration": duration}
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _files(graph: Graph) -> Iterator[Path]:
+    """The file of a graph, those of its parts, and the recordings that they play."""
+    if graph.place.file:
+        yield Path(graph.place.file)
+    for block in graph.blocks.values():
+        file = vars(block).get("file", "")
+        if file and any(buffer.recorded for buffer in type(block).buffers.values()):
+            yield Path(graph.place.folder) / file
+    for part in graph.subgraphs.values():
+        yield from _files(part)

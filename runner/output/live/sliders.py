@@ -1,0 +1,124 @@
+"""The parameters that a page can change: their ranges, and what the command line is told about them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.graph import Endpoint, Graph
+from proofmass.graphs.model.measures import MEASURES
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan as make_plan
+from proofmass.runner.program.tick_loop import settled_before
+
+_DECADES = 1.5  # that a range spans from where a slider is logarithmic
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number of a block, with the range that its slider has and the bounds that its field keeps."""
+
+    block: str
+    parameter: str
+    unit: str
+    doc: str
+    value: float
+    low: float
+    high: float
+    logarithmic: bool
+    above: float | None
+    at_least: float | None
+    below: float | None
+    at_most: float | None
+
+    @property
+    def node(self) -> Endpoint:
+        """Block and parameter."""
+        return self.block, self.parameter
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for the page."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A parameter that a page shows and cannot change: it fixes a size, a start, a format or a choice."""
+
+    block: str
+    parameter: str
+    unit: str
+    doc: str
+    value: str
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for the page."""
+        return asdict(self)
+
+
+def sliders(graph: Graph, plan: Plan) -> tuple[Slider, ...]:
+    """The numbers of a graph that constants follow from in the loop itself: another value needs no compilation."""
+    nodes = (node for node in _parameters(plan) if _in_the_loop(plan, node))
+    moving = (_slider(plan.blocks[name], name, p) for name, p in nodes)
+    return tuple(slider for slider in moving if not _turns_the_method(graph, plan, slider))
+
+
+def fixed_parameters(plan: Plan, moving: tuple[Slider, ...]) -> tuple[Fixed, ...]:
+    """The other parameters that no wire drives."""
+    nodes = {slider.node for slider in moving}
+    return tuple(_fixed(plan.blocks[name], name, p) for name, p in _parameters(plan) if (name, p) not in nodes)
+
+
+def _parameters(plan: Plan) -> Iterator[Endpoint]:
+    for name, block in plan.blocks.items():
+        if not name.startswith(f"{MEASURES}."):
+            nodes = ((name, parameter) for parameter in type(block).parameters)
+            yield from (node for node in nodes if node not in plan.schedule.drivers)
+
+
+def _in_the_loop(plan: Plan, node: Endpoint) -> bool:
+    name, parameter = node
+    return type(plan.blocks[name]).taken_in_the_loop(parameter) and name not in settled_before(plan, [node])
+
+
+def _turns_the_method(graph: Graph, plan: Plan, slider: Slider) -> bool:
+    """Return whether a group of continuous blocks is stepped as it is only because this parameter is zero."""
+    if slider.value != 0.0 or not any(slider.block in solver.group.members for solver in plan.solvers):
+        return False
+    try:
+        other = make_plan(with_parameters(graph, {f"{slider.block}.{slider.parameter}": slider.high}))
+    except ModelError:
+        return True
+    return [(s.method, s.factors) for s in other.solvers] != [(s.method, s.factors) for s in plan.solvers]
+
+
+def _slider(block: Block, name: str, parameter: str) -> Slider:
+    declared, value = type(block).parameters[parameter], float(getattr(block, parameter))
+    low, high = _range(declared, value)
+    limits = (declared.above, declared.at_least, declared.below, declared.at_most)
+    logarithmic = low > 0.0 and math.log10(high / low) >= _DECADES
+    return Slider(name, parameter, unit_of(block, declared), declared.doc, value, low, high, logarithmic, *limits)
+
+
+def _range(declared: Parameter, value: float) -> tuple[float, float]:
+    """A decade either side of a positive value, twice any other; cut where the parameter is bounded on both sides."""
+    lowest = declared.at_least if declared.above is None else declared.above
+    highest = declared.at_most if declared.below is None else declared.below
+    if lowest is not None and highest is not None:
+        low, high = float(lowest), float(highest)
+        return (low, high) if value - low > (high - low) / 100.0 else (low, min(high, max(10.0 * value, low + 1e-300)))
+    size = abs(value) or abs(float(declared.default)) or 1.0
+    low, high = (value / 10.0, value * 10.0) if value > 0.0 else (value - size, value + size)
+    low = low if lowest is None else max(low, float(lowest))
+    return low, high if highest is None else min(high, float(highest))
+
+
+def _fixed(block: Block, name: str, parameter: str) -> Fixed:
+    declared, value = type(block).parameters[parameter], getattr(block, parameter)
+    unit = unit_of(block, declared) if declared.kind in (float, int, tuple) else ""
+    return Fixed(name, parameter, unit, declared.doc, str(value).lower() if isinstance(value, bool) else str(value))

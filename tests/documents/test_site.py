@@ -1,0 +1,147 @@
+"""The site: every page is in the navigation once, links lead somewhere, the reference has everything public."""
+
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import proofmass
+from docs.site.offline import outside_addresses
+from docs.site.reference_commands import commands_page
+from docs.site.reference_keys import keys_page
+from docs.site.reference_python import groups, python_page
+from docs.site.stage import BrokenLinkError, _rewritten, navigation, repository_pages, stage
+from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
+from proofmass.runner.command_line import cli
+
+ROOT = Path(__file__).parents[2]
+PLAIN_PAGES = [
+    path
+    for folder in ("tutorial", "how-to", "explanation", "coming-from", "project")
+    for path in sorted((ROOT / "docs" / folder).glob("*.md"))
+]
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The staged source of the site."""
+    folder = tmp_path_factory.mktemp("site") / "source"
+    stage(folder)
+    return folder
+
+
+def test_every_page_is_in_the_navigation_once(source: Path) -> None:
+    names = [path.relative_to(source).as_posix() for path in source.rglob("*.md")]
+    listed = [page for pages in navigation(names).values() for page in pages]
+    assert len(listed) == len(set(listed))
+    below = ("reference/blocks/", "decisions/")
+    assert {name.removesuffix(".md") for name in names} - {"index"} - set(listed) == {
+        name.removesuffix(".md")
+        for name in names
+        if name.startswith(below) and name not in ("reference/blocks/index.md", "decisions/README.md")
+    }
+
+
+def test_links_of_staged_pages_lead_somewhere(source: Path) -> None:
+    for page in source.rglob("*.md"):
+        text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+            assert "://" in link or (page.parent / link).exists(), f"{page.relative_to(source)}: {link}"
+
+
+def slugs(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub and the site make them."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", repository_pages(), ids=lambda page: str(page.relative_to(ROOT)))
+def test_anchors_of_links_are_headings(page: Path) -> None:
+    for link, anchor in re.findall(r"\]\(([^)#\s]*)#([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if "://" not in link:
+            assert anchor in slugs((page.parent / link) if link else page), f"{link}#{anchor}"
+
+
+def test_a_link_to_nothing_is_refused(tmp_path: Path) -> None:
+    page = ROOT / "docs" / "margins.md"
+    broken = tmp_path / "page.md"
+    broken.write_text("[x](no-such-page.md)", encoding="utf-8")
+    assert _rewritten(page, "margins.md", tmp_path)
+    with pytest.raises((BrokenLinkError, ValueError)):
+        _rewritten(broken, "page.md", tmp_path)
+
+
+def test_what_a_page_loads_from_elsewhere_is_noticed(tmp_path: Path) -> None:
+    (tmp_path / "a.html").write_text('<a href="https://x.org">x</a><script src="https://x.org/x.js"></script>')
+    (tmp_path / "b.css").write_text("@import url(//x.org/font.css); a { background: url(data:image/png;base64,x) }")
+    assert [line.partition(":")[0] for line in outside_addresses(tmp_path)] == ["a.html", "b.css"]
+
+
+def test_every_block_is_in_the_reference(source: Path) -> None:
+    headings = [
+        heading
+        for page in (source / "reference" / "blocks").glob("*.md")
+        for heading in re.findall(r"^## (\w+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    ]
+    assert sorted(headings) == sorted(all_blocks())
+
+
+def test_every_command_and_every_option_is_in_the_reference() -> None:
+    page = commands_page()
+    for name, command in cli.commands.items():
+        section = page.partition(f"## proofmass {name}\n")[2].partition("\n## ")[0]
+        for parameter in command.params:
+            for option in parameter.opts:
+                assert option in section or option.upper() in section, (name, option)
+
+
+def test_every_key_is_in_the_reference() -> None:
+    page = keys_page()
+    for key in (*TOP_KEYS, *STUDY_KEYS):
+        assert f"| `{key}` |" in page, key
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    assert sorted(name for names in groups().values() for name in names) == sorted(proofmass.__all__)
+    for name in proofmass.__all__:
+        assert f":: proofmass.{name}\n" in python_page()
+
+
+def public_members(name: str) -> Iterator[tuple[str, Any]]:
+    """Yield a public name, and the public methods and properties of a class of its own."""
+    thing = getattr(proofmass, name)
+    yield name, thing
+    if inspect.isclass(thing):
+        for member, value in vars(thing).items():
+            if not member.startswith("_") and (inspect.isroutine(value) or isinstance(value, property)):
+                yield f"{name}.{member}", value
+
+
+@pytest.mark.parametrize("name", proofmass.__all__)
+def test_every_public_name_is_documented(name: str) -> None:
+    silent = [path for path, thing in public_members(name) if not (inspect.getdoc(thing) or "").strip()]
+    assert silent == []
+
+
+def sentences(page: Path) -> Iterator[str]:
+    """Yield the sentences of a page's text: code, tables and headings are left out."""
+    text = re.sub(r"^```.*?^```$", "\n", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    lines = [line for line in text.splitlines() if not re.match(r"\s*(\||#|!\[)", line)]
+    for paragraph in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.|:) )", "\n".join(lines)):
+        yield from re.split(r"(?<=[.:?!])\s+", re.sub(r"`[^`]*`", "code", " ".join(paragraph.split())))
+
+
+@pytest.mark.parametrize("page", PLAIN_PAGES, ids=lambda page: f"{page.parent.name}-{page.stem}")
+def test_sentences_are_short(page: Path) -> None:
+    assert [sentence for sentence in sentences(page) if len(sentence.split()) > 30] == []
+
+
+def test_every_written_page_has_one_title() -> None:
+    for path in repository_pages():
+        text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        assert len(re.findall(r"^# ", text, re.MULTILINE)) == 1, path

@@ -1,0 +1,55 @@
+"""The loop that a page carries computes the bits of the command line, whatever its parameters are."""
+
+import numpy as np
+import pytest
+
+from proofmass.graphs.files.library import library_files
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.analysis.spectrum.welch import spectrum
+from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.output.live.model import live_model
+from proofmass.runner.run.simulate import simulate
+from tests.by_hand.live_node import run_carried
+from tests.by_hand.node import needs_node
+
+TICKS = 2100
+GRAPHS = [
+    name
+    for name, path in library_files().items()
+    if path.suffix == ".toml" and "[blocks" in path.read_text(encoding="utf-8") and runs_alone(read_graph(path))
+]
+FEW = ("vibratory_gyroscope.toml", "self_calibration_fixed.toml")  # steps of a nonlinear group; registers
+MARKED = [name if name in FEW else pytest.param(name, marks=pytest.mark.exhaustive) for name in GRAPHS]
+
+
+def library(name: str) -> Graph:
+    return read_graph(library_files()[name])
+
+
+@needs_node
+@pytest.mark.parametrize("name", MARKED)
+def test_bits_of_the_library(name: str) -> None:
+    """Of each graph, as it is and with every slider moved by a thousandth."""
+    path = library_files()[name]
+    model = live_model(graph := read_graph(path), TICKS)
+    moved = {f"{s['block']}.{s['parameter']}": s["value"] * 1.001 for s in model["sliders"]}
+    moved = {name: value for name, value in moved.items() if value != 0.0}
+    options = [option.removeprefix("--set ") for option in model["options"]]
+    changed = graph_of(path, None, (*(f"{name}={value!r}" for name, value in moved.items()), *options))
+    still, other = run_carried(model, {}, {"values": moved, "chunk": 37})
+    assert still["digest"] == simulate(graph, samples=TICKS).digest
+    assert other["digest"] == simulate(changed, samples=TICKS).digest
+
+
+@needs_node
+def test_spectra_are_those_of_the_command_line() -> None:
+    graph = library("template.toml")
+    result = simulate(graph)
+    (answer,) = run_carried(live_model(graph), {}, spectrum=True)
+    for name, drawn in zip(sorted(result.traces), answer["spectra"], strict=True):
+        expected = spectrum(result[name])
+        np.testing.assert_allclose(drawn["x"], expected.frequencies[1:], rtol=1e-12)
+        largest = float(expected.amplitude_density.max())
+        np.testing.assert_allclose(drawn["y"], expected.amplitude_density[1:], rtol=1e-9, atol=1e-12 * largest)

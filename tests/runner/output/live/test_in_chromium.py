@@ -1,0 +1,285 @@
+"""Live pages as Chromium runs them: what a person drags, saves, opens twice and kills."""
+
+import json
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.command_line import main
+from proofmass.runner.commands.run_files import write_run
+from proofmass.runner.output.live.server import TOKEN
+from proofmass.runner.run.simulate import simulate
+from tests.by_hand.chromium import CHROMIUM, FLAGS
+
+playwright = pytest.importorskip("playwright.sync_api")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+
+GRAPH = """
+name = "an oscillator"
+rate = "1 kHz"
+samples = 2000
+seed = 4
+wires = ["push.output -> body.force", "pickoff.output -> meter.voltage", "body.displacement -> pickoff.input"]
+probes = ["body.displacement", "meter.code"]
+
+[blocks.push]
+kind = "Step"
+amplitude = "2 uN"
+unit = "N"
+
+[blocks.body]
+kind = "MassSpringDamper"
+mass = "1 mg"
+damping = "10 uN*s/m"
+stiffness = "2 N/m"
+
+[blocks.meter]
+kind = "AnalogToDigital"
+reference = "5 V"
+
+[blocks.pickoff]
+kind = "Gain"
+gain = 1e6
+input_unit = "m"
+output_unit = "V"
+
+[measures.settled]
+statistic = "mean"
+signal = "body.displacement"
+from = "1 s"
+"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as made:
+        browser = made.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a graph and its live report."""
+    folder = tmp_path_factory.mktemp("report")
+    (folder / "graph.toml").write_text(GRAPH)
+    write_run(simulate(read_graph(folder / "graph.toml")), folder, (), live=True)
+    return folder
+
+
+def opened(browser: Any, address: str, **options: Any) -> tuple[Any, list[str]]:
+    """A page, and the lines of its console and its requests to elsewhere."""
+    context = browser.new_context(viewport={"width": 1400, "height": 900}, **options)
+    page, lines = context.new_page(), list[str]()
+    own = urlsplit(address)
+    page.on("console", lambda message: lines.append(message.text))
+    page.on("pageerror", lambda error: lines.append(str(error)))
+    page.on("request", lambda request: lines.append(request.url) if _is_foreign(request.url, own.netloc) else None)
+    page.goto(address)
+    return page, lines
+
+
+def _is_foreign(url: str, host: str) -> bool:
+    parts = urlsplit(url)
+    return parts.scheme not in ("file", "blob") and parts.netloc != host
+
+
+def digest(page: Any, other_than: str = "") -> str:
+    """The hash of the traces, when there is another one than before."""
+    wanted = (
+        "old => { const text = document.querySelector('.bits')?.textContent; return text && text !== old && text; }"
+    )
+    shown = page.wait_for_function(wanted, arg=other_than, timeout=15_000).json_value()
+    return str(shown)
+
+
+def hash_of(shown: str) -> str:
+    return shown.removeprefix("SHA-256 of the traces: ")
+
+
+def test_dragging_gives_the_bits_of_the_command_line(
+    browser: Any, report: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, lines = opened(browser, (report / "report.html").as_uri(), permissions=["clipboard-read", "clipboard-write"])
+    before = digest(page)
+    assert hash_of(before) == json.loads((report / "summary.json").read_text())["digest"]
+    page.click("summary:text-is('body')")
+    slider = page.locator("[aria-label='body.stiffness, slider']")
+    slider.focus()
+    for _ in range(3):
+        slider.press("ArrowRight")  # the keyboard does what dragging does
+    after = digest(page, before)
+    page.fill("[id='body.mass']", "1.25")
+    page.press("[id='body.mass']", "Enter")
+    after = digest(page, after)
+    page.click("text=Copy command")
+    page.wait_for_selector(".status:text-is('copied')")
+    command = shlex.split(page.evaluate("navigator.clipboard.readText()"))
+    monkeypatch.chdir(report)
+    assert main([*command[1:], "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert hash_of(after) == told["digest"] != hash_of(before)
+    shown = float(page.inner_text(".measures td").split()[0])
+    assert shown == pytest.approx(told["measures"]["settled"]["value"] * 1e9, rel=1e-5)
+    page.fill("[id='body.mass']", "-1")
+    page.press("[id='body.mass']", "Enter")
+    assert "must be above 0" in page.evaluate("document.getElementById('body.mass').validationMessage")
+    page.click("text=Reset")
+    assert digest(page, after) == before
+    assert lines == []
+    page.context.close()
+
+
+def test_a_frozen_run_and_spectra_are_drawn(browser: Any, report: Path) -> None:
+    page, lines = opened(browser, (report / "report.html").as_uri())
+    before = digest(page)
+    page.click("text=Freeze")
+    page.click("summary:text-is('push')")
+    page.fill("[id='push.amplitude']", "3")
+    page.press("[id='push.amplitude']", "Enter")
+    digest(page, before)
+    assert page.inner_text(".measures tbody tr").split("\t")[3] == "50.00 %"
+    traces = page.locator(".plots canvas").first.screenshot()
+    page.click("text=Spectra")
+    page.wait_for_selector("figcaption:has-text('√Hz')")
+    assert page.locator(".plots canvas").first.screenshot() != traces
+    assert lines == []
+    page.context.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_telephone_shows_all_of_it(browser: Any, report: Path, scheme: str) -> None:
+    page, lines = opened(browser, (report / "report.html").as_uri(), color_scheme=scheme)
+    page.set_viewport_size({"width": 400, "height": 800})
+    digest(page)
+    page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true })")
+    assert page.evaluate("document.documentElement.scrollWidth") == 400
+    smallest = """[...document.querySelectorAll('#live *')].filter(one => one.children.length === 0 && one.textContent)
+        .reduce((least, one) => Math.min(least, parseFloat(getComputedStyle(one).fontSize)), 99)"""
+    assert page.evaluate(smallest) >= 10.0
+    dark = page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 24, 30)"
+    assert dark == (scheme == "dark")
+    assert lines == []
+    page.context.close()
+
+
+def test_without_scripts_the_report_remains(browser: Any, report: Path) -> None:
+    page, lines = opened(browser, (report / "report.html").as_uri(), java_script_enabled=False)
+    heads = page.locator("h2").all_inner_texts()
+    assert heads == ["Block diagram", "Signals", "Measures", "Traces", "Blocks", "Run", "To repeat it"]
+    assert not page.locator("#live").is_visible()
+    assert lines == []
+    page.context.close()
+
+
+class Process:
+    """`proofmass live` of a file, as a process of its own."""
+
+    def __init__(self, file: Path) -> None:
+        words = [sys.executable, "-m", "proofmass", "live", str(file), "--no-browser"]
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            if address := re.search(r"http://\S+", line):
+                self.url = address[0]
+                return
+        raise AssertionError("it ended before it was ready")
+
+    def kill(self) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGKILL)
+            self.process.communicate()
+
+
+@pytest.fixture
+def live(tmp_path: Path) -> Iterator[tuple[Path, Process]]:
+    file = tmp_path / "graph.toml"
+    file.write_text(GRAPH)
+    process = Process(file)
+    yield file, process
+    process.kill()
+
+
+def asked(url: str, method: str, path: str, **headers: str) -> int:
+    """Status of the answer to a request."""
+    parts = urlsplit(url)
+    connection = HTTPConnection("127.0.0.1", parts.port or 0, timeout=10)
+    connection.putrequest(method, path, skip_host="Host" in headers)
+    body = b'{"state": {"values": {}, "seed": "1", "duration": "1"}}' if method == "POST" else b""
+    for name, value in {**headers, "Content-Length": str(len(body))}.items():
+        connection.putheader(name, value)
+    connection.endheaders(body)
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+def test_a_file_is_live(browser: Any, live: tuple[Path, Process]) -> None:
+    """A mistake is shown with its line above the last good run; sliders stay; windows stay in step; kills are seen."""
+    file, process = live
+    page, lines = opened(browser, process.url)
+    before = digest(page)
+    page.click("summary:text-is('push')")
+    page.fill("[id='push.amplitude']", "3")
+    page.press("[id='push.amplitude']", "Enter")
+    moved = digest(page, before)
+    other, other_lines = opened(browser, process.url)
+    assert digest(other) == moved  # a new window shows what the others have set
+    other.click("text=Reset")
+    assert digest(page, moved) == before
+    file.write_text(GRAPH.replace('stiffness = "2 N/m"', 'stifness = "2 N/m"'))
+    page.wait_for_selector(".problem")
+    wrong = page.inner_text(".problem")
+    assert f"{file}:18" in wrong
+    assert "did you mean stiffness?" in wrong
+    assert digest(page) == before
+    page.fill("[id='push.amplitude']", "3")
+    page.press("[id='push.amplitude']", "Enter")
+    assert digest(page, before) == moved
+    file.write_text(GRAPH.replace('stiffness = "2 N/m"', 'stiffness = "3 N/m"'))
+    page.wait_for_selector(".problems", state="hidden")
+    stiffer = digest(page, moved)
+    assert stiffer != before
+    assert page.input_value("[id='push.amplitude']") == "3"
+    page.click("[data-tab=margins]")
+    assert "the graph has no loop" in page.inner_text(".panel .problem")
+    assert lines == other_lines == []
+    other.context.close()
+    process.kill()
+    page.wait_for_selector(".lost:visible")
+    assert "start proofmass live again" in page.inner_text(".lost")
+    again = Process(file)
+    page.wait_for_selector(".lost", state="hidden")
+    again.kill()
+    page.context.close()
+
+
+def test_others_are_refused(live: tuple[Path, Process]) -> None:
+    """Foreign hosts, origins and tokens; nothing is told to anyone who has no token."""
+    _, process = live
+    parts = urlsplit(process.url)
+    host, key = f"127.0.0.1:{parts.port}", {TOKEN: parts.fragment}
+    origin = {"Origin": f"http://{host}"}
+    assert asked(process.url, "GET", "/", Host=host) == 200
+    assert asked(process.url, "POST", "/state", Host=host, **key, **origin) == 204
+    assert asked(process.url, "GET", "/", Host="example.org") == 403
+    assert asked(process.url, "GET", "/", Host=host, Origin="http://example.org") == 403
+    assert asked(process.url, "GET", "/events", Host=host) == 403
+    assert asked(process.url, "GET", "/events", Host=host, **{TOKEN: "guess"}) == 403
+    assert asked(process.url, "GET", "/etc/passwd", Host=host, **key) == 404
+    assert asked(process.url, "POST", "/state", Host=host, **key) == 403
+    assert asked(process.url, "POST", "/state", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/state", Host="localhost.example.org", **key, **origin) == 403
+    assert asked(process.url, "POST", "/__import__", Host=host, **key, **origin) == 400
