@@ -147,9 +147,9 @@ class _Shooting:
             yield key, now[key], value
 
     def _scale(self, whole: PeriodMap) -> Array:
-        """Return the largest values that states have had, or one where they have always been zero."""
-        sizes = (max(self._sizes.get(e, 0.0), abs(x)) for e, x in zip(whole.states, whole.point, strict=True))
-        return np.array([size or 1.0 for size in sizes])
+        """Return the largest values that states have had, or one where they were zero in the run, as of noise."""
+        sizes = ((self._sizes.get(e, 0.0), abs(x)) for e, x in zip(whole.states, whole.point, strict=True))
+        return np.array([max(largest, now) if largest else 1.0 for largest, now in sizes])
 
     def map(self, memory: Memory, periods: int) -> PeriodMap:
         """Return the map of all states over some common periods."""

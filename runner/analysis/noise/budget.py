@@ -91,8 +91,9 @@ class NoiseBudget:
 
     def allan(self) -> tuple[Array, Array]:
         """Averaging times, and the Allan deviation that the density referred to the input makes."""
-        most = max(2.0, 0.1 / self.frequencies[0] * self.rate)
-        factors = np.unique(np.round(np.geomspace(1, most, int(_TAUS * math.log10(most)) + 2)))
+        least = max(1.0, 0.5 * self.rate / self.frequencies[-1])  # a density up to f says nothing of shorter times
+        most = max(2.0 * least, 0.1 / self.frequencies[0] * self.rate)
+        factors = np.unique(np.round(np.geomspace(least, most, int(_TAUS * math.log10(most / least)) + 2)))
         taus = np.asarray(factors / self.rate, dtype=np.float64)
         positive = self.density > 0.0
         known = self.frequencies[positive], self.referred_density[positive]
