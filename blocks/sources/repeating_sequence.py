@@ -1,4 +1,4 @@
-"""Repeated sequence: output[n] = values[n mod N] in the block's n-th tick."""
+"""Repeated sequence: output = values[n mod N] in the block's n-th tick."""
 
 from typing import NamedTuple
 
@@ -14,10 +14,6 @@ class RepeatingSequence(Block):
     levels = Buffer("The values.", float, ("values",))
 
 
-class State(NamedTuple):
-    place: int
-
-
 class Constants(NamedTuple):
     length: int
 
@@ -28,18 +24,12 @@ def constants(p: RepeatingSequence, period: float) -> Constants:
 
 
 @RepeatingSequence.start
-def start(p: RepeatingSequence, levels: list[float]) -> State:
+def start(p: RepeatingSequence, levels: list[float]) -> None:
     for i in range(len(p.values)):
         levels[i] = p.values[i]
-    return State(0)
 
 
 @RepeatingSequence.output("{unit}")
-def output(c: Constants, x: State, levels: list[float]) -> float:
+def output(c: Constants, levels: list[float], tick: int) -> float:
     """The value of the tick."""
-    return levels[x.place]
-
-
-@RepeatingSequence.update
-def update(c: Constants, x: State) -> State:
-    return State(x.place + 1 if x.place + 1 < c.length else 0)
+    return levels[tick % c.length]

@@ -366,7 +366,8 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
-    kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]
+    between = {*first.between().states, *second.between().states}
+    kept = [i for i, state in enumerate(first.states) if state in between]
     first, second = first.kept(kept), second.kept(kept)
     n, eye = first.order, np.zeros_like(first.matrix[:, :-1])
     eye[:n, :n] = np.eye(n)
@@ -389,7 +390,8 @@ def _effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     """The largest relative change of a response where what one block does to another is as in the second map."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
-    kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]
+    between = {*first.between().states, *second.between().states}
+    kept = [i for i, state in enumerate(first.states) if state in between]
     first, second = first.kept(kept), second.kept(kept)
     before, changes = _responses(first, first.matrix, z), [0.0]
     for r in _groups(first.states, first.outputs):

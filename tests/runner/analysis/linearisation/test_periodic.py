@@ -146,15 +146,15 @@ def test_a_run_settles_to_the_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> 
 def with_factor(graph: Graph, wire: str, point: PeriodicPoint, factor: float, kick: float) -> Graph:
     """The graph whose wire carries its values on the orbit, and a factor times what they are off."""
     name, _, port = wire.partition(".")
-    run, values = Quiet(plan(graph), point.memory.copy()), []
-    for tick in range(point.memory.tick, point.memory.tick + point.ticks):
-        values.append(run.to(tick + 1).wires[name, port])
+    run, values, first = Quiet(plan(graph), point.memory.copy()), [0.0] * point.ticks, point.memory.tick
+    for tick in range(first, first + point.ticks):
+        values[tick % point.ticks] = run.to(tick + 1).wires[name, port]
     flat = flatten(graph)
     block = flat.blocks[name]
     unit = short_unit(unit_of(block, type(block).outputs[port]))
     own = {
         "orbit": RepeatingSequence(values=values, unit=unit),
-        "kick": RepeatingSequence(values=[kick, *[0.0] * 100_000], unit=unit),
+        "kick": RepeatingSequence(values=[*[0.0] * first, kick, *[0.0] * 100_000], unit=unit),
         "off": Difference(unit=unit),
         "factor": Gain(gain=factor, input_unit=unit, output_unit=unit),
         "again": Sum(unit=unit),
