@@ -96,12 +96,12 @@ def did_you_mean(word: str, names: Iterable[str], what: str) -> str:
 
 
 def shown(value: object, limit: int = 80) -> str:
-    """A value for a message: escaped, one line, cut where it is long."""
+    """A value for a message: as it was typed where it can be printed, one line, cut where it is long."""
     try:
         text = repr(value) if not isinstance(value, int) or abs(value) < 10**30 else "an integer of over 30 digits"
     except Exception:  # an integer of thousands of digits inside a list, or an object of the caller's own
         text = f"a {type(value).__name__} that cannot be shown"
-    text = text.encode("ascii", "backslashreplace").decode("ascii")
+    text = _printable(text)
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 

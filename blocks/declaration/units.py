@@ -83,6 +83,27 @@ _WRITTEN_OUT = {  # names that are none of these signs
     "meter": "m",
     "metre": "m",
 }
+_PRINTED = str.maketrans({"·": "*", "⋅": "*", "×": "*", "²": "^2", "³": "^3", "°": "deg"})
+_ROOT = re.compile(r"√\s*(?:\(|(\w+))")
+_ANSWERS = {  # names from elsewhere, and what to write
+    "degC": 'temperatures are in K: 25 degC is "298.15 K"',
+    "degF": 'temperatures are in K: 77 degF is "298.15 K"',
+    "rtHz": "write sqrt(Hz)",
+    "dps": "write deg/s",
+    "dph": "write deg/h",
+    "rpm": 'one turn a minute is "6 deg/s"',
+    "gee": "write g0, standard gravity",
+    "gn": "write g0, standard gravity",
+    "G": 'a gauss is "100 uT"; standard gravity is g0',
+    "Ohm": "write ohm",
+    "Ohms": "write ohm",
+    "psi": 'a pound per square inch is "6894.757 Pa"',
+    "in": "write inch",
+    "mil": 'a thousandth of an inch is "25.4 um"',
+    "sps": "write Hz",
+    "dB": "write the factor: 20 dB of an amplitude is 10",
+}
+_STANDARD_GRAVITY = re.compile(r"(?<![A-Za-zµμ])([A-Zacdfhkmnpuyzµμ]?)g(?![A-Za-z0-9])")
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*)|(?P<number>[0-9]+(?:\.[0-9]+)?)|(?P<mark>[*/^()+-]))")
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 _FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
@@ -119,11 +140,16 @@ def unit(expression: str) -> Unit:
     """
     if len(expression) > 200:
         raise UnitError("a unit of over 200 characters")
-    tokens = _tokens(expression)
+    tokens = _tokens(_ROOT.sub(_plain_root, expression).translate(_PRINTED))
     result, rest = _product(tokens, 0)
     if rest != len(tokens):
         raise UnitError(f"cannot read the unit {expression!r} at {tokens[rest]!r}", SYNTAX)
     return result
+
+
+def _plain_root(found: "re.Match[str]") -> str:
+    """Return a root sign as the function that it stands for."""
+    return f"sqrt({found[1]})" if found[1] else "sqrt("
 
 
 def same_dimension(first: str, second: str) -> bool:
@@ -166,8 +192,20 @@ def convert_exactly(text: str, target: str) -> Fraction:
         return number
     given, wanted = unit(own), unit(target)
     if given.exponents != wanted.exponents:
-        raise UnitError(f"{own} is {given.in_base_units()}, not {wanted.in_base_units()}", f"give it in {target}")
+        message = f"{own} is {given.in_base_units()}, not {wanted.in_base_units()}"
+        raise UnitError(message, _other_dimension(text, own, target))
     return number * given.factor / wanted.factor
+
+
+def _other_dimension(text: str, own: str, target: str) -> str:
+    """Return what a quantity of another dimension was probably meant to be."""
+    wanted = unit(target).exponents
+    in_gravity = _STANDARD_GRAVITY.sub(r"\g<1>g0", own)
+    if in_gravity != own and unit(in_gravity).exponents == wanted:
+        return f'g is the gram; standard gravity is g0: "{text.replace(own, in_gravity)}"'
+    if unit(f"({own})/s").exponents == wanted:
+        return f'it is per time: "{text}/s", or "{text}/year"'
+    return f"give it in {target}"
 
 
 def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
@@ -179,6 +217,8 @@ def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
     found = _QUANTITY.fullmatch(text)
     if found is None or len(text) > 200:
         raise UnitError("not a number followed by a unit", f'write a number and a unit, such as "1.5 {example}"')
+    if re.match(r",\d", found["unit"]):
+        raise UnitError("a decimal comma", f'write a point: "{text.strip().replace(",", ".", 1)}"')
     try:
         return _number(found["number"]), found["unit"]
     except ZeroDivisionError:
@@ -309,11 +349,24 @@ def _named(name: str) -> Unit:
 
 
 def _like(name: str) -> str:
+    if name in _ANSWERS:
+        return _ANSWERS[name]
+    letters = name.rstrip("0123456789")
+    if letters != name and _known(letters):
+        return f"write a power as {letters}^{name[len(letters) :]}"
     word = name.lower().removesuffix("s")
     if word in _WRITTEN_OUT:
         return f"did you mean {_WRITTEN_OUT[word]}?"
     common = ("kHz", "MHz", "ms", "us", "ns", "mV", "uV", "pF", "fF", "kg", "mg", "um", "nm", "mm", "kohm", "uN", "mA")
     return did_you_mean(name[:20], (*_UNITS, *common), "units")
+
+
+def _known(name: str) -> bool:
+    try:
+        _named(name)
+    except UnitError:
+        return False
+    return True
 
 
 def _padded(exponents: tuple[int, ...]) -> tuple[Fraction, ...]:

@@ -212,7 +212,7 @@ class _Wiring:
     @cached_property
     def _outputs(self) -> dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]]:
         """Up to four outputs of each graph, unit, type and shape."""
-        found: dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]] = {}
+        outputs: dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]] = {}
         for name, block in self.graph.blocks.items():
             for port, declared in type(block).outputs.items():
                 try:
@@ -224,9 +224,9 @@ class _Wiring:
                     )
                 except UnitError:
                     continue
-                if len(found.setdefault(kind, [])) < 4:
-                    found[kind].append(f"{name}.{port}")
-        return found
+                if len(outputs.setdefault(kind, [])) < 4:
+                    outputs[kind].append(f"{name}.{port}")
+        return outputs
 
 
 def _kind(block: Block, port: Port) -> type | Fixed:
@@ -248,17 +248,17 @@ def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Paramete
     (giver, out), (taker, into) = source, target
     got, expected = unit_of(giver, out), unit_of(taker, into)
     try:
-        given, wanted = unit(got), unit(expected)
+        source_unit, target_unit = unit(got), unit(expected)
     except UnitError as error:
         yield _Mismatch(f"the units cannot be compared: {error}", got, expected, "write a shorter unit")
     else:
         gain = "FixedGain" if out.dtype is FixedValue else "Gain"
         convert = f'put a {gain} with input_unit = "{got}" and output_unit = "{expected}" between'
-        if given.exponents != wanted.exponents:
-            same = f"{given.in_base_units()} is not {wanted.in_base_units()}"
+        if source_unit.exponents != target_unit.exponents:
+            same = f"{source_unit.in_base_units()} is not {target_unit.in_base_units()}"
             yield _Mismatch("the units do not match", got, expected, f"{same}; {convert}")
-        elif given != wanted:
-            factor = f"{float(given.factor / wanted.factor):g}"
+        elif source_unit != target_unit:
+            factor = f"{float(source_unit.factor / target_unit.factor):g}"
             yield _Mismatch(f"the units differ by a factor of {factor}", got, expected, convert)
     shape = shape_of(taker, into) if isinstance(into, Port) else ()
     kind = into.dtype if isinstance(into, Port) else float

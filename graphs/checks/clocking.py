@@ -123,11 +123,11 @@ def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:
     own = wiring.rate(name)
     readers = list(dict.fromkeys(reader for reader, _ in wiring.readers[name]))
     rates = [wiring.rate(reader) for reader in readers]
-    known = [rate for rate in rates if rate is not None]
-    if own is None or not rates or len(known) < len(rates) or max(known) >= own or name in wiring.probed:
+    stated = [rate for rate in rates if rate is not None]
+    if own is None or not rates or len(stated) < len(rates) or max(stated) >= own or name in wiring.probed:
         return
     inputs = set(wiring.drivers[name].values())
-    for reader, rate in zip(readers, known, strict=True):
+    for reader, rate in zip(readers, stated, strict=True):
         both = sorted(".".join(node) for node in inputs & set(wiring.drivers[reader].values()))
         if both:
             yield _note(

@@ -78,7 +78,7 @@ def as_written(flat: FlatGraph, problem: Problem) -> Problem:
 
 def once(flat: FlatGraph, problems: Iterable[Problem]) -> list[Problem]:
     """Problems of a part that is there several times, each said for the first of them alone."""
-    kept: dict[str, Problem] = {}
+    first: dict[str, Problem] = {}
     for problem in problems:
         table, name = (*problem.path, "", "")[:2]
         path = problem.key.partition("exports.")[0] if table == "exports" else ""
@@ -87,8 +87,8 @@ def once(flat: FlatGraph, problems: Iterable[Problem]) -> list[Problem]:
         elif table == "wires" and name in flat.origins:
             path = flat.origins[name].path
         text = str(problem)
-        kept.setdefault(text.replace(path, "") if path and problem.line else text + problem.key, problem)
-    return list(kept.values())
+        first.setdefault(text.replace(path, "") if path and problem.line else text + problem.key, problem)
+    return list(first.values())
 
 
 def _above(signals: Iterable[str]) -> Iterator[str]:

@@ -10,6 +10,8 @@ from html import escape
 
 from proofmass.blocks.declaration.declare import Port
 from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.shown_units import in_print, pretty
+from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import Layout, Shape, Spot, lay_out
 from proofmass.graphs.drawing.picture import Picture, picture
@@ -17,10 +19,9 @@ from proofmass.graphs.drawing.routing import Point
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
 
-_HEAD, _ROW, _FOOT = 40, 20, 20  # of a block: name and kind, one port, driven parameters
+_HEAD, _SETTING, _ROW, _FOOT = 40, 20, 20, 20  # of a block: name and kind, setting, one port, driven parameters
 _MARGIN = 20
 _ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # Okabe and Ito's colours, which differ for every kind of colour vision; shape and dashes say the same again.
 _STYLE = """
@@ -175,8 +176,7 @@ def _rate(graph: Picture, name: str) -> str:
 
 def _unit(what: Port | Parameter) -> str:
     """Return the unit as written by hand; empty for a plain number."""
-    unit = what.unit.replace("*", "·")
-    unit = re.sub(r"\^(-?\d+)(?![\d.])", lambda power: power[1].translate(_SUPERSCRIPTS), unit)
+    unit = pretty(short_unit(what.unit))
     return "" if unit == "1" else unit
 
 
@@ -190,8 +190,10 @@ def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
     block = graph.blocks[name]
     into, probed, used = wired.into[name], wired.probed[name], wired.used[name]
     needed = [port for port, declared in block.inputs.items() if declared.default is None or port in into]
-    inputs = {port: _HEAD + 10 + _ROW * i for i, port in enumerate(needed)}
-    outputs = {port: _HEAD + 10 + _ROW * i for i, port in enumerate(block.outputs)}
+    setting = block.setting(into)
+    head = _HEAD + (_SETTING if setting else 0)
+    inputs = {port: head + 10 + _ROW * i for i, port in enumerate(needed)}
+    outputs = {port: head + 10 + _ROW * i for i, port in enumerate(block.outputs)}
     driven: dict[str, int] = {}
     across = 0
     for parameter in sorted(port for port in into if port not in block.inputs):
@@ -202,9 +204,10 @@ def _shape(graph: Picture, name: str, wired: _Wired) -> Shape:
         (_width(port, 11) for port in outputs), default=0
     )
     kind = block.kind + "  " * bool(_rate(graph, name)) + _rate(graph, name)
-    width = max(_width(name, 13, bold=True) + 20, _width(kind, 11) + 20, sides + 34, across + 10, 80)
+    words = max(_width(name, 13, bold=True), _width(kind, 11), _width(setting, 11))
+    width = max(words + 20, sides + 34, across + 10, 80)
     labels = (_width(_unit(block.outputs[port]), 10) + 4 + 14 * (port in probed) for port in used)
-    height = _HEAD + _ROW * max(len(inputs), len(outputs), 1) + 10 + (_FOOT - 10 if driven else 0)
+    height = head + _ROW * max(len(inputs), len(outputs), 1) + 10 + (_FOOT - 10 if driven else 0)
     return Shape(
         -(-width // 10) * 10, height, inputs, outputs, driven, max(labels, default=0), bool(probed), block.noise
     )
@@ -230,6 +233,8 @@ def _block(graph: Picture, name: str, shape: Shape, spot: Spot, wired: _Wired) -
     extra = f'<tspan class="rate" dx="6">{_text(rate)}</tspan>' if rate else ""
     kind = f"{_text(block.kind)}{extra}"
     yield f'<text class="soft" x="{middle:g}" y="{y + 33}" text-anchor="middle">{kind}</text>'
+    if setting := block.setting(wired.into[name]):
+        yield f'<text class="setting" x="{middle:g}" y="{y + 49}" text-anchor="middle">{_text(setting)}</text>'
     probed, used = wired.probed[name], {*shape.inputs, *wired.used[name]}
     for ports, on_right in ((shape.inputs, spot.mirrored), (shape.outputs, not spot.mirrored)):
         at, anchor = (right - 8, ' text-anchor="end"') if on_right else (x + 8, "")
@@ -266,10 +271,12 @@ def _block_tooltip(graph: Picture, name: str, drivers: Mapping[str, str]) -> str
     for parameter, declared in block.parameters.items():
         value = block.values[parameter]
         unit = _unit(declared)
-        text = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
         if parameter in drivers:
             lines.append(f"{parameter}: driven by {drivers[parameter]}")
+        elif declared.kind in (float, int):
+            lines.append(f"{parameter} = {in_print(value, short_unit(declared.unit), 6)}")
         else:
+            text = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
             lines.append(f"{parameter} = {text} {unit}".rstrip())
     return "\n".join(line for line in lines if line)
 

@@ -1,7 +1,7 @@
 """A graph for a diagram: a subgraph is one box with the ports that it exports and those that wires reach."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -10,6 +10,8 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.names import Missing, find_any
@@ -28,6 +30,20 @@ class Box:
     continuous: bool = False  # never a subgraph: there may be blocks of both sorts inside
     noise: bool = False
     subgraph: bool = False
+
+    def setting(self, driven: Collection[str]) -> str:
+        """Return the first number of a block that is set to other than its default, with its unit; empty without one.
+
+        A subgraph shows none, and a parameter that a wire drives has none.
+        """
+        for name, parameter in self.parameters.items():
+            value = self.values[name]
+            number = parameter.kind in (float, int) and value != parameter.default and not self.subgraph
+            if number and name not in driven:
+                shown = in_print(value, short_unit(parameter.unit), 6)
+                said = name in (self.kind.lower(), f"{parameter.unit}s")  # already, by the kind or the unit
+                return shown if said else f"{name} {shown}"
+        return ""
 
 
 class Picture(NamedTuple):

@@ -6,6 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
+from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
@@ -112,13 +113,13 @@ class BlockTables:
         except ModelError as error:
             self.problems += error.problems
             return
-        for each in names:
-            self.doubtful.discard(each)
-            note_line(self.place, ("blocks", each), path)
+        for copy in names:
+            self.doubtful.discard(copy)
+            note_line(self.place, ("blocks", copy), path)
             if "rate" in table:
-                note_line(self.place, ("blocks", each, "rate"), (*path, "rate"))
-                self.rates[each] = table["rate"]
-            self.blocks[each] = part
+                note_line(self.place, ("blocks", copy, "rate"), (*path, "rate"))
+                self.rates[copy] = table["rate"]
+            self.blocks[copy] = part
 
     def _names(self, name: str, table: dict[str, Any], tables: Mapping[str, object]) -> Iterator[str]:
         count = table.get("count")
@@ -132,12 +133,12 @@ class BlockTables:
             self.named = False
             return
         for number in range(1, count + 1):
-            each = f"{name}_{number}"
-            if each in tables:
-                hint = f"rename [blocks.{each}]: {key} makes {name}_1 to {name}_{count}"
+            copy = f"{name}_{number}"
+            if copy in tables:
+                hint = f"rename [blocks.{copy}]: {key} makes {name}_1 to {name}_{count}"
                 message = "there is another block of that name"
-                self._refuse(Problem(message=message, key=key, got=each, hint=hint), *path)
-            yield each
+                self._refuse(Problem(message=message, key=key, got=copy, hint=hint), *path)
+            yield copy
 
     def _limit(self, name: str, part: Graph, count: int) -> None:
         self.inside += part.size.blocks * count
@@ -197,7 +198,7 @@ class BlockTables:
         if kind not in self.kinds:
             self.kinds[kind] = find(kind, self.own) if len(kind) <= TEXT_LENGTH else None
         if self.kinds[kind] is None:
-            near = did_you_mean(kind[:TEXT_LENGTH], all_blocks(self.own), "the kinds")
+            near = kind_hint(kind[:TEXT_LENGTH], all_blocks(self.own), bool(self.own))
             hint = f"{near} `proofmass blocks` shows them all"
             message = "there is no such kind of block"
             self._refuse(Problem(message=message, key=f"{key}.kind", got=shown(kind), hint=hint), *path, "kind")
@@ -212,18 +213,18 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
         message = f"a text of over {TEXT_LENGTH} characters"
         raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
     problems = [_unknown(kind, name, key) for key in values if key not in kind.parameters]
-    made = None
+    block = None
     try:
-        made = kind(**{key: value for key, value in values.items() if key in kind.parameters})
+        block = kind(**{key: value for key, value in values.items() if key in kind.parameters})
     except ModelError as error:
         for problem in error.problems:
             where = (*path, *problem.path)
             problems.append(replace(problem, key=".".join(where), path=where))
     except (ArithmeticError, ValueError) as error:
         problems.append(Problem(message=f"its parameters cannot be read: {error}", key=f"blocks.{name}", path=path))
-    if problems or made is None:
+    if problems or block is None:
         raise ModelError(problems)
-    return made
+    return block
 
 
 def _has_long_text(value: object) -> bool:
@@ -263,16 +264,16 @@ def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, obj
 
 def _misplaced(name: str, part: Graph, key: str) -> str:
     """What to do about a key of a subgraph that is no parameter it exports; empty where it is one."""
-    known = exported(flatten(part))
-    if key in known:
-        if not isinstance(known[key][1], Port):
+    exports = exported(flatten(part))
+    if key in exports:
+        if not isinstance(exports[key][1], Port):
             return ""
         return f'{key} is a port: connect it in wires, as in "{name}.{key} -> block.input", or the other way round'
     if key in TOP_KEYS and key not in PART_KEYS:
         return f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
     if key in part.values or is_value(part, part.exports.get(key, key)):
         return ""
-    names = [*(n for n, (_, what) in known.items() if not isinstance(what, Port)), *part.values, *PART_KEYS]
+    names = [*(n for n, (_, what) in exports.items() if not isinstance(what, Port)), *part.values, *PART_KEYS]
     return (
         did_you_mean(key, names, "its values and the parameters that it exports")
         + ' One inside: "block.parameter" = ...'

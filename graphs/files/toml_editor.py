@@ -20,14 +20,14 @@ def edited(text: str, changes: Mapping[str, float | str], file: str = "<text>") 
     that is. Raises `ModelError`, with the line, where a parameter is written in a way that cannot be edited.
     """
     lines = text.split("\n")
-    wanted = tomllib.loads(text)
+    tables = tomllib.loads(text)
     for key, value in changes.items():
         block, parameter = split(key)
         written = f'"{value}"' if isinstance(value, str) else repr(float(value))
         _set(lines, block, parameter, written, file)
-        wanted["blocks"][block][parameter] = value
+        tables["blocks"][block][parameter] = value
     result = "\n".join(lines)
-    if _parsed(result) != wanted:
+    if _parsed(result) != tables:
         problem = Problem(message="cannot be edited in place", file=file, hint="write every parameter on its own line")
         raise ModelError([problem])
     return result

@@ -1,13 +1,15 @@
 """A graph from a TOML file, with the line of every problem. Nothing in the file is evaluated, imported or fetched."""
 
 import tomllib
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
+from proofmass.graphs.files.library import LIBRARY, library_files
 from proofmass.graphs.files.locate_keys import LimitError, locate_keys
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
@@ -17,6 +19,8 @@ from proofmass.graphs.model.hints import syntax_hint
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 from proofmass.graphs.model.values import read_values
+
+_COMPARED = 1000  # files of a folder
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
@@ -51,7 +55,8 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
             data = file.read(FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise ModelError([Problem(message=f"cannot be read: {reason}", file=str(path))]) from None
+        problem = Problem(message=f"cannot be read: {reason}", file=str(path), hint=_others(path))
+        raise ModelError([problem]) from None
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -76,22 +81,22 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     reader.read(data.get("blocks", {}))
     reader.doubtful |= formulas.waiting
     problems += formulas.problems
-    given = {
+    settings = {
         "name": "",
         **{key: value for key, value in data.items() if key in TOP_KEYS and key not in ("blocks", "study")},
     }
     for key in ("wires", "probes"):
-        if not isinstance(given.get(key, []), list):
-            got, hint = shown(given.pop(key)), f"{key} is a list of texts in square brackets"
+        if not isinstance(settings.get(key, []), list):
+            got, hint = shown(settings.pop(key)), f"{key} is a list of texts in square brackets"
             problems.append(Problem(message="must be a list", key=key, got=got, hint=hint, path=(key,)))
-    _note_wires(place, given.get("wires", []))
-    if isinstance(given.get("formulas", {}), dict):
-        all_formulas = {**formulas.formulas, **given.get("formulas", {})}
+    _note_wires(place, settings.get("wires", []))
+    if isinstance(settings.get("formulas", {}), dict):
+        all_formulas = {**formulas.formulas, **settings.get("formulas", {})}
         doubtful = reader.doubtful
-        given["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
+        settings["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
     graph = None
     try:
-        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **given)
+        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **settings)
     except ModelError as error:
         problems += error.problems
     if graph is not None and not problems and reader.problems and reader.named and depth == 0:
@@ -122,6 +127,21 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         line = int(rest.partition(",")[0]) if word == "line" else len(texts)
         hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
         raise _refused(file, line, f"not TOML: {message}", hint) from None
+
+
+def _others(path: Path) -> str:
+    """Return a file like the one that is not there: one of its folder, or of the library."""
+    if path.exists():
+        return ""
+    if path.name in library_files():
+        return f"one of this name comes along: {LIBRARY}{path.stem}"
+    if not path.parent.is_dir():
+        return f"there is no folder {path.parent}"
+    near = nearest(path.stem, (file.stem for file in islice(path.parent.glob("*.toml"), _COMPARED)))
+    if near:
+        return f"did you mean {path.with_name(near + '.toml')}?"
+    own = nearest(path.stem, (Path(name).stem for name in library_files()))
+    return f"did you mean {LIBRARY}{own}?" if own else ""
 
 
 def _refused(file: str, line: int, message: str, hint: str = "") -> ModelError:

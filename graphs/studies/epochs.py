@@ -34,12 +34,12 @@ class Recalibration:
 
     def at(self, ages: tuple[float, ...], interval: float) -> tuple[bool, ...]:
         """Per epoch, whether its run calibrates: the first, and each an interval or more after the last that did."""
-        last, found = -math.inf, list[bool]()
+        last, calibrated = -math.inf, list[bool]()
         for age in ages:
-            due = bool(self.carried) and (not found or age - last >= interval * (1.0 - _SLACK))
+            due = bool(self.carried) and (not calibrated or age - last >= interval * (1.0 - _SLACK))
             last = age if due else last
-            found.append(due)
-        return tuple(found)
+            calibrated.append(due)
+        return tuple(calibrated)
 
     def text(self) -> list[str]:
         """What decides over the bits of a run, a line each."""

@@ -177,11 +177,11 @@ class Study:
         for signal, value in self.settings(values).items():
             name, parameter = split(signal)
             changes.setdefault(name, {})[parameter] = value
-        made = {}
+        blocks = {}
         for name, changed in changes.items():
             block = self.flat.blocks[name]
-            made[name] = type(block)(**({p: getattr(block, p) for p in type(block).parameters} | changed))
-        return made
+            blocks[name] = type(block)(**({p: getattr(block, p) for p in type(block).parameters} | changed))
+        return blocks
 
     def text(self) -> str:
         """Everything that decides over the bits of a run, a line each: what a ledger compares."""

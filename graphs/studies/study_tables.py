@@ -116,18 +116,18 @@ class StudyTables:
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
         """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
-        made: dict[str, Entry] = {}
+        entries: dict[str, Entry] = {}
         for key, entry in self._entries(table, given):
             name = self._flat_name(key)
             try:
                 unit = self._unit_of(key, name)
-                if name in made:
+                if name in entries:
                     raise Refusal("the parameter is named twice")
-                made[name] = read(entry, unit)
+                entries[name] = read(entry, unit)
                 self.written.setdefault(name, key)
             except Refusal as error:
                 self._refuse(error, table, key)
-        return MappingProxyType(made)
+        return MappingProxyType(entries)
 
     def ages(self, given: object) -> tuple[float, ...]:
         """Ages in seconds; a study without epochs looks at new sensors."""
@@ -178,7 +178,7 @@ class StudyTables:
 
     def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
         """Limits of measures."""
-        made: dict[str, Limit] = {}
+        limits: dict[str, Limit] = {}
         for name, entry in self._entries("limits", given):
             try:
                 unit = self._unit(name)
@@ -193,20 +193,20 @@ class StudyTables:
                 limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
                 if limit.at_least > limit.at_most:
                     raise Refusal("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
-                made[name] = limit
+                limits[name] = limit
             except Refusal as error:
                 self._refuse(error, "limits", name)
-        return MappingProxyType(made)
+        return MappingProxyType(limits)
 
     def stop(self, given: object) -> Mapping[str, float]:
         """Half widths of confidence intervals, each in the unit of its measure."""
-        made: dict[str, float] = {}
+        widths: dict[str, float] = {}
         for name, entry in self._entries("stop", given):
             try:
-                made[name] = read_quantity({name: entry}, name, self._unit(name), at_least=0.0)
+                widths[name] = read_quantity({name: entry}, name, self._unit(name), at_least=0.0)
             except Refusal as error:
                 self._refuse(error, "stop", *(() if error.key else (name,)))
-        return MappingProxyType(made)
+        return MappingProxyType(widths)
 
     def design(self, given: object, spread: Mapping[str, Spread]) -> str:
         """How sensors are drawn."""

@@ -47,7 +47,7 @@ def _signal(options: dict[str, Any]) -> Any:
 
 
 @click.command()
-@file_argument("source")
+@file_argument("source", library=True)
 @click.option("--window", default="", help="Window (default: hann of the density, blackman-harris-7 of the tone).")
 @click.option(
     "--segment",
@@ -77,7 +77,7 @@ def spectrum(**options: Any) -> int:
 
 
 @click.command()
-@file_argument("source")
+@file_argument("source", library=True)
 @plot_option("picture", "Draw the deviation")
 @click.option("--tau", metavar="TIME", help="Say how long to record to know the deviation at this averaging time.")
 @click.option(

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.catalog import all_blocks, facts, find
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.other_names import kind_hint
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -25,7 +26,7 @@ def show_blocks(kind: str | None, own_file: Path | None, as_json: bool) -> int:
         return DONE
     block = find(kind, own)
     if block is None:
-        hint = did_you_mean(kind, all_blocks(own), "the kinds")
+        hint = kind_hint(kind, all_blocks(own), bool(own))
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
     if as_json:
         print_json(facts(block))

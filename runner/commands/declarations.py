@@ -190,7 +190,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
 
 
 @cli.command()
-@file_argument("source")
+@file_argument("source", library=True)
 @click.option("--temperature", metavar="COLUMN", help="Name the column, or signal of a graph, of the temperature.")
 @click.option("--output", metavar="COLUMN", help="Name the column, or signal of a graph, that depends on it.")
 @click.option("--offset", type=float, default=0.0, show_default=True, help="Subtract this from the output first.")
@@ -242,7 +242,7 @@ def fit(**options: Any) -> int:
 
 
 @cli.command()
-@file_argument("study")
+@file_argument("study", library=True)
 @click.option("--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors (default: as the study says).")
 @seed_option("the study")
 @engine_option(studies=True)

@@ -23,6 +23,7 @@ def live(**options: Any) -> int:
     proofmass live sensor.toml
     proofmass live sensor.toml --no-browser
     """
+    # start-up time: NumPy and LLVM
     from proofmass.runner.commands.live_command import LiveRequest, serve_live
 
     return serve_live(LiveRequest(**options))

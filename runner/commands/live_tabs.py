@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.output.live.session import Answer, Tabs
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
 
 def margins_tab(graph: Graph) -> Answer:
     """Margins of every loop, with Bode, Nyquist and step response."""
+    # start-up time: analyses and matplotlib, of which a page without this tab needs nothing
     from proofmass.runner.analysis.margins.plot import plot_margins
     from proofmass.runner.analysis.margins.stability import all_margins
     from proofmass.runner.commands.margins_text import margins_text
@@ -23,7 +25,7 @@ def margins_tab(graph: Graph) -> Answer:
 
 def noise_tab(graph: Graph) -> Answer:
     """The noise budget of each scalar signal that is probed."""
-    from proofmass.blocks.declaration.problem import ModelError
+    # start-up time: as above
     from proofmass.runner.analysis.noise.budget import noise
     from proofmass.runner.analysis.noise.plot import plot_noise
     from proofmass.runner.commands.noise_command import noise_text
@@ -43,6 +45,7 @@ def noise_tab(graph: Graph) -> Answer:
 
 
 def _picture(figure: "Figure", name: str) -> str:
+    # start-up time: matplotlib
     from proofmass.runner.output.page import picture
 
     return picture(figure, name)

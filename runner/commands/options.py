@@ -6,6 +6,8 @@ from typing import Any, Protocol, TypeVar
 
 import click
 
+from proofmass.blocks.declaration.problem import did_you_mean
+from proofmass.graphs.files.library import LIBRARY, library_files
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.run.engine_table import engine_choices
 
@@ -18,10 +20,25 @@ class Decorator(Protocol):
     def __call__(self, function: _Function, /) -> _Function: ...
 
 
+class LibraryFile(click.Path):
+    """A file, or one of the packaged library by its name: `library:NAME`, whose `.toml` may be left out."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path of the file."""
+        if not str(value).startswith(LIBRARY):
+            return super().convert(value, param, ctx)
+        name, files = str(value).removeprefix(LIBRARY), library_files()
+        found = files.get(name) or files.get(f"{name}.toml")
+        if found is None:
+            stems = [Path(file).stem for file in files]
+            self.fail(f"there is no such graph: {name}; {did_you_mean(name, stems, 'the library')}", param, ctx)
+        return found
+
+
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
-graph_argument = click.argument("graph", type=_FILE)
+graph_argument = click.argument("graph", type=LibraryFile(dir_okay=False, path_type=Path))
 blocks_option = click.option(
     "--blocks",
     "own",
@@ -79,6 +96,6 @@ def plot_option(name: str, help_text: str) -> Decorator:
     return click.option("--plot", name, type=_FILE, metavar="FILE", help=f"{help_text}: .svg, .png or .pdf.")
 
 
-def file_argument(name: str) -> Decorator:
-    """Return an argument that is a file."""
-    return click.argument(name, type=_FILE)
+def file_argument(name: str, library: bool = False) -> Decorator:
+    """Return an argument that is a file, or one of the library."""
+    return click.argument(name, type=LibraryFile(dir_okay=False, path_type=Path) if library else _FILE)

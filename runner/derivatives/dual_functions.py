@@ -60,23 +60,23 @@ def _copy(
     function: types.FunctionType, copies: dict[Any, Any], replaced: Mapping[Any, Callable[..., Any]]
 ) -> Callable[..., Any]:
     """A copy whose globals are filled afterwards, since functions may call themselves."""
-    found: dict[str, Any] = {"__builtins__": builtins}
-    made = types.FunctionType(function.__code__, found, function.__name__, function.__defaults__, function.__closure__)
-    made.__kwdefaults__ = function.__kwdefaults__
-    copies[function] = made
+    names: dict[str, Any] = {"__builtins__": builtins}
+    copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
+    copy.__kwdefaults__ = function.__kwdefaults__
+    copies[function] = copy
     for name in _names(function.__code__):
         value = function.__globals__.get(name, getattr(builtins, name, None))
         if value is math:
-            found[name] = dual_math
+            names[name] = dual_math
         elif isinstance(value, Callable) and value in replaced:  # type: ignore[arg-type]
-            found[name] = replaced[value]
+            names[name] = replaced[value]
         elif isinstance(value, types.ModuleType):
-            found[name] = _Module(value, replaced)
+            names[name] = _Module(value, replaced)
         elif isinstance(value, types.FunctionType):
-            found[name] = copies[value] if value in copies else _copy(value, copies, replaced)
+            names[name] = copies[value] if value in copies else _copy(value, copies, replaced)
         elif name in function.__globals__:
-            found[name] = value
-    return made
+            names[name] = value
+    return copy
 
 
 class _Module:

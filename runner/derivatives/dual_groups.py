@@ -36,12 +36,12 @@ class DualStages(Stages):
 
     def states(self, x: Any) -> dict[str, Any]:
         """The states of all blocks; dual numbers stay what they are."""
-        made, place = {}, 0
+        states, place = {}, 0
         for name, state, kinds in self._states:
             values = zip(kinds, x[place : place + len(kinds)], strict=True)
-            made[name] = state(*(v if isinstance(v, Dual) else kind(v) for kind, v in values))
+            states[name] = state(*(v if isinstance(v, Dual) else kind(v) for kind, v in values))
             place += len(kinds)
-        return made
+        return states
 
     def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
         given = dual_parameters(self._plan, name, self._by_parameters)

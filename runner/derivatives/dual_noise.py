@@ -36,11 +36,11 @@ def _moving(plan: Plan) -> set[str]:
     readers: dict[str, set[str]] = {}
     for (name, _), (source, _) in plan.schedule.drivers.items():
         readers.setdefault(source, set()).add(name)
-    found, new = set[str](), own
+    moving, new = set[str](), own
     while new:
-        found |= new
-        new = {reader for name in new for reader in readers.get(name, ())} - found
-    return found
+        moving |= new
+        new = {reader for name in new for reader in readers.get(name, ())} - moving
+    return moving
 
 
 def _given(plan: Plan, name: str) -> Iterator[Binding]:

@@ -21,18 +21,18 @@ PARAMETERS, SIGNALS = 0, 1  # levels of the dual numbers
 
 def differentiated(plan: Plan) -> Plan:
     """The plan in dual numbers, a direction for each parameter, `"block.parameter"` or `"block.parameter[2]"`."""
-    given = {name: dual_parameters(plan, name, True) for name in plan.blocks}
+    parameters = {name: dual_parameters(plan, name, True) for name in plan.blocks}
     constants, starts, buffers = dict(plan.constants), dict(plan.starts), dict(plan.buffers)
     for name, block in plan.blocks.items():
         if name in plan.digital:
             continue  # its coefficients are rounded to registers: they have no derivative
         try:
             if not plan.is_driven(name):
-                constants[name] = dual_constants(block, given[name], plan.block_period(name))
+                constants[name] = dual_constants(block, parameters[name], plan.block_period(name))
             if "start" in type(block).functions:
                 filled = {b: list(buffers[name, b]) for b in type(block).buffers}
                 start = type(block).functions["start"]
-                made = for_duals(start.function)(given[name], *(filled[b] for b in start.arguments))
+                made = for_duals(start.function)(parameters[name], *(filled[b] for b in start.arguments))
                 starts[name] = _typed(made)
                 buffers |= {(name, b): tuple(values) for b, values in filled.items()}
         except (ArithmeticError, ValueError, TypeError, AttributeError) as error:
@@ -58,19 +58,21 @@ def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
 def dual_constants(block: Block, parameters: Any, period: float) -> Any:
     """As `constants_of`, for parameters that may be dual numbers; integers among the constants are plain counts."""
     if "constants" in type(block).functions:
-        made = _typed(for_duals(type(block).functions["constants"].function)(parameters, period))
+        constants = _typed(for_duals(type(block).functions["constants"].function)(parameters, period))
     else:
         kind = type(block).parameters_class()
-        made = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
+        constants = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
     counts = [
-        name for name, kind in made.__annotations__.items() if kind is int and isinstance(getattr(made, name), Dual)
+        name
+        for name, kind in constants.__annotations__.items()
+        if kind is int and isinstance(getattr(constants, name), Dual)
     ]
     if counts:
         read = {name: getattr(parameters, name) for name in type(block).parameters}
         known = {n: tuple(map(plain, v)) if isinstance(v, tuple) else plain(v) for n, v in read.items()}
         counted = constants_of(block, types.SimpleNamespace(**known), period)
-        made = made._replace(**{name: getattr(counted, name) for name in counts})
-    return made
+        constants = constants._replace(**{name: getattr(counted, name) for name in counts})
+    return constants
 
 
 def _typed(values: Any) -> Any:

@@ -102,13 +102,13 @@ class DualTicks(Interpreter):
 
     def _driven(self, name: str) -> Callable[[int], Any]:
         block, drivers, wires = self.filled.blocks[name], self.filled.schedule.drivers, self._memory.wires
-        given = dual_parameters(self.filled, name, self._by_parameters)
+        parameters = dual_parameters(self.filled, name, self._by_parameters)
         driven = [parameter for parameter in type(block).parameters if (name, parameter) in drivers]
         period = self.filled.block_period(name)
 
         def compute(tick: int) -> Any:
-            vars(given).update({parameter: wires[drivers[name, parameter]] for parameter in driven})
-            return dual_constants(block, given, period)
+            vars(parameters).update({parameter: wires[drivers[name, parameter]] for parameter in driven})
+            return dual_constants(block, parameters, period)
 
         return compute
 

@@ -33,21 +33,21 @@ def function_formats(
     """
     kind = type(block)
     first = next(iter(inspect.signature(behaviour.function).parameters))
-    found = {first: constants, "return": None}
+    formats = {first: constants, "return": None}
     for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
         match meaning:
             case Meaning.STATE:
-                found[argument] = state_formats(block, ranges)
+                formats[argument] = state_formats(block, ranges)
             case Meaning.PARAMETERS:
-                found[argument] = Constant(block)
+                formats[argument] = Constant(block)
             case Meaning.TICK:
-                found[argument] = int
+                formats[argument] = int
             case Meaning.OUT:
-                found[argument] = port_formats(block, kind.outputs[name])
+                formats[argument] = port_formats(block, kind.outputs[name])
             case Meaning.BUFFER:
-                found[argument] = port_formats(block, kind.buffers[argument], ranges)
+                formats[argument] = port_formats(block, kind.buffers[argument], ranges)
             case Meaning.INPUT:
-                found[argument] = port_formats(block, kind.inputs[argument], ranges)
+                formats[argument] = port_formats(block, kind.inputs[argument], ranges)
             case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
                 hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
                 message = f"{argument} is a floating-point number, and the block works in fixed point"
@@ -56,10 +56,10 @@ def function_formats(
                 assert_never(meaning)
     if behaviour is kind.output_functions.get(name):
         port = kind.outputs[name]
-        found["return"] = None if port.shape else port_formats(block, port)
+        formats["return"] = None if port.shape else port_formats(block, port)
     elif name in ("update", "start"):
-        found["return"] = state_formats(block)
-    return found
+        formats["return"] = state_formats(block)
+    return formats
 
 
 def port_formats(block: Block, port: Port | BufferPort, ranges: Mapping[str, Format] = NO_RANGES) -> Formats:

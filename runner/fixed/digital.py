@@ -78,11 +78,11 @@ class DigitalBlock:
 def digital_block(name: str, block: Block, period: float, *, wide: bool = False) -> DigitalBlock:
     """The block called `name` in its graph; raises `ModelError` for what is wider than 64 bits, unless it may be."""
     try:
-        made = _prepared(block, period)
+        constants = _prepared(block, period)
         if not wide:
-            for step in made.steps.values():
+            for step in constants.steps.values():
                 _ = step.code
-        return made
+        return constants
     except ModelError as error:
         path = ("blocks", name)
         raise ModelError([replace(p, key=f"blocks.{name}.{p.key}", path=path) for p in error.problems]) from error
@@ -128,11 +128,11 @@ def _constants_class(kind: str, fields: tuple[str, ...]) -> Any:
 def _registers(block: Block, constants: Any) -> dict[str, Formats]:
     """Formats of the constants that have one, by field; of a tuple of values one for each."""
     said = type(block).functions["formats"].function(block)
-    found: dict[str, Formats] = {}
+    registers: dict[str, Formats] = {}
     for field, value in () if constants is block else constants._asdict().items():
         if f"c.{field}" in said or "c" in said:
             if isinstance(value, FixedValue):
-                found[field] = format_of(block, f"c.{field}")
+                registers[field] = format_of(block, f"c.{field}")
             elif isinstance(value, tuple) and value and all(isinstance(each, FixedValue) for each in value):
-                found[field] = (format_of(block, f"c.{field}"),) * len(value)
-    return found
+                registers[field] = (format_of(block, f"c.{field}"),) * len(value)
+    return registers

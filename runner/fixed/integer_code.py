@@ -174,14 +174,14 @@ def _shifts_too_far(operation: Operation, always: dict[Operation, Interval]) -> 
 
 
 def _above(operation: Operation) -> set[Operation]:
-    found: set[Operation] = set()
+    above: set[Operation] = set()
     todo = list(operation.operands)
     while todo:
         each = todo.pop()
-        if each not in found:
-            found.add(each)
+        if each not in above:
+            above.add(each)
             todo += each.operands
-    return found
+    return above
 
 
 def _refuse(operation: Operation, name: str) -> None:

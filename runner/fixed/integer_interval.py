@@ -91,9 +91,9 @@ def _bits(interval: Interval, place: int, held: tuple[bool, ...], *, is_sign: bo
     """Bits that a number of the interval may have in a place, and whether each bound still holds it then."""
     at_low, at_high = held
     low, high = ((end >> place) & 1 for end in interval)
-    found = []
+    ends = []
     for bit in (0, 1):
         order, first, last = (1 - bit, 1 - low, 1 - high) if is_sign else (bit, low, high)
         if (not at_low or order >= first) and (not at_high or order <= last):
-            found.append((bit, at_low and bit == low, at_high and bit == high))
-    return found
+            ends.append((bit, at_low and bit == low, at_high and bit == high))
+    return ends

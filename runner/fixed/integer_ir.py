@@ -110,14 +110,14 @@ class Program:
 
     def live(self, results: Iterable[Operation]) -> list[Operation]:
         """The operations that the results depend on, operands first."""
-        found: set[Operation] = set()
+        live: set[Operation] = set()
         todo = list(results)
         while todo:
             operation = todo.pop()
-            if operation not in found:
-                found.add(operation)
+            if operation not in live:
+                live.add(operation)
                 todo += operation.operands
-        return sorted(found, key=lambda operation: operation.number)
+        return sorted(live, key=lambda operation: operation.number)
 
     def _operation(
         self, kind: OperationName, operands: tuple[Operation, ...], low: int, high: int, name: str = ""

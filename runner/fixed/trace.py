@@ -67,11 +67,11 @@ def trace(
         values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
         with counting_overflows(refusals=refusals) as overflows:
             result = function(**values)
-        found = []
+        results = []
         for name, value in {"return": result, **{name: values[name] for name in buffers}}.items():
             raw = storer(formats.get(name), name, tracer.storing)(value)
-            found += [mantissa for _, mantissa in mantissas(formats.get(name), raw, name)]
-        return [tracer.operation(value) for value in (*found, overflows.total, overflows.lost, overflows.refused)]
+            results += [mantissa for _, mantissa in mantissas(formats.get(name), raw, name)]
+        return [tracer.operation(value) for value in (*results, overflows.total, overflows.lost, overflows.refused)]
 
     operations = tracer.follow(run)
     texts = [text for _, text in leaves(formats.get("return"), "return")]

@@ -27,6 +27,7 @@ p { margin: .5rem 0; max-width: 46rem; }
 .soft, small { color: var(--soft); }
 .warning { border-left: .3rem solid var(--orange); padding: .3rem .8rem; background: var(--panel); }
 .wide { overflow-x: auto; }
+@media screen { .wide svg.proofmass { max-width: none; } }
 .wide svg { display: block; max-width: 100%; height: auto; margin: 0 auto; }
 @media screen { .picture { min-width: 36rem; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }

@@ -9,6 +9,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
@@ -26,7 +27,7 @@ from proofmass.runner.output.page import (
     small,
     table,
 )
-from proofmass.runner.output.plot import plot_traces, prefix, pretty
+from proofmass.runner.output.plot import plot_traces
 from proofmass.runner.run.engine_table import ENGINES
 from proofmass.runner.run.result import Result
 

@@ -17,11 +17,11 @@ def constants_of(block: Block, parameters: Any, period: float) -> Any:
     if "constants" in kind.functions:
         form = constants_form(kind, compiled=False)
         function = kind.functions["constants"].function if form is None or form.problems else form.function
-        made = function(parameters, period)
+        constants = function(parameters, period)
     else:
         record: Any = kind.parameters_class()
-        made = record(*(getattr(parameters, name) for name in record._fields))
-    return typed(made)
+        constants = record(*(getattr(parameters, name) for name in record._fields))
+    return typed(constants)
 
 
 def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:

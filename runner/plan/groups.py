@@ -75,24 +75,24 @@ def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
 
 def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
     """Outputs that follow from the time alone, in order: their value in the next tick is known in this one."""
-    found: dict[Endpoint, None] = {}
+    sources: dict[Endpoint, None] = {}
     for node in outputs_of(schedule.order):
         follows = _analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
-        if follows and all(before in found for before in _needs(graph, schedule, node)):
-            found[node] = None
-    return tuple(found)
+        if follows and all(before in sources for before in _needs(graph, schedule, node)):
+            sources[node] = None
+    return tuple(sources)
 
 
 def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Endpoint, ...]:
     """Outputs of sources that ramps follow from, in order: they are known one tick ahead."""
     left: list[Step] = [node for group in groups for node in group.ramps]
-    wanted = set[Step]()
+    needed_steps = set[Step]()
     while left:
         node = left.pop()
-        if node not in wanted:
-            wanted.add(node)
+        if node not in needed_steps:
+            needed_steps.add(node)
             left += _needs(graph, schedule, node)
-    return tuple(node for node in outputs_of(schedule.order) if node in wanted)
+    return tuple(node for node in outputs_of(schedule.order) if node in needed_steps)
 
 
 class _Wiring:
@@ -119,14 +119,14 @@ class _Wiring:
     def needed(self, blocks: Iterable[str]) -> set[Step]:
         """Everything that the derivatives and events of blocks depend on within an instant, and its inputs."""
         left = [node for name in blocks for node in self._of_block(name)]
-        found = set[Step]()
+        needed_steps = set[Step]()
         while left:
             node = left.pop()
-            if node not in found:
-                found.add(node)
+            if node not in needed_steps:
+                needed_steps.add(node)
                 if node in self.moving:
                     left += _needs(self.graph, self.schedule, node)
-        return found
+        return needed_steps
 
     def _of_block(self, name: str) -> Iterator[Step]:
         block = self.graph.blocks[name]

@@ -48,8 +48,8 @@ def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]
     `units` of a netCDF variable; without one the numbers are taken to be in the unit of the block.
     """
     block = graph.blocks[name]
-    wanted = {buffer: declared.recorded for buffer, declared in type(block).buffers.items() if declared.recorded}
-    if not wanted:
+    quantities = {buffer: declared.recorded for buffer, declared in type(block).buffers.items() if declared.recorded}
+    if not quantities:
         return {}
     file = str(getattr(block, "file", ""))
     path = Path(graph.root.place.folder) / file
@@ -70,7 +70,7 @@ def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]
             path=("blocks", name, error.parameter),
         )
         raise ModelError([problem if error.line else graph.placed(problem)]) from None
-    return {buffer: read[quantity] for buffer, quantity in wanted.items()}
+    return {buffer: read[quantity] for buffer, quantity in quantities.items()}
 
 
 _kept: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {}
@@ -238,13 +238,13 @@ def numbers(column: Column) -> list[float]:
 
 def _converted(column: Column, unit: str) -> list[float]:
     values = numbers(column)
-    given = column.unit or unit
+    stated = column.unit or unit
     try:
-        if not same_dimension(given, unit):
+        if not same_dimension(stated, unit):
             raise RecordingError(
-                f"column {column.name} is in {given}, which is no {unit}", hint=f"set the unit to {given}"
+                f"column {column.name} is in {stated}, which is no {unit}", hint=f"set the unit to {stated}"
             )
-        factor = convert_exactly(f"1 {given}", unit)
+        factor = convert_exactly(f"1 {stated}", unit)
     except UnitError as error:
         raise RecordingError(f"column {column.name}: {error}", hint=error.hint) from None
     if factor.numerator == 1:  # milli, micro: divided, each number is rounded once

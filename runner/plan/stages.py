@@ -106,34 +106,34 @@ class Stages:
 
     def states(self, x: Sequence[float]) -> dict[str, Any]:
         """The states of all blocks as they declare them."""
-        made, place = {}, 0
+        states, place = {}, 0
         for name, state, kinds in self._states:
-            made[name] = state(*[kind(v) for kind, v in zip(kinds, x[place : place + len(kinds)], strict=True)])
+            states[name] = state(*[kind(v) for kind, v in zip(kinds, x[place : place + len(kinds)], strict=True)])
             place += len(kinds)
-        return made
+        return states
 
     def _known(self, context: Context, time: float, x: Sequence[float]) -> list[Any]:
         """Everything that the functions of the blocks are given at an instant, each in its place."""
-        known: list[Any] = [None] * len(self._places)
-        known[0] = time
+        values: list[Any] = [None] * len(self._places)
+        values[0] = time
         for name in self.group.members:
-            self._keep(known, ConstantsOf(name), context.constants[name])
+            self._keep(values, ConstantsOf(name), context.constants[name])
         for name, state in self.states(x).items():
-            self._keep(known, State(name), state)
+            self._keep(values, State(name), state)
         inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
         for node, slope in zip(self.group.ramps, context.slopes, strict=True):
             inputs[node] = inputs[node] + slope * (time - context.start)
         inputs |= zip(self.group.guesses, context.guesses, strict=True)
         for node, value in inputs.items():
-            self._keep(known, Wire(node), value)
+            self._keep(values, Wire(node), value)
         for place, default in self._defaults.items():
-            known[place] = default
+            values[place] = default
         for call in self._nodes:
             if call.result not in self._torn:
-                known[call.result] = self._called(call, known)
+                values[call.result] = self._called(call, values)
             elif call.result == self._torn[call.result][0][0]:
-                self._solve(call, known)
-        return known
+                self._solve(call, values)
+        return values
 
     def _solve(self, first: _Call, known: list[Any]) -> None:
         """Solve the loop with that first tear."""

@@ -33,11 +33,11 @@ def plan(graph: Graph, *, wide: bool = False) -> Plan:
     flat = flatten(graph)
     flat, order = with_measures(flat, scheduled(flat))
     wired = Wired(graph=flat, schedule=order, blocks=flat.blocks)
-    made, problems = _made(wired, flat.blocks, wide)
+    prepared, problems = _made(wired, flat.blocks, wide)
     if problems:
         raise ModelError([flat.placed(problem) for problem in problems])
-    filled = Filled(graph=flat, schedule=order, blocks=flat.blocks, **_numbers_of(made)._asdict())
-    as_set = {name: block.as_set for name, block in made.items() if block.digital is None}
+    filled = Filled(graph=flat, schedule=order, blocks=flat.blocks, **_numbers_of(prepared)._asdict())
+    as_set = {name: block.as_set for name, block in prepared.items() if block.digital is None}
     solvers = find_solvers(filled, as_set, lambda: Outputs(filled, flat.seed).first_tick())
     largest: dict[VectorOf, tuple[float, ...]] = {
         solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance
@@ -97,7 +97,7 @@ class _Numbers(NamedTuple):
 
 def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dict[str, _Made], list[Problem]]:
     """Constants, starts and buffers of some blocks of a plan."""
-    made, problems = dict[str, _Made](), list[Problem]()
+    prepared, problems = dict[str, _Made](), list[Problem]()
     drivers = planned.schedule.drivers
     for name in names:
         block = planned.blocks[name]
@@ -106,7 +106,7 @@ def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dic
             if kind.has_formats():
                 traced = digital_block(name, block, planned.block_period(name), wide=wide)
                 held = {(name, b): values for b, values in traced.buffers.items()}
-                made[name] = _Made(None, traced.constants, traced.start, held, traced)
+                prepared[name] = _Made(None, traced.constants, traced.start, held, traced)
                 continue
             as_set = constants_of(block, block, planned.block_period(name))
             if not all(map(math.isfinite, _numbers(as_set or ()))):
@@ -131,16 +131,16 @@ def _made(planned: Wired, names: Iterable[str], wide: bool = False) -> tuple[dic
         else:
             driven = any((name, p) in drivers for p in kind.parameters)
             buffers = {(name, b): tuple(values) for b, values in filled.items()}
-            made[name] = _Made(as_set, Driven() if driven else as_set, begin, buffers)
-    return made, problems
+            prepared[name] = _Made(as_set, Driven() if driven else as_set, begin, buffers)
+    return prepared, problems
 
 
-def _numbers_of(made: Mapping[str, _Made]) -> _Numbers:
+def _numbers_of(prepared: Mapping[str, _Made]) -> _Numbers:
     return _Numbers(
-        constants={name: block.constants for name, block in made.items()},
-        starts={name: block.start for name, block in made.items()},
-        buffers={node: held for block in made.values() for node, held in block.buffers.items()},
-        digital={name: block.digital for name, block in made.items() if block.digital is not None},
+        constants={name: block.constants for name, block in prepared.items()},
+        starts={name: block.start for name, block in prepared.items()},
+        buffers={node: held for block in prepared.values() for node, held in block.buffers.items()},
+        digital={name: block.digital for name, block in prepared.items() if block.digital is not None},
     )
 
 
@@ -159,13 +159,13 @@ def _zeros(block: Block, buffer: str) -> list[float]:
     return [zero] * math.prod(shape_of(block, declared))
 
 
-def _probe(made: Wired, signal: str, node: Endpoint, every: int) -> PlannedProbe:
-    block = made.blocks[node[0]]
+def _probe(wired: Wired, signal: str, node: Endpoint, every: int) -> PlannedProbe:
+    block = wired.blocks[node[0]]
     port = type(block).outputs[node[1]]
     return PlannedProbe(
         signal,
         node,
-        made.stride(node) * every,
+        wired.stride(node) * every,
         held_as(port.dtype),
         shape_of(block, port),
         unit_of(block, port),

@@ -74,11 +74,11 @@ class _Choice:
         fastest = self._fastest()
         if method == "auto":
             method = self._chosen(fastest)
-        wanted = self._substeps(fastest, EXPLICIT["runge_kutta_4" if method == "radau" else method].order)
-        if method == "runge_kutta_4" and wanted > MOST_SUBSTEPS:
+        substeps = self._substeps(fastest, EXPLICIT["runge_kutta_4" if method == "radau" else method].order)
+        if method == "runge_kutta_4" and substeps > MOST_SUBSTEPS:
             hint = 'choose method = "radau", a lower accuracy or a higher rate'
-            raise self._refused(f"needs {wanted:.3g} sub-steps in each tick", hint)
-        return method, min(wanted, STIFF) if method == "radau" else wanted
+            raise self._refused(f"needs {substeps:.3g} sub-steps in each tick", hint)
+        return method, min(substeps, STIFF) if method == "radau" else substeps
 
     def _chosen(self, fastest: float) -> str:
         """An explicit method, of higher order for many steps; an implicit one where stability would ask for many."""

@@ -140,7 +140,7 @@ class Outputs:
     def _driven(self, name: str) -> Callable[[int], Any]:
         """Constants made anew from the wires that drive parameters."""
         block, drivers = self.filled.blocks[name], self.filled.schedule.drivers
-        made = type(block).parameters_class()
+        parameters = type(block).parameters_class()
         period = self.filled.block_period(name)
         bounded = [
             (p, declared, drivers[name, p])
@@ -154,9 +154,9 @@ class Outputs:
                     raise TickError(f"{name}.{parameter}", tick, OutOfBoundsError(self._memory.wires[driver]))
             values = (
                 self._memory.wires[drivers[name, p]] if (name, p) in drivers else getattr(block, p)
-                for p in made._fields  # type: ignore[attr-defined]
+                for p in parameters._fields  # type: ignore[attr-defined]
             )
-            return constants_of(block, made(*values), period)
+            return constants_of(block, parameters(*values), period)
 
         return compute
 

@@ -94,19 +94,19 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, kept:
     """A recorder that goes on behind the first rows in a folder; a file of rows is not copied."""
     path = _trace(folder, probe.signal)
     if not streamed:
-        made = Recorder(probe, rows, None)
-        made.keep(np.load(path)[:kept])
-        return made
+        writer = Recorder(probe, rows, None)
+        writer.keep(np.load(path)[:kept])
+        return writer
     aside = path.with_suffix(".kept")
     path.replace(aside)
-    made = Recorder(probe, rows, folder)
+    writer = Recorder(probe, rows, folder)
     head = path.read_bytes()
     with aside.open("r+b") as file:
         file.write(head)  # of the whole run: that of the interrupted run told fewer rows
         file.truncate(len(head) + _bytes(probe, kept))
     aside.replace(path)
-    made.count = kept
-    return made
+    writer.count = kept
+    return writer
 
 
 def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
@@ -127,13 +127,13 @@ def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     }
 
 
-def _changed(folder: Path, kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> ModelError:
-    if kept["graph"] != wanted["graph"]:
-        before, now = _lines(kept["graph"]), _lines(wanted["graph"])
+def _changed(folder: Path, stored: Mapping[str, Any], current: Mapping[str, Any]) -> ModelError:
+    if stored["graph"] != current["graph"]:
+        before, now = _lines(stored["graph"]), _lines(current["graph"])
         got, expected = (", ".join(line for line in a if line not in b) for a, b in ((now, before), (before, now)))
         return _refused(folder, "the graph changed since the checkpoint", got, expected)
-    name = next(name for name in wanted if kept[name] != wanted[name])
-    shown = (str(wanted[name]), str(kept[name])) if isinstance(wanted[name], int) else ("", "")
+    name = next(name for name in current if stored[name] != current[name])
+    shown = (str(current[name]), str(stored[name])) if isinstance(current[name], int) else ("", "")
     return _refused(folder, f"{name} changed since the checkpoint", *shown)
 
 

@@ -218,14 +218,14 @@ class Result:
             row: dict[str, Any] = {"signal": trace.signal, "unit": trace.unit, "rows": len(trace.values)}
             if trace.values.ndim > 1:
                 row["entries"] = trace.entries
-            found = trace.statistics
-            if found:
-                mean, std = _of_all_entries(found, len(trace.values))
+            numbers = trace.statistics
+            if numbers:
+                mean, std = _of_all_entries(numbers, len(trace.values))
                 row |= {
                     "mean": mean,
                     "std": std,
-                    "min": float(found.lowest.min()),
-                    "max": float(found.highest.max()),
+                    "min": float(numbers.lowest.min()),
+                    "max": float(numbers.highest.max()),
                     "last": trace.values[-1].tolist(),
                 }
             rows.append(row)
@@ -248,14 +248,14 @@ def _bytes(values: Array) -> bytes:
     return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
 
 
-def _of_all_entries(found: Statistics, rows: int) -> tuple[float, float]:
+def _of_all_entries(entries: Statistics, rows: int) -> tuple[float, float]:
     """Mean and standard deviation, with n - 1, of a vector over its rows and entries together."""
-    if found.mean.size == 1:
-        return float(found.mean.mean()), float(found.std.mean())
+    if entries.mean.size == 1:
+        return float(entries.mean.mean()), float(entries.std.mean())
     with np.errstate(over="ignore", invalid="ignore"):
-        mean = found.mean.mean()
-        squares = (rows - 1) * found.std**2 + rows * (found.mean - mean) ** 2
-        return float(mean), float(np.sqrt(squares.sum() / max(rows * found.mean.size - 1, 1)))
+        mean = entries.mean.mean()
+        squares = (rows - 1) * entries.std**2 + rows * (entries.mean - mean) ** 2
+        return float(mean), float(np.sqrt(squares.sum() / max(rows * entries.mean.size - 1, 1)))
 
 
 class Recorder:

@@ -187,16 +187,16 @@ def _loop(
                     name_fault(planned, run.seed, run.noise, before(), last)
             except TickError as fault:
                 raise RunError(failed(planned, fault)) from fault.__cause__
-            taken = time.perf_counter() - began
+            seconds = time.perf_counter() - began
             try:
                 for probe, values in zip(planned.probes, rows, strict=True):
                     recorders[probe.signal].keep(values)
             except OSError as error:
                 return done, before(), error
             done = last
-            if taken < CHUNK_SECONDS / 2:
+            if seconds < CHUNK_SECONDS / 2:
                 chunk = min(2 * chunk, largest)
-            elif taken > 2 * CHUNK_SECONDS:
+            elif seconds > 2 * CHUNK_SECONDS:
                 chunk = max(chunk // 2, 1)
         if progress:
             progress(done, total)

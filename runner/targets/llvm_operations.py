@@ -34,38 +34,40 @@ def templates(lanes: int = 0) -> dict[str, Template]:
     """Every operation on scalars, or on vectors of so many lanes."""
     f, i, t = (_type(kind, lanes) for kind in (FLOAT, INTEGER, TRUTH))
     suffix = f"v{lanes}" if lanes else ""
-    made = {name: Template(f"%s = {op} {f} %s, %s") for name, op in _FLOAT_BINARY.items()}
-    made |= {name: Template(f"%s = {op} {i} %s, %s") for name, op in _INTEGER_BINARY.items()}
-    made |= {name: Template(f"%s = {op} {t} %s, %s") for name, op in _TRUTH_BINARY.items()}
-    made |= {name: Template(f"%s = fcmp {how} {f} %s, %s") for name, how in _FLOAT_COMPARED.items()}
-    made |= {name: Template(f"%s = icmp {how} {i} %s, %s") for name, how in _INTEGER_COMPARED.items()}
+    templates_by_name = {name: Template(f"%s = {op} {f} %s, %s") for name, op in _FLOAT_BINARY.items()}
+    templates_by_name |= {name: Template(f"%s = {op} {i} %s, %s") for name, op in _INTEGER_BINARY.items()}
+    templates_by_name |= {name: Template(f"%s = {op} {t} %s, %s") for name, op in _TRUTH_BINARY.items()}
+    templates_by_name |= {name: Template(f"%s = fcmp {how} {f} %s, %s") for name, how in _FLOAT_COMPARED.items()}
+    templates_by_name |= {name: Template(f"%s = icmp {how} {i} %s, %s") for name, how in _INTEGER_COMPARED.items()}
     for name, intrinsic in _INTRINSIC.items():
         symbol = f"@llvm.{intrinsic}.{suffix}f64"
-        made[name] = Template(f"%s = call {f} {symbol}({f} %s)", (f"declare {f} {symbol}({f})",))
+        templates_by_name[name] = Template(f"%s = call {f} {symbol}({f} %s)", (f"declare {f} {symbol}({f})",))
     symbol = f"@llvm.copysign.{suffix}f64"
-    made["copy_sign"] = Template(f"%s = call {f} {symbol}({f} %s, {f} %s)", (f"declare {f} {symbol}({f}, {f})",))
-    made["negate"] = Template(f"%s = fneg {f} %s")
-    made["not"] = Template(f"%s = xor {t} %s, {splat(TRUTH, 'true', lanes)}")
-    made["float_of_integer"] = Template(f"%s = sitofp {i} %s to {f}")
-    made["integer_of_truth"] = Template(f"%s = zext {t} %s to {i}")
-    made["float_of_truth"] = Template(f"%s = uitofp {t} %s to {f}")
-    made["bits_of_float"] = Template(f"%s = bitcast {f} %s to {i}")
-    made["float_of_bits"] = Template(f"%s = bitcast {i} %s to {f}")
-    return made | _helped(f, i, t, suffix, lanes)
+    templates_by_name["copy_sign"] = Template(
+        f"%s = call {f} {symbol}({f} %s, {f} %s)", (f"declare {f} {symbol}({f}, {f})",)
+    )
+    templates_by_name["negate"] = Template(f"%s = fneg {f} %s")
+    templates_by_name["not"] = Template(f"%s = xor {t} %s, {splat(TRUTH, 'true', lanes)}")
+    templates_by_name["float_of_integer"] = Template(f"%s = sitofp {i} %s to {f}")
+    templates_by_name["integer_of_truth"] = Template(f"%s = zext {t} %s to {i}")
+    templates_by_name["float_of_truth"] = Template(f"%s = uitofp {t} %s to {f}")
+    templates_by_name["bits_of_float"] = Template(f"%s = bitcast {f} %s to {i}")
+    templates_by_name["float_of_bits"] = Template(f"%s = bitcast {i} %s to {f}")
+    return templates_by_name | _helped(f, i, t, suffix, lanes)
 
 
 def _helped(f: str, i: str, t: str, suffix: str, lanes: int) -> dict[str, Template]:
     """Operations of several instructions; none is undefined for any operands."""
-    made = {}
+    templates_by_name = {}
     for name, intrinsic in {"add": "sadd", "subtract": "ssub", "multiply": "smul"}.items():
         symbol, pair = f"@llvm.{intrinsic}.with.overflow.{suffix}i64", f"{{ {i}, {t} }}"
         lines = (f"%both = call {pair} {symbol}({i} %a, {i} %b)", f"%out = extractvalue {pair} %both, 1")
         own = _function(f"{name}_overflows", t, (i, i), lines, lanes)
-        made[f"{name}_overflows"] = own._replace(needs=(f"declare {pair} {symbol}({i}, {i})", *own.needs))
+        templates_by_name[f"{name}_overflows"] = own._replace(needs=(f"declare {pair} {symbol}({i}, {i})", *own.needs))
     for name, instruction in {"shift_left": "shl", "shift_right": "ashr"}.items():
         lines = (f"%count = and {i} %b, {splat(INTEGER, '63', lanes)}", f"%out = {instruction} {i} %a, %count")
-        made[name] = _function(name, i, (i, i), lines, lanes)
-    made["integer_of_float"] = _function(
+        templates_by_name[name] = _function(name, i, (i, i), lines, lanes)
+    templates_by_name["integer_of_float"] = _function(
         "integer_of_float", i, (f,), (f"%cut = fptosi {f} %a to {i}", f"%out = freeze {i} %cut"), lanes
     )
     one, zero, minus = (splat(INTEGER, number, lanes) for number in ("1", "0", "-1"))
@@ -79,7 +81,7 @@ def _helped(f: str, i: str, t: str, suffix: str, lanes: int) -> dict[str, Templa
         f"%some = icmp ne {i} %left, {zero}",
         f"%low = and {t} %apart, %some",
     )
-    made["modulo"] = _function(
+    templates_by_name["modulo"] = _function(
         "modulo",
         i,
         (i, i),
@@ -94,8 +96,8 @@ def _helped(f: str, i: str, t: str, suffix: str, lanes: int) -> dict[str, Templa
         f"%opposite = icmp eq {i} %b, {minus}",
         f"%out = select {t} %opposite, {i} %other, {i} %down",
     )
-    made["floor_divide"] = _function("floor_divide", i, (i, i), (*guarded, *quotient), lanes)
-    return made
+    templates_by_name["floor_divide"] = _function("floor_divide", i, (i, i), (*guarded, *quotient), lanes)
+    return templates_by_name
 
 
 def _function(name: str, result: str, kinds: tuple[str, ...], lines: tuple[str, ...], lanes: int) -> Template:

@@ -59,22 +59,24 @@ class CompiledLoop:
     ) -> None:
         self.plan, self.seed, self.run = plan, seed, run
         compiled = compiled or CompiledPlan(plan)
-        made = self._written = compiled.written
+        written = self._written = compiled.written
         self._loop = compiled.loop
         memory = memory or start(plan)
         self.tick = memory.tick
         self._counted = [name for name in plan.digital if name in memory.overflows]
-        self._constants = _arrays(made.constants, compiled.constant_values(plan))
-        self._state = _arrays(made.memory, {key: moving(memory, key) for key in made.memory.kinds})
+        self._constants = _arrays(written.constants, compiled.constant_values(plan))
+        self._state = _arrays(written.memory, {key: moving(memory, key) for key in written.memory.kinds})
         self._vectors = {
             node: np.array(memory.vector(node), dtype=dtype_of(kind))
-            for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
+            for node, kind in zip(written.vectors, written.vector_kinds, strict=True)
         }
-        self._scratch = np.full(made.scratch + 1, np.nan)  # what nothing has been computed from yet
-        states = [made.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states]
+        self._scratch = np.full(written.scratch + 1, np.nan)  # what nothing has been computed from yet
+        states = [
+            written.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
+        ]
         integrated = [place for kind, place in states if kind is float]
-        self._watched = [*integrated, made.memory.counts[FLOATS]]  # places of `state_numbers`
-        self._refused = made.memory.counts[INTEGERS]  # place of `state_integers`
+        self._watched = [*integrated, written.memory.counts[FLOATS]]  # places of `state_numbers`
+        self._refused = written.memory.counts[INTEGERS]  # place of `state_integers`
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""

@@ -33,17 +33,17 @@ class CompiledLanes:
     def __init__(self, plan: Plan, varied: Collection[Endpoint], lanes: int) -> None:
         self.plan, self.lanes = plan, lanes
         self.settled = settled_before(plan, varied)  # blocks of which a run brings constants, start and buffers
-        made = self.written = write_tick(plan, varied, lanes=True)
-        self.loop = load_lanes(made.program, lanes, _differing(plan, made, varied, self.settled))
+        written = self.written = write_tick(plan, varied, lanes=True)
+        self.loop = load_lanes(written.program, lanes, _differing(plan, written, varied, self.settled))
         memory = start(plan)
-        self.constants = _rows(made.constants, made.constant_values, lanes)
-        self.state = _rows(made.memory, {key: moving(memory, key) for key in made.memory.kinds}, lanes)
-        named = zip(made.vectors, made.vector_kinds, strict=True)
+        self.constants = _rows(written.constants, written.constant_values, lanes)
+        self.state = _rows(written.memory, {key: moving(memory, key) for key in written.memory.kinds}, lanes)
+        named = zip(written.vectors, written.vector_kinds, strict=True)
         self.vectors = {node: self._vector(memory, node, kind) for node, kind in named}
         integrated = [
-            made.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
+            written.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
         ]
-        self.watched = [place for kind, place in integrated if kind is float] + [made.memory.counts[FLOATS]]
+        self.watched = [place for kind, place in integrated if kind is float] + [written.memory.counts[FLOATS]]
 
     @property
     def size(self) -> int:
@@ -110,12 +110,12 @@ class Lanes:
 
     def _settle(self, group: int, lane: int, plan: Plan) -> None:
         """Constants, start and buffers of the blocks that are settled before a run."""
-        memory, made = start(plan), self._compiled.written
+        memory, written = start(plan), self._compiled.written
         for name in self._compiled.settled:
             for given, value in block_values(plan, name).items():
-                kind, place = made.constants.kinds[given]
+                kind, place = written.constants.kinds[given]
                 self._constants[array_of(kind)][group, place, lane] = value
-            for key, (kind, place) in made.memory.kinds.items():
+            for key, (kind, place) in written.memory.kinds.items():
                 if key.block == name:
                     self._state[array_of(kind)][group, place, lane] = moving(memory, key)
             for node, rows in self._vectors.items():

@@ -64,19 +64,19 @@ def _sections(code: bytes) -> Iterator[tuple[int, bytes, bytes]]:
 
 def _names(code: bytes) -> dict[str, int]:
     """Numbers of functions by the names that the section for linkers has of them."""
-    found: dict[str, int] = {}
+    names: dict[str, int] = {}
     for kind, _, body in _sections(code):
         if kind != _CUSTOM:
             continue
         length, at = _unsigned(body, 0)
         if body[at : at + length] == b"linking":
-            found |= _symbols(body, at + length)
-    return found
+            names |= _symbols(body, at + length)
+    return names
 
 
 def _symbols(body: bytes, at: int) -> dict[str, int]:
     """Functions of a symbol table that are defined in the module."""
-    found: dict[str, int] = {}
+    symbols: dict[str, int] = {}
     _, at = _unsigned(body, at)  # the version
     while at < len(body):
         kind, at = body[at], at + 1
@@ -85,9 +85,9 @@ def _symbols(body: bytes, at: int) -> dict[str, int]:
             count, entry = _unsigned(body, at)
             for _ in range(count):
                 symbol, entry = _symbol(body, entry)
-                found |= symbol
+                symbols |= symbol
         at += length
-    return found
+    return symbols
 
 
 def _symbol(body: bytes, at: int) -> tuple[dict[str, int], int]:

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.linalg
 
+from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
-from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE, prefix
+from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.runner.design.fit.fit import Fit, FitReport
-from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE, prefix, pretty
+from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE
 from proofmass.runner.run.result import Array
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 _FOLDER = Path(__file__).parent
 # each imports those before it
-_MODULES = ("engine", "figures", "worker", "charts", "controls", "view", "served", "page")
+_MODULES = ("engine", "figures", "worker", "charts", "controls", "diagrams", "view", "served", "page")
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.mjs";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const))", re.MULTILINE)
 

@@ -6,14 +6,17 @@ by the functions of the blocks, and groups of continuous blocks keep the method 
 
 import base64
 import gzip
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.instance import format_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
@@ -62,6 +65,7 @@ class CarriedLoop:
             "probes": [_probe(probe) for probe in self.plan.probes],
             "measures": [self._measure(measure) for measure in self.plan.measures],
             "parameters": {".".join(node): self._place(node) for node in self.varied},
+            "wires": list(self._wires()),
             "watched": self._watched(),
             "refused": self.written.memory.counts[INTEGERS],
         }
@@ -87,6 +91,26 @@ class CarriedLoop:
         memory, solvers = self.written.memory, self.plan.solvers
         states = [memory.kinds[StateField(*state)] for solver in solvers for state in solver.group.states]
         return [*(place for kind, place in states if kind is float), memory.counts[FLOATS]]
+
+    def _wires(self) -> Iterator[dict[str, Any]]:
+        """The scalar wires of the graph by the names of their sources there, and where they stand."""
+        root, kinds = self.plan.graph.root, self.written.memory.kinds
+        for source in sorted({wire.source for wire in root.wires}):
+            name, port = split(inside(root, source))
+            known = kinds.get(WireOf(name, port))
+            if known is None:
+                continue
+            block = self.plan.blocks[name]
+            declared = type(block).outputs[port]
+            fraction = format_of(block, port).fraction if declared.dtype is FixedValue else 0
+            unit = unit_of(block, declared)
+            yield {
+                "name": source,
+                "unit": unit,
+                "integer": known[0] is not float,
+                "place": known[1],
+                "fraction": fraction,
+            }
 
     def _measure(self, measure: PlannedMeasure) -> dict[str, Any]:
         kind, place = self.written.memory.kinds[WireOf(*measure.node)]

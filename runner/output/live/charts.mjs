@@ -22,11 +22,13 @@ export class Charts {
   /**
    * @param {HTMLElement} place @param {Probe[]} probes @param {Record<string, Scales>} units
    * @param {(range: [number, number] | null) => void} zoomed
+   * @param {(seconds: number) => void} looked  at a time, by a click
    */
-  constructor(place, probes, units, zoomed) {
+  constructor(place, probes, units, zoomed, looked) {
     this.place = place;
     this.units = units;
     this.zoomed = zoomed;
+    this.looked = looked;
     this.spectra = false;
     /** @type {Map<string, Chart>} */
     this.charts = new Map(probes.map((probe) => [probe.signal, new Chart(place, probe, this)]));
@@ -120,6 +122,10 @@ class Chart {
       },
     };
     this.plot = new uPlot(options, data, this.figure);
+    this.plot.over.addEventListener("click", () => {
+      const at = this.plot.cursor.left;
+      if (time && at >= 0) this.all.looked(this.plot.posToVal(at, "x"));
+    });
     this.plot.over.addEventListener("dblclick", () => time && this.all.zoomed(null));
   }
 

@@ -5,9 +5,10 @@
  *   fraction: number | null}} Probe
  * @typedef {{name: string, signal: string, statistic: string, unit: string, first: number, integer: boolean,
  *   place: number}} Measure
+ * @typedef {{name: string, unit: string, integer: boolean, place: number, fraction: number}} Wire
  * @typedef {{entry: string, module: string, own: number, image: string, imageLength: number,
  *   arrays: {at: number, length: number}[], rate: [number, number], probes: Probe[], measures: Measure[],
- *   parameters: Record<string, number>, watched: number[], refused: number}} Loop
+ *   parameters: Record<string, number>, wires: Wire[], watched: number[], refused: number}} Loop
  * @typedef {{probe: Probe, values: Float64Array | BigInt64Array | Uint8Array, rows: number, entries: number}} Trace
  * @typedef {{values: Record<string, number>, seed: string, run: number, ticks: number}} Settings
  */
@@ -31,6 +32,7 @@ export class Engine {
   /** @param {Loop} loop @param {WebAssembly.Module} module @param {Uint8Array} image */
   constructor(loop, module, image) {
     this.loop = loop;
+    this.module = module;
     this.image = image;
     const stack = aligned(aligned(loop.own) + STACK);
     this.base = stack;
@@ -51,6 +53,11 @@ export class Engine {
   static async open(loop) {
     const [code, image] = await Promise.all([unpacked(loop.module), unpacked(loop.image)]);
     return new Engine(loop, await WebAssembly.compile(code), image);
+  }
+
+  /** Another engine of the same loop, with a memory of its own. */
+  beside() {
+    return new Engine(this.loop, this.module, this.image);
   }
 
   /** Rows that a probe has after so many ticks. @param {Probe} probe @param {number} ticks */
@@ -120,6 +127,14 @@ export class Engine {
       const kind = kinds[/** @type {"float64"} */ (probe.type)];
       return { probe, rows, entries, values: new kind(this.memory.buffer, this.places[number], rows * entries) };
     });
+  }
+
+  /** What the wires hold after the last tick, by the name of their source. @returns {Record<string, number>} */
+  wires() {
+    const floats = this.floats(2), integers = this.integers(3);
+    const value = (/** @type {Wire} */ wire) =>
+      wire.integer ? Number(integers[wire.place]) * 2 ** -wire.fraction : floats[wire.place];
+    return Object.fromEntries(this.loop.wires.map((wire) => [wire.name, value(wire)]));
   }
 
   /** Values of the measures by name; NaN where the run ended before one began. @returns {Record<string, number>} */

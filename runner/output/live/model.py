@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.output.live.bundle import permission, plots, script, styles
 from proofmass.runner.output.live.carried import carried_loop
 from proofmass.runner.output.live.sliders import fixed_parameters, sliders
 from proofmass.runner.output.page import LivePart
-from proofmass.runner.output.plot import prefix
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
 
@@ -32,13 +32,19 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     loop = carried_loop(plan, [slider.node for slider in moving])
     taken = tuple(slider for slider in moving if slider.node in loop.varied)
     fixed = fixed_parameters(plan, taken)
-    units = {one.unit for one in taken} | {probe.unit for probe in plan.probes} | {made.unit for made in plan.measures}
+    carried = loop.as_data()
+    units = (
+        {one.unit for one in taken}
+        | {wire["unit"] for wire in carried["wires"]}
+        | {probe.unit for probe in plan.probes}
+        | {made.unit for made in plan.measures}
+    )
     return {
         "name": graph.name,
         "file": Path(graph.place.file or "graph.toml").name,
         "seed": str(graph.seed if seed is None else seed),
         "ticks": plan.ticks() if ticks is None else ticks,
-        "loop": loop.as_data(),
+        "loop": carried,
         "sliders": [slider.as_data() for slider in taken],
         "fixed": [one.as_data() for one in fixed],
         "units": {unit: _scales(unit) for unit in sorted(units)},

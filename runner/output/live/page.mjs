@@ -39,4 +39,5 @@ export function begin() {
   else if (place && carried?.textContent) new View(place, makeChannel).open(JSON.parse(carried.textContent));
 }
 
-begin();
+if (typeof document === "undefined" || document.readyState !== "loading") begin();
+else addEventListener("DOMContentLoaded", begin);

@@ -86,8 +86,8 @@ export class Served {
     document.title = message.model.name;
     const head = document.querySelector("h1");
     if (head) head.textContent = message.model.name;
-    this.view.open(message.model);
     this.diagram.replaceChildren(drawn(message.diagram));
+    this.view.open(message.model);
     this.bar.replaceChildren(...["", ...message.tabs].map((name) => this.tabButton(name)));
     this.showTab(message.tabs.includes(this.tab) ? this.tab : "");
   }

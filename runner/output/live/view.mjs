@@ -3,6 +3,7 @@
 import { Charts } from "./charts.mjs";
 import { Controls, asOptions, asToml, element } from "./controls.mjs";
 import { shown, ticksOf } from "./figures.mjs";
+import { Diagrams } from "./diagrams.mjs";
 
 /**
  * @typedef {{name: string, file: string, seed: string, ticks: number, loop: import("./engine.mjs").Loop,
@@ -90,8 +91,9 @@ export class View {
     for (const group of this.list.querySelectorAll("details")) group.open = open.has(group.querySelector("summary")?.textContent ?? "");
     Controls.filter(this.list, this.filter.value);
     this.charts?.remove();
-    this.charts = new Charts(this.plots, model.loop.probes, model.units, (range) => this.zoomTo(range));
+    this.charts = new Charts(this.plots, model.loop.probes, model.units, (range) => this.zoomTo(range), (time) => this.peek(time));
     this.show();
+    this.diagrams = new Diagrams(model.loop.wires, model.units);
     this.waiting = this.again = false;
     this.channel.postMessage({ kind: "open", loop: model.loop });
     this.run();
@@ -155,6 +157,15 @@ export class View {
     this.channel.postMessage({ kind: "view", view: this.view() });
   }
 
+  /** Show what the wires hold at a time. @param {number} seconds */
+  peek(seconds) {
+    const [top, bottom] = this.model?.loop.rate ?? [1, 1];
+    const tick = Math.floor((seconds * top) / bottom + 1e-6);
+    this.peeked = Math.min(Math.max(0, tick), this.ticks() - 1);
+    const settings = { values: this.state.values, seed: this.state.seed, run: 0, ticks: 0 };
+    this.channel.postMessage({ kind: "peek", tick: this.peeked, settings });
+  }
+
   /** @param {boolean} on */
   showSpectra(on) {
     this.spectra = on;
@@ -177,13 +188,18 @@ export class View {
     return { first, last, pixels: this.charts?.pixels ?? 600, spectra: this.spectra };
   }
 
+  /** Seconds of a tick. @param {number} tick */
+  timeOf(tick) {
+    const [top, bottom] = this.model?.loop.rate ?? [1, 1];
+    return (tick * bottom) / top;
+  }
+
   ticks() {
     return this.model ? (ticksOf(this.state.duration, this.model.loop.rate) ?? this.model.ticks) : 0;
   }
 
   seconds() {
-    const [top, bottom] = this.model?.loop.rate ?? [1, 1];
-    return (Math.max(0, this.ticks() - 1) * bottom) / top;
+    return this.timeOf(Math.max(0, this.ticks() - 1));
   }
 
   /** Wish for a run; while one is under way the newest wish waits for it, or ends it where it is long. */
@@ -204,6 +220,7 @@ export class View {
     if (message.kind === "failed") this.say(message.text, true);
     else if (message.kind === "progress") this.progress(message.part);
     else if (message.kind === "pictures") this.charts?.draw(message.pictures, this.spectra);
+    else if (message.kind === "peek") this.diagrams?.show(message.wires, this.timeOf(message.tick));
     else if (message.kind === "digest") this.bits.textContent = message.text && `SHA-256 of the traces: ${message.text}`;
     else if (message.kind === "done" && message.number === this.number) this.done(message);
   }
@@ -233,6 +250,7 @@ export class View {
       return;
     }
     this.bits.textContent = "";
+    if (this.peeked !== undefined) this.peek(this.timeOf(this.peeked));
     this.settling = setTimeout(() => this.channel.postMessage({ kind: "digest" }), SETTLED);
   }
 

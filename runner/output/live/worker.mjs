@@ -17,6 +17,8 @@ const CHUNK = 25; // milliseconds
 export function makeWorker(post) {
   /** @type {Engine | null} */
   let engine = null;
+  /** @type {Engine | null} */
+  let other = null; // of which wires are looked at, while the first one runs
   /** @type {Series[]} */
   let current = [];
   /** @type {Series[]} */
@@ -60,19 +62,19 @@ export function makeWorker(post) {
   }
 
   function pictures() {
-    return current.map((series, number) => {
-      const other = frozen.find((one) => one.trace.probe.signal === series.trace.probe.signal);
+    return current.map((series) => {
+      const before = frozen.find((one) => one.trace.probe.signal === series.trace.probe.signal);
       const { signal, shape } = series.trace.probe;
-      if (shape.length) return { signal, ...vector(series), frozen: other ? vector(other).y : null };
+      if (shape.length) return { signal, ...vector(series), frozen: before ? vector(before).y : null };
       if (view.spectra) {
-        const made = densities(series), before = other && densities(other);
-        return { signal, x: made?.x ?? [], y: made?.y ?? [], frozen: before?.y ?? null, frozenX: before?.x ?? null };
+        const made = densities(series), old = before && densities(before);
+        return { signal, x: made?.x ?? [], y: made?.y ?? [], frozen: old?.y ?? null, frozenX: old?.x ?? null };
       }
       const first = Math.max(0, Math.floor(view.first / series.period));
       const last = Math.min(series.rows, Math.ceil(view.last / series.period) + 1);
       const made = envelope(series.values, first, Math.max(first, last), view.pixels, series.period);
-      const before = other && envelope(other.values, first, Math.max(first, last), view.pixels, other.period);
-      return { signal, ...made, frozen: before?.y ?? null, frozenX: before?.x ?? null, number };
+      const old = before && envelope(before.values, first, Math.max(first, last), view.pixels, before.period);
+      return { signal, ...made, frozen: old?.y ?? null, frozenX: old?.x ?? null };
     });
   }
 
@@ -93,6 +95,7 @@ export function makeWorker(post) {
     try {
       if (wish.kind === "open") {
         engine = await Engine.open(wish.loop);
+        other = engine.beside();
         current = [];
         post({ kind: "opened" });
       } else if (wish.kind === "run") {
@@ -104,6 +107,10 @@ export function makeWorker(post) {
       } else if (wish.kind === "freeze") {
         frozen = wish.on ? current : [];
         post({ kind: "pictures", pictures: pictures() });
+      } else if (wish.kind === "peek" && other) {
+        other.begin({ ...wish.settings, ticks: wish.tick + 1 });
+        other.advance(wish.tick + 1);
+        post({ kind: "peek", tick: wish.tick, wires: other.wires() });
       } else if (wish.kind === "digest") {
         const number = newest;
         const traces = current.map(({ trace }) => trace);

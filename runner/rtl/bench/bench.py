@@ -37,7 +37,7 @@ def places(ports: Sequence[VerilogPort]) -> Iterator[tuple[VerilogPort, int]]:
 def _lines(machine: Machine, clocks: int) -> Iterator[str]:
     name, late = top_name(machine), machine.latency
     names = Names(_OWN)
-    found = {port.name: names.add(port.name) for port in machine.outputs}
+    outputs = {port.name: names.add(port.name) for port in machine.outputs}
     before, due, at = (f"if (n < {clocks}) ", f"n >= {late} && ", f"n - {late}") if late else ("", "", "n")
     yield "`timescale 1ns / 1ps"
     yield f"module {name}_bench;"
@@ -49,8 +49,8 @@ def _lines(machine: Machine, clocks: int) -> Iterator[str]:
     yield f"    reg [{_width(machine.outputs) - 1}:0] expected [0:{clocks - 1}];"
     yield f"    reg [{_width(machine.outputs) - 1}:0] awaited;"
     for port in machine.outputs:
-        yield f"    {declared('wire', port.word, found[port.name])};"
-    yield from _instance(machine, found)
+        yield f"    {declared('wire', port.word, outputs[port.name])};"
+    yield from _instance(machine, outputs)
     yield "    initial begin"
     if machine.inputs:
         yield f'        $readmemh("{name}_inputs.hex", stimuli);'
@@ -63,12 +63,12 @@ def _lines(machine: Machine, clocks: int) -> Iterator[str]:
     yield f"            awaited = expected[{at}];"
     yield "            #4;"
     for port, low in places(machine.outputs):
-        wire, place = found[port.name], _bits(port, low)
-        told = f"$signed(awaited{place})" if port.word.signed else f"awaited{place}"
+        wire, place = outputs[port.name], _bits(port, low)
+        expected = f"$signed(awaited{place})" if port.word.signed else f"awaited{place}"
         yield f"            if ({due}{wire} !== awaited{place}) begin"
         yield "                wrong = wrong + 1;"
         yield f"                if (wrong <= {SHOWN})"
-        yield f'                    $display("clock %0d: {port.name} is %0d, not %0d", n, {wire}, {told});'
+        yield f'                    $display("clock %0d: {port.name} is %0d, not %0d", n, {wire}, {expected});'
         yield "            end"
     yield "            #1 clock = 1; #5 clock = 0;"
     yield "        end"

@@ -72,9 +72,9 @@ def module_cost(module: Module) -> Cost:
 
 def machine_cost(machine: Machine) -> Cost:
     """Of all instances, the registers of nets, and the counters of the enables."""
-    kept = sum(net.word.width for net in machine.nets.values() if net.kept)
+    stored = sum(net.word.width for net in machine.nets.values() if net.kept)
     counters = sum(Word(0, last).width for _, _, last in machine.counters)
     late = sum(net.word.width * delay for net, delay in machine.delays.items())
     late += max((each.stage for each in machine.instances if each.module.registers), default=0)
-    nets = Cost(register_bits=kept + counters, pipeline_bits=late)
+    nets = Cost(register_bits=stored + counters, pipeline_bits=late)
     return sum((module_cost(each.module) for each in machine.instances), nets)

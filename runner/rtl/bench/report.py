@@ -36,9 +36,9 @@ _FOUND = {"simulations": "Simulations", "proofs": "Proofs", "resources": "Resour
 
 
 def report_data(
-    graph: Graph, machine: Machine, vectors: int, found: Mapping[str, Mapping[str, Any]] | None = None
+    graph: Graph, machine: Machine, vectors: int, resources: Mapping[str, Mapping[str, Any]] | None = None
 ) -> dict[str, Any]:
-    """The report as plain data; `vectors` are the clocks of the test bench, `found` is by the keys of `_FOUND`."""
+    """The report as plain data; `vectors` are the clocks of the test bench, `resources` is by the keys of `_FOUND`."""
     data = {
         "graph": graph.name,
         "graph_hash": graph_hash(graph),
@@ -63,7 +63,7 @@ def report_data(
         "modules": [_module(module) for module in machine.modules],
         "cost": machine_cost(machine).as_data(),
     }
-    return data | dict(found or {})
+    return data | dict(resources or {})
 
 
 def save_report(graph: Graph, data: Mapping[str, Any], folder: Path) -> list[Path]:

@@ -91,13 +91,13 @@ def play(simulator: Simulator, machine: Machine, files: Mapping[str, str]) -> Pl
         if commands.build:
             _run(simulator, commands.build, folder)
         started = time.perf_counter()
-        said = _run(simulator, commands.run, folder, may_fail=True)
+        output = _run(simulator, commands.run, folder, may_fail=True)
         seconds = time.perf_counter() - started
-    ends = _ENDS.search(said)
+    ends = _ENDS.search(output)
     if ends is None:
-        raise ModelError([Problem(message=f"{simulator} did not play the bench to its end", got=_last_error(said))])
+        raise ModelError([Problem(message=f"{simulator} did not play the bench to its end", got=_last_error(output))])
     passed, wrong, clocks = ends.groups()
-    return Played(simulator, int(passed or clocks), int(wrong or 0), _first(machine, said), seconds)
+    return Played(simulator, int(passed or clocks), int(wrong or 0), _first(machine, output), seconds)
 
 
 def _first(machine: Machine, said: str) -> Difference | None:

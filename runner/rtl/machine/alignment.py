@@ -39,12 +39,12 @@ def _loop(path: str, before: Mapping[str, set[str]]) -> list[str]:
     ways = [[path]]
     seen: set[str] = set()
     for way in ways:
-        for each in sorted(before[way[-1]]):
-            if each == path:
+        for follower in sorted(before[way[-1]]):
+            if follower == path:
                 return [*way, path]
-            if each not in seen:
-                seen.add(each)
-                ways.append([*way, each])
+            if follower not in seen:
+                seen.add(follower)
+                ways.append([*way, follower])
     return []
 
 

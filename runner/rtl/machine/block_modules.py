@@ -41,18 +41,18 @@ class BlockModules:
         return {path: named[id(self._made[path])] for path in self.paths}
 
     def _module(self, path: str) -> Module:
-        made = self._made.get(path)
-        if made is _UNDER_WAY:
+        module = self._made.get(path)
+        if module is _UNDER_WAY:
             message = "integers go round in a loop, and their range cannot be told"
             self._refuse(path, message, "let a FixedValue go round: its format is the range")
-        if made is None:
+        if module is None:
             self._made[path] = _UNDER_WAY
             try:
-                made = self._made[path] = self._new(path)
+                module = self._made[path] = self._new(path)
             finally:
                 if self._made[path] is _UNDER_WAY:
                     del self._made[path]
-        return made
+        return module
 
     def _new(self, path: str) -> Module:
         planned, block = self.planned, self.planned.blocks[path]
@@ -65,22 +65,22 @@ class BlockModules:
         if key not in self._shared:
             buffers = {name: list(map(int, planned.buffers[path, name])) for name in kind.buffers}
             try:
-                made = make_module(path, block, constants, planned.starts[path], buffers, ranges)
+                module = make_module(path, block, constants, planned.starts[path], buffers, ranges)
             except ModelError as error:
                 at = ("blocks", path)
                 raise ModelError([replace(p, key=f"blocks.{path}.{p.key}", path=at) for p in error.problems]) from error
-            self._shared[key] = made
+            self._shared[key] = module
         return self._shared[key]
 
     def _ranges(self, path: str) -> dict[str, Word]:
         """Of its plain integer inputs."""
-        found = {}
+        ranges = {}
         for name, port in type(self.planned.blocks[path]).inputs.items():
             if port.dtype is int:
                 source = self.planned.schedule.drivers.get((path, name))
                 default = int(port.default or 0)
-                found[name] = Word(default, default) if source is None else self._range(source)
-        return found
+                ranges[name] = Word(default, default) if source is None else self._range(source)
+        return ranges
 
     def _range(self, source: Endpoint) -> Word:
         """Of a plain integer output: what its operations can give, or what a format says."""
@@ -88,14 +88,14 @@ class BlockModules:
         if source[0] in self.paths:
             words = [port.word for port in entries(self._module(source[0]).outputs, source[1])]
             return Word(min(word.low for word in words), max(word.high for word in words))
-        said = type(block).functions["formats"].function(block) if "formats" in type(block).functions else {}
-        if source[1] not in said:
+        formats = type(block).functions["formats"].function(block) if "formats" in type(block).functions else {}
+        if source[1] not in formats:
             self._refuse(
                 source[0],
                 f"how many bits {'.'.join(source)} has is not said",
                 f'formats of the block may say it: return {{"{source[1]}": Fixed(12)}}',
             )
-        return Word(said[source[1]].lowest, said[source[1]].highest)
+        return Word(formats[source[1]].lowest, formats[source[1]].highest)
 
     def _refuse(self, path: str, message: str, hint: str) -> NoReturn:
         raise ModelError([Problem(message=message, key=f"blocks.{path}", hint=hint, path=("blocks", path))])

@@ -51,7 +51,7 @@ def fits_hardware(block: Block) -> bool:
 
 def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
     able = digital_blocks(planned)
-    chosen = {name: [each for each in able if each == name or each.startswith(f"{name}.")] for name in only or able}
+    chosen = {name: [path for path in able if path == name or path.startswith(f"{name}.")] for name in only or able}
     problems = []
     for name in sorted(name for name, found in chosen.items() if not found):
         expected = "a block whose ports and state are integers, truth values or fixed-point values"
@@ -69,7 +69,7 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
         problems.append(planned.graph.placed(problem))
     if problems:
         raise ModelError(problems)
-    return sorted({each for found in chosen.values() for each in found})
+    return sorted({path for found in chosen.values() for path in found})
 
 
 class _Composer:

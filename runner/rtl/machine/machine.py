@@ -71,12 +71,12 @@ class Machine:
     @cached_property
     def delays(self) -> Mapping[Net, int]:
         """How many registers follow a net, for those that take it later than it is there."""
-        found: dict[Net, int] = {}
+        delays: dict[Net, int] = {}
         taken = [(net, each.stage) for each in self.instances for net in each.inputs.values() if isinstance(net, Net)]
         for net, stage in [*taken, *((self.nets[port.text], self.latency) for port in self.outputs)]:
             if stage > net.stage:
-                found[net] = max(found.get(net, 0), stage - net.stage)
-        return found
+                delays[net] = max(delays.get(net, 0), stage - net.stage)
+        return delays
 
     @cached_property
     def clocked(self) -> bool:
@@ -98,11 +98,11 @@ class Machine:
     @cached_property
     def counters(self) -> tuple[tuple[int, int, int], ...]:
         """What makes the enable of each stride: (stride, the longest shorter one that divides it, last count)."""
-        found = []
+        counters = []
         for stride in self.strides:
             over = max(each for each in (1, *self.strides) if each < stride and stride % each == 0)
-            found.append((stride, over, stride // over - 1))
-        return tuple(found)
+            counters.append((stride, over, stride // over - 1))
+        return tuple(counters)
 
     @property
     def single(self) -> bool:

@@ -95,14 +95,14 @@ def make_module(
     Raises `ModelError`, with the line of Python, for what cannot become hardware.
     """
     held = list(_held(block, start, buffers))
-    known: dict[str, Format] = {text: Within(word.low, word.high) for text, word in ranges.items()}
-    known |= _integer_ranges(name, block, constants, held, known)
-    steps = _traced(block, constants, known, Program())
+    narrowed: dict[str, Format] = {text: Within(word.low, word.high) for text, word in ranges.items()}
+    narrowed |= _integer_ranges(name, block, constants, held, narrowed)
+    steps = _traced(block, constants, narrowed, Program())
     names = Names(CLOCKING)
     inputs = tuple(
         VerilogPort(names.add(text), text, _word(format), unit_of(block, port), port.doc)
         for port in type(block).inputs.values()
-        for format, text in leaves(port_formats(block, port, known), port.name)
+        for format, text in leaves(port_formats(block, port, narrowed), port.name)
     )
     outputs, results = [], {}
     for port in type(block).outputs.values():
@@ -110,11 +110,11 @@ def make_module(
             outputs.append(VerilogPort(names.add(text), text, _word(format, operation), unit_of(block, port), port.doc))
             results[outputs[-1].name] = operation
     registers, following = [], {}
-    for each in held:
-        word = _word(known.get(each.whole, each.format))
+    for leaf in held:
+        word = _word(narrowed.get(leaf.whole, leaf.format))
         if word.low != word.high:
-            registers.append(Register(names.add(each.text), each.text, word, each.start))
-            following[registers[-1].name] = _following(steps, each.text, word)
+            registers.append(Register(names.add(leaf.text), leaf.text, word, leaf.start))
+            following[registers[-1].name] = _following(steps, leaf.text, word)
     made = Module(name, block, constants, inputs, tuple(outputs), tuple(registers), steps, results, following)
     _refuse_unknown(made)
     _ = made.pipeline
@@ -146,20 +146,20 @@ def _held(block: Block, start: Any, buffers: Mapping[str, Sequence[int]]) -> Ite
 
 
 def _integer_ranges(
-    name: str, block: Block, constants: Any, held: Sequence[_Held], known: Mapping[str, Format]
+    name: str, block: Block, constants: Any, leaves: Sequence[_Held], narrowed: Mapping[str, Format]
 ) -> dict[str, Format]:
     """The ranges of plain integers that the block keeps; one for all entries of a buffer."""
     starts: dict[str, Interval] = {}
-    for each in held:
+    for each in leaves:
         if each.format is int:
             low, high = starts.get(each.whole, (each.start, each.start))
             starts[each.whole] = min(low, each.start), max(high, each.start)
 
     def step(ranges: Mapping[str, Interval]) -> tuple[Program, dict[str, list[Operation]]]:
         program = Program()
-        steps = _traced(block, constants, {**known, **_within(ranges)}, program, only="update")
+        steps = _traced(block, constants, {**narrowed, **_within(ranges)}, program, only="update")
         return program, {
-            text: [_following(steps, e.text, Word(*ranges[text])) for e in held if e.whole == text] for text in ranges
+            text: [_following(steps, e.text, Word(*ranges[text])) for e in leaves if e.whole == text] for text in ranges
         }
 
     return _within(register_ranges(name, starts, step) if starts else {})
@@ -170,11 +170,11 @@ def _within(ranges: Mapping[str, Interval]) -> dict[str, Format]:
 
 
 def _traced(
-    block: Block, constants: Any, known: Mapping[str, Format], program: Program, only: str = ""
+    block: Block, constants: Any, narrowed: Mapping[str, Format], program: Program, only: str = ""
 ) -> dict[str, Traced]:
     functions = {**type(block).output_functions, **{n: b for n, b in type(block).functions.items() if n == "update"}}
     return {
-        name: trace(b.function, function_formats(block, name, b, Constant(constants), known), program=program)
+        name: trace(b.function, function_formats(block, name, b, Constant(constants), narrowed), program=program)
         for name, b in functions.items()
         if only in ("", name)
     }
@@ -199,12 +199,12 @@ def _results(block: Block, port: BlockPort, traced: Traced) -> Iterator[tuple[Fo
 def _following(steps: Mapping[str, Traced], text: str, word: Word) -> Operation:
     """What a register takes at the next tick: itself, where no update says otherwise."""
     program = next(iter(steps.values())).program
-    found = program.input(text, word.low, word.high)
+    present = program.input(text, word.low, word.high)
     if "update" in steps:
         update = steps["update"]
-        found = update.writes.get(text, found)
-        found = update.results.get(f"return{text.removeprefix('x')}", found) if text.startswith("x.") else found
-    return found
+        present = update.writes.get(text, present)
+        present = update.results.get(f"return{text.removeprefix('x')}", present) if text.startswith("x.") else present
+    return present
 
 
 def _refuse_unknown(module: Module) -> None:

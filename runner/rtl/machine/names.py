@@ -12,11 +12,11 @@ class TopNames:
         names = Names([*CLOCKING, *(net.name for net in machine.nets.values())])
         for instance in machine.instances:
             names.add(instance.name)
-        kept = [net for net in machine.nets.values() if net.kept]
+        stored = [net for net in machine.nets.values() if net.kept]
         self.ticks = {stride: names.add(f"tick_{stride}") for stride in machine.strides}
         self.counts = {stride: names.add(f"count_{stride}") for stride in machine.strides}
-        self.now = {net: names.add(f"{net.name}_now") for net in kept}
-        self.kept = {net: names.add(f"{net.name}_kept") for net in kept}
+        self.now = {net: names.add(f"{net.name}_now") for net in stored}
+        self.kept = {net: names.add(f"{net.name}_kept") for net in stored}
         latest = max((each.stage for each in machine.instances if each.module.registers), default=0)
         self.ready = [names.add(f"ready_{k}") for k in range(1, latest + 1)]
         self.late = {

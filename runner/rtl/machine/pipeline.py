@@ -52,15 +52,15 @@ def pipelined(flow: Flow, name: str) -> Pipeline:
         held |= late
         stages = _stages(flow, order, held)
     latency = max((stages[operation] for operation in flow.results.values() if operation in stages), default=0)
-    taken = [
+    uses = [
         (each, stages[operation] - (operation.kind == "pipe"))
         for operation in stages
         for each in flow.operands[operation]
     ]
-    taken += [(operation, latency) for operation in flow.results.values()]
-    taken += [(operation, held[register]) for register, operation in flow.following.items()]
+    uses += [(operation, latency) for operation in flow.results.values()]
+    uses += [(operation, held[register]) for register, operation in flow.following.items()]
     delays: dict[Operation, int] = {}
-    for operation, stage in taken:
+    for operation, stage in uses:
         if operation in stages and stage > stages[operation]:
             delays[operation] = max(delays.get(operation, 0), stage - stages[operation])
     return Pipeline(stages, held, latency, delays)
@@ -98,13 +98,13 @@ def _refuse_feedback(flow: Flow, cut: Operation, name: str) -> None:
 
 def _below(flow: Flow, operations: Iterable[Operation]) -> set[Operation]:
     """What the operations depend on, themselves included, by way of registers too."""
-    found: set[Operation] = set()
+    below: set[Operation] = set()
     todo = list(operations)
     while todo:
         operation = todo.pop()
-        if operation not in found:
-            found.add(operation)
+        if operation not in below:
+            below.add(operation)
             todo += flow.operands.get(operation, ())
             if operation.kind == "input" and operation.name in flow.registers:
                 todo.append(flow.following[flow.registers[operation.name]])
-    return found
+    return below

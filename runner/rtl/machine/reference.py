@@ -74,9 +74,9 @@ class ModuleReference(Reference):
         texts = {each.text: present[each.name] for each in self.held}
         outputs = {}
         for name in type(self._module.block).outputs:
-            found = _call(self._module, name, texts, merge)
+            results = _call(self._module, name, texts, merge)
             for port in entries(self.outputs, name):
-                outputs[port.name] = found[port.text]
+                outputs[port.name] = results[port.text]
         return Clock(outputs, _stepped(self._module, texts, merge))
 
 

@@ -96,17 +96,17 @@ def _loaded(code: bytes) -> ctypes.CDLL:
 def _library(reference: Reference, verilog: str) -> tuple[str, ctypes.CDLL]:
     """The shared library and its hash, made where it is not there yet."""
     need("pyosys", _PURPOSE)
-    found = compiler()
-    if found is None:
+    command = compiler()
+    if command is None:
         hint = "install g++ or clang++, or name one in CXX"
         raise ModelError([Problem(message=f"there is no C++ compiler: it makes {_PURPOSE}", hint=hint)])
     wrapper = "\n".join(_wrapper(reference)) + "\n"
-    parts = [verilog, wrapper, version("pyosys"), found, *_FLAGS]
+    parts = [verilog, wrapper, version("pyosys"), command, *_FLAGS]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
     if key not in _opened:
         code = kept(f"{key}.so")
         if code is None:
-            code = _built(reference, verilog, wrapper, found)
+            code = _built(reference, verilog, wrapper, command)
             keep(f"{key}.so", code)
         _opened[key] = _loaded(code)
     return key, _opened[key]
@@ -138,7 +138,7 @@ def _wrapper(reference: Reference) -> Iterator[str]:
     """C functions around the class that Yosys writes."""
     inputs, outputs = list(enumerate(reference.inputs)), list(enumerate(reference.outputs))
     registers = [(i, _member(each.name), each.word) for i, each in enumerate(reference.registers)]
-    given = ", ".join(["model *m", *(f"int64_t in_{i}" for i, _ in inputs)])
+    arguments = ", ".join(["model *m", *(f"int64_t in_{i}" for i, _ in inputs)])
     yield '#include "module.cc"'
     yield f"typedef cxxrtl_design::{_member(reference.name)} model;"
     yield "static int64_t signed_of(uint64_t bits, int width) {"
@@ -157,11 +157,11 @@ def _wrapper(reference: Reference) -> Iterator[str]:
     yield "    return m;"
     yield "}"
     yield "void model_delete(model *m) { delete m; }"
-    yield f"void model_settle({given}) {{"
+    yield f"void model_settle({arguments}) {{"
     yield from (f"    {_put(port, f'in_{i}')}" for i, port in inputs)
     yield "    m->step();"
     yield "}"
-    yield f"void model_clock({given}) {{"
+    yield f"void model_clock({arguments}) {{"
     yield from (f"    {_put(port, f'in_{i}')}" for i, port in inputs)
     yield "    rise(m);"
     yield "}"

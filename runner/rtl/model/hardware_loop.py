@@ -135,14 +135,14 @@ def settled_before(
     >>> sorted(settled_before(order, lambda node: 1, {("adc", "code")}, {("a", "early"), ("b", "now"), ("b", "too")}))
     [('a', 'early'), ('b', 'now')]
     """
-    found, strides = set[Endpoint](), list[int]()  # of ticks in which it has settled
+    settled, strides = set[Endpoint](), list[int]()  # of ticks in which it has settled
     for node in order:
         if node in inputs:
             strides = []
         elif node in outputs and all(stride(node) % each for each in strides):
-            found.add(node)
+            settled.add(node)
             strides.append(stride(node))
-    return frozenset(found)
+    return frozenset(settled)
 
 
 def _place(text: str) -> MemoryPlace:

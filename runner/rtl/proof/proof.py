@@ -210,13 +210,15 @@ def _replayed(reference: Reference, name: str, stimulus: Mapping[str, int]) -> s
 def _check_names(reference: Reference, implementation: Implementation) -> None:
     """Refuse a text without a port or register of the reference, or with other bits."""
     problems = []
-    for kind, each in _declared(reference):
-        found = (
-            implementation.widths.get(each.name) if kind == "port" or each.name in implementation.following else None
+    for kind, register in _declared(reference):
+        width = (
+            implementation.widths.get(register.name)
+            if kind == "port" or register.name in implementation.following
+            else None
         )
-        if found != each.word.width:
-            message, key = f"the Verilog has no such {kind}", f"{reference.name}.{each.name}"
-            got, expected = f"{found} bits" if found else "nothing", f"{each.word.width} bits"
+        if width != register.word.width:
+            message, key = f"the Verilog has no such {kind}", f"{reference.name}.{register.name}"
+            got, expected = f"{width} bits" if width else "nothing", f"{register.word.width} bits"
             problems.append(Problem(message=message, key=key, got=got, expected=expected))
     if problems:
         raise ModelError(problems)

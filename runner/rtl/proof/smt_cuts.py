@@ -70,15 +70,15 @@ class Cuts:
         """
         wanted = [*(term for _, term in words), *terms]
         samples = [self.solver.values(sample, wanted) for sample in _samples(inputs)]
-        found: dict[Row, list[tuple[Term, bool]]] = defaultdict(list)
+        alike: dict[Row, list[tuple[Term, bool]]] = defaultdict(list)
         rows: list[Row] = list(zip(*samples, strict=True))
         for term, row in zip(terms, rows[len(words) :], strict=True):
-            found[_signed(row, width_of(term))].append((term, True))
+            alike[_signed(row, width_of(term))].append((term, True))
             if row != _signed(row, width_of(term)):
-                found[row].append((term, False))
+                alike[row].append((term, False))
         for (word, term), row in zip(words, rows, strict=False):
             values = _signed(row, word.width)
-            yield word, term, values, found.get(values, [])
+            yield word, term, values, alike.get(values, [])
 
     def _are_equal(self, word: SmtInteger, term: Term, other: Term, signed: bool) -> bool:
         width = max(word.width, width_of(other) + (not signed))
@@ -90,12 +90,12 @@ class Cuts:
         """With all cuts; or without the last ones, since what a choice is made of is related to its condition."""
         answer = Answer("undecided", {})
         for number in left_out:
-            kept = self._cut_words[: len(self._cut_words) - number]
-            by = {term: unknown for each in kept for term, unknown in each.items()}
+            cuts = self._cut_words[: len(self._cut_words) - number]
+            by = {term: unknown for each in cuts for term, unknown in each.items()}
             seconds = _SECONDS_AGAIN if number else _SECONDS
             shallow, *seen = (self.solver.replaced(term, by) for term in (condition, *shown.values()))
             answer = self.solver.prove(shallow, self.known(shallow), seconds, dict(zip(shown, seen, strict=True)))
-            if answer.verdict != "refuted" or not kept:
+            if answer.verdict != "refuted" or not cuts:
                 break
         return answer
 

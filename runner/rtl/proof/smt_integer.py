@@ -325,15 +325,15 @@ class SmtInteger(Mantissa):
         return self._fitted(self.text, self.width, max(low, self.low), min(high, self.high))
 
 
-def resized(term: str, width: int, wanted: int) -> str:
+def resized(term: str, width: int, target: int) -> str:
     """A term at another width: the sign repeated, or the low bits alone.
 
     >>> resized("x", 8, 10), resized("x", 8, 4)
     ('((_ sign_extend 2) x)', '((_ extract 3 0) x)')
     """
-    if wanted > width:
-        return f"((_ sign_extend {wanted - width}) {term})"
-    return f"((_ extract {wanted - 1} 0) {term})" if wanted < width else term
+    if target > width:
+        return f"((_ sign_extend {target - width}) {term})"
+    return f"((_ extract {target - 1} 0) {term})" if target < width else term
 
 
 def conjunction(conditions: Iterable[str]) -> str:

@@ -93,11 +93,13 @@ class _Netlist:
     def timers(self) -> list[Term]:
         """Added registers that depend on reset, enable and each other alone."""
         restarted = self._given(reset=True)
-        found = {each for each in self.added if self._value(self.following[each], restarted) is not None}
-        depends = {each: set(self._leaves(self.following[each])) for each in found}
-        while others := {each for each in found if not depends[each] <= found}:
-            found -= others
-        return [each for each in self.added if each in found]
+        restarting = {
+            register for register in self.added if self._value(self.following[register], restarted) is not None
+        }
+        depends = {register: set(self._leaves(self.following[register])) for register in restarting}
+        while others := {register for register in restarting if not depends[register] <= restarting}:
+            restarting -= others
+        return [register for register in self.added if register in restarting]
 
     @cached_property
     def cuts(self) -> list[Term]:
@@ -123,11 +125,11 @@ class _Netlist:
     @cached_property
     def begins(self) -> dict[Term, int]:
         """The first enabled clock after a reset from which on a register takes D."""
-        found = {}
+        begins = {}
         for register, taken in self.taken.items():
             others = [n for n, phase in enumerate(self.phases) if self._in_phase(register, phase) != taken]
-            found[register] = max(others, default=-1) + 1
-        return found
+            begins[register] = max(others, default=-1) + 1
+        return begins
 
     @cached_property
     def stages(self) -> dict[Term, int]:
@@ -205,11 +207,11 @@ class _Netlist:
     def _ordered(self) -> Iterable[Term]:
         """Registers of the pipeline, each behind those that it depends on; raises _NoStagesError for a loop."""
         cuts = set(self.cuts)
-        before = {each: [leaf for leaf in self._leaves(self.taken[each]) if leaf in cuts] for each in self.cuts}
+        before = {cut: [leaf for leaf in self._leaves(self.taken[cut]) if leaf in cuts] for cut in self.cuts}
         try:
             return list(TopologicalSorter(before).static_order())
         except CycleError as error:
-            loop = " -> ".join(self._name(each) for each in error.args[1])
+            loop = " -> ".join(self._name(cut) for cut in error.args[1])
             raise _NoStagesError(f"a loop of registers of the pipeline: {loop}") from None
 
     def _leaves(self, term: Term) -> list[Term]:

@@ -107,13 +107,13 @@ class _Writer:
             value = f"{texts[0]}[:{operation.width}].as_signed()"  # the low bits, as two's complement
         else:
             value = OPERATIONS[operation.kind].in_amaranth(*texts)
-        made = line_comment(operation.place, self._told, "#")
+        comment = line_comment(operation.place, self._told, "#")
         if operation.kind == "pipe":
-            yield f"        {name} = {_signal(_word(operation), 'reset_less=True')}{made}"
+            yield f"        {name} = {_signal(_word(operation), 'reset_less=True')}{comment}"
             self._moves.append((name, value))
         else:
             yield f"        {name} = {_signal(_word(operation))}"
-            yield f"        m.d.comb += {name}.eq({value}){made}"
+            yield f"        m.d.comb += {name}.eq({value}){comment}"
         return name
 
     def _clocked(self) -> Iterator[str]:

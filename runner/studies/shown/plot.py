@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty, save_figure
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult

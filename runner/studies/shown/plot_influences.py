@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, pretty
+from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.draws.factors import Factors
 from proofmass.runner.studies.shown.sensitivities import Influence, Regression

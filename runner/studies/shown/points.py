@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
+from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import recalibration_text
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.output.plot import pretty
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.catalog import own_file
+from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
-from proofmass.runner.output.plot import pretty
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
 from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult

@@ -37,7 +37,7 @@ def test_compiled_code_computes_the_same() -> None:
 
 def test_the_trace_keeps_cuts_and_intervals() -> None:
     found = trace(cut, {"a": WORD, "return": WIDE})
-    cuts = [node for node in found.program.live(found.results.values()) if node.operation == "pipe"]
+    cuts = [operation for operation in found.program.live(found.results.values()) if operation.kind == "pipe"]
     assert len(cuts) == 2  # that of `a` is one, whatever is known of it where it is written
-    product = max(cuts, key=lambda node: node.high)
+    product = max(cuts, key=lambda operation: operation.high)
     assert (product.low, product.high) == (13 * 13, 31 * 31)  # what is known of the cut is known of both sides

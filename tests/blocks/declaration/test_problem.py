@@ -113,7 +113,8 @@ class Awkward:
     [
         (1.5, "1.5"),
         ("a\nb", "'a\\nb'"),
-        ("µ", "'\\xb5'"),
+        ("25 µ", "'25 µ'"),
+        ("\x1b[31m\u202e", "'\\x1b[31m\\u202e'"),  # what could move a cursor or turn a line round is escaped
         (10**29, "1" + "0" * 29),
         (-(10**30), "an integer of over 30 digits"),
         (10**4000, "an integer of over 30 digits"),

@@ -137,10 +137,15 @@ def test_products_and_quotients_read_from_the_left() -> None:
         ("5 V", "A", "V is m^2*kg/s^3/A, not A", "give it in A"),
         ("5 hours", "s", "unknown unit 'hours'", "did you mean h?"),
         ("5 khz", "Hz", "unknown unit 'khz'", "did you mean kHz?"),
-        ("5 m²", "m^2", "cannot read the unit 'm²' at '²'", '"kg*m^2/s"'),
+        ("5 m¼", "m^2", "cannot read the unit 'm¼' at '¼'", '"kg*m^2/s"'),
+        ("25 °C", "K", "unknown unit 'degC'", '25 degC is "298.15 K"'),
+        ("10 ug/rtHz", "m/s^2/sqrt(Hz)", "unknown unit 'rtHz'", "write sqrt(Hz)"),
+        ("100 mg", "m/s^2", "mg is kg, not m/s^2", 'standard gravity is g0: "100 mg0"'),
+        ("5 m/s2", "m/s^2", "unknown unit 's2'", "write a power as s^2"),
+        ("20 ppm", "1/s", "ppm is 1, not 1/s", 'per time: "20 ppm/s"'),
         ("5 kmin", "s", "unknown unit 'kmin'", "did you mean min?"),
         ("V", "V", "not a number followed by a unit", 'such as "1.5 V"'),
-        ("1,5 V", "V", "cannot read the unit ',5 V'", '"kg*m^2/s"'),
+        ("1,5 V", "V", "a decimal comma", '"1.5 V"'),
         ("nan", "V", "not a number followed by a unit", 'such as "1.5 V"'),
         ("inf V", "V", "not a number followed by a unit", 'such as "1.5 V"'),
         ("1e400 V", "V", "too large for a number", ""),
@@ -213,3 +218,11 @@ def test_hostile_expressions_return_quickly(text: str) -> None:
             with pytest.raises(UnitError):
                 read(text)
     assert time.process_time() - began < 0.5
+
+
+@pytest.mark.parametrize(
+    ("printed", "plain"),
+    [("N·s/m", "N*s/m"), ("m/s²", "m/s^2"), ("µg0/√Hz", "ug0/sqrt(Hz)"), ("°/√(h)", "deg/sqrt(h)"), ("m³", "m^3")],
+)
+def test_units_may_be_written_as_they_are_printed(printed: str, plain: str) -> None:
+    assert unit(printed) == unit(plain)

@@ -279,7 +279,7 @@ def test_a_diagram_shows_a_subgraph_as_one_box(tmp_path: Path) -> None:
     assert "sensor</text>" not in picture
     box = picture.partition('data-block="axis_1"')[2].partition("</g>")[0]
     assert box.count('class="box"') == 2
-    assert "reference = 8.0 V" in box
+    assert "reference = 8 V" in box
     assert 'block_axis_1[["axis_1<br/>Graph<br/>10 kHz"]]' in mermaid(graph)
     assert '"axis_1" [label="axis_1\\nGraph\\n10 kHz", peripheries=2]' in dot(graph)
     assert "block_axis_1__sensor(" in mermaid(flatten(graph).as_graph())

@@ -14,9 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks import MassSpringDamper
+from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.output import plot
-from proofmass.runner.output.plot import envelope, offset, plot_traces, prefix, pretty, save_plot
+from proofmass.runner.output.plot import envelope, offset, plot_traces, save_plot
 from proofmass.runner.run import result as result_module
 from tests.by_hand.results import GRAPH, made_result, made_trace, mixed_result
 

@@ -158,6 +158,25 @@ def test_a_frozen_run_and_spectra_are_drawn(browser: Any, report: Path) -> None:
     page.context.close()
 
 
+def test_a_click_on_a_plot_shows_what_the_wires_hold(browser: Any, report: Path) -> None:
+    page, lines = opened(browser, (report / "report.html").as_uri())
+    digest(page)
+    page.locator(".plots .u-over").first.click(position={"x": 150, "y": 60})
+    page.wait_for_selector(".peek")
+    tick = round(float(page.inner_text(".map-time").split()[2]) * 1000.0)
+    expected = simulate(read_graph(report / "graph.toml"))["body.displacement"].values[tick]
+    assert 0 < tick < 1999
+    number, unit = page.text_content("[data-block=body] .peek").split()
+    assert unit == "nm"
+    assert float(number.replace("−", "-")) == pytest.approx(expected * 1e9, rel=1e-4)
+    page.click("text='+'")
+    assert page.evaluate("document.querySelector('svg.proofmass').viewBox.baseVal.x") > 0.0
+    page.click("text='fit'")
+    assert page.evaluate("document.querySelector('svg.proofmass').viewBox.baseVal.x") == 0.0
+    assert lines == []
+    page.context.close()
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_telephone_shows_all_of_it(browser: Any, report: Path, scheme: str) -> None:
     page, lines = opened(browser, (report / "report.html").as_uri(), color_scheme=scheme)

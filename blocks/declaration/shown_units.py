@@ -1,0 +1,59 @@
+"""Numbers and units as people read them: SI prefixes, powers and products in print."""
+
+import math
+import re
+
+_SIGNS = {-24: "y", -21: "z", -18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PREFIXED = (
+    "m", "g", "s", "A", "K", "rad", "Hz", "N", "Pa", "J", "W", "C", "V", "F", "ohm", "Ω", "S", "Wb", "T", "H", "g0",
+)  # fmt: skip
+
+
+def in_print(value: float, unit: str, digits: int = 4) -> str:
+    """Return a number with its unit, to so many digits.
+
+    >>> in_print(5.043e-8, "kg"), in_print(24, "1"), in_print(-8e-6, "1/s")
+    ('50.43 µg', '24', '−8·10⁻⁶ 1/s')
+    """
+    factor, text = prefix(unit, abs(value))
+    mantissa, _, power = f"{value * factor:.{digits}g}".partition("e")
+    number = mantissa.replace("-", "−") + (f"·10{str(int(power)).translate(_RAISED)}" if power else "")
+    return number if text == "1" else f"{number} {text}"
+
+
+def prefix(unit: str, largest: float) -> tuple[float, str]:
+    """Return a factor and the unit with an SI prefix for numbers up to `largest`; (1, unit) if it takes no prefix.
+
+    >>> prefix("V", 3e-5)
+    (1000000.0, 'µV')
+    """
+    match = re.fullmatch(r"([A-Za-zµμΩ]+0?)((?![\^\w]).*)", unit)
+    parts = _parts(match[1]) if match else None
+    if match is None or parts is None or not (0.0 < largest < math.inf):
+        return 1.0, pretty(unit)
+    power, base = parts
+    wanted = 3 * math.floor((math.log10(largest) + power + 1e-9) / 3)
+    wanted = min(max(wanted, -24), 0 if base == "s" else 9)
+    return float(10.0 ** (power - wanted)), pretty(_SIGNS[wanted] + base + match[2])
+
+
+def pretty(unit: str) -> str:
+    """Return a unit in print, such as m/s² or nV/√Hz."""
+    for plain, printed in (("^2", "²"), ("^3", "³"), ("*", "·"), ("ohm", "Ω")):
+        unit = unit.replace(plain, printed)
+    unit = re.sub(r"\bsqrt\((\w+)\)", r"√\1", unit)
+    unit = re.sub(r"^\(([^()]*)\)(?=[/·]|$)", r"\1", re.sub(r"\((\w+)\)", r"\1", unit))
+    unit = re.sub(r"\b1·|/1(?![\w.])", "", unit)
+    return re.sub(r"\bu(?=[A-ZΩagms])", "µ", re.sub(r"\bdeg\b", "°", unit))
+
+
+def _parts(name: str) -> tuple[int, str] | None:
+    """Return power of ten and base unit of a name such as kHz; None for a unit that takes no prefix."""
+    if name in _PREFIXED:
+        return 0, name
+    for power, sign in _SIGNS.items():
+        for spelled in (sign, "u") if sign == "µ" else (sign,):
+            if spelled and name.startswith(spelled) and name[len(spelled) :] in _PREFIXED:
+                return power, name[len(spelled) :]
+    return None

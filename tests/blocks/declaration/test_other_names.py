@@ -1,0 +1,30 @@
+"""Names that other tools have for kinds lead to kinds that there are."""
+
+import re
+
+import pytest
+
+from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.blocks.declaration.other_names import _KINDS, kind_hint
+
+
+def test_every_kind_that_is_named_exists_and_no_word_is_a_kind_itself() -> None:
+    kinds = all_blocks(None)
+    named = {word for text in _KINDS.values() for word in re.findall(r"\b[A-Z]\w+", text)}
+    assert named <= kinds.keys()
+    assert not {kind.lower() for kind in kinds} & {word for words in _KINDS for word in words}
+
+
+@pytest.mark.parametrize(
+    ("word", "hint"),
+    [
+        ("Scope", 'signals are recorded by probes: probes = ["block.output"]'),
+        ("Zero_Order-Hold", "here that is SampleAndHold"),
+        ("Gian", "did you mean Gain?"),
+        ("PeakDetector", "Blocks of your own need --blocks FILE."),
+    ],
+)
+def test_hints(word: str, hint: str) -> None:
+    assert hint in kind_hint(word, all_blocks(None), own=False)
+    assert ("--blocks" in kind_hint(word, all_blocks(None), own=False)) == (word == "PeakDetector")
+    assert "--blocks" not in kind_hint(word, all_blocks(None), own=True)
