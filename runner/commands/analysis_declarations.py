@@ -183,6 +183,7 @@ def response(**options: Any) -> int:
     proofmass response sensor.toml acceleration.output adc.number --plot response.png
     proofmass response sensor.toml acceleration.output adc.number --simulate multitone --amplitude "1 m/s^2"
     """
+    # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.response_command import ResponseRequest, show_response
 
     return show_response(ResponseRequest(**options))

@@ -8,6 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
+from proofmass.runner.analysis.response.plot import plot_response
 from proofmass.runner.analysis.response.response import Response, response
 from proofmass.runner.analysis.response.simulated import Simulated
 from proofmass.runner.analysis.response.step import StepFigures
@@ -17,6 +18,7 @@ from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.margins_text import seconds_text
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
+from proofmass.runner.output.plot import save_figure
 
 _ROWS = 8  # of the linear response without a simulation
 
@@ -59,9 +61,6 @@ def show_response(request: ResponseRequest) -> int:
     else:
         print_text(response_lines(answer))
     if request.picture is not None:
-        from proofmass.runner.analysis.response.plot import plot_response
-        from proofmass.runner.output.plot import save_figure
-
         print_file(save_figure(plot_response(answer), request.picture), request.as_json)
     return DONE
 

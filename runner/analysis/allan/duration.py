@@ -1,4 +1,4 @@
-"""How long a recording must be to know an Allan deviation at an averaging time to a stated part of it.
+"""Length of a recording that is needed to know an Allan deviation at an averaging time to a stated part of it.
 
 An estimate with e degrees of freedom scatters by 1 / sqrt(2 e) of itself (`freedom`): 10 % takes 50 of them.
 """

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.runner.analysis.response.response import Response, phase_of
 from proofmass.runner.analysis.response.simulated import Simulated
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, prefix, pretty
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,6 +18,7 @@ _STEPS = 400  # values up to which an output is drawn as held
 
 def plot_response(of: Response) -> "Figure":
     """Gain and phase on the left; on the right the step response and how far the simulation is off."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -82,6 +82,7 @@ def _shapes(
     elif kind == "chirp":
         yield _chirp(lines, turn, periods, entries)
     else:
+        # start-up time: scipy.signal takes 0.3 s, and the other stimuli need none of it
         import scipy.signal
 
         bits = scipy.signal.max_len_seq(periods.bit_length())[0]
