@@ -27,6 +27,7 @@ from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.names import Missing, find_output, find_target
 from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
+from proofmass.graphs.model.statistics import STATISTICS
 
 
 def check(graph: Graph) -> list[Problem]:
@@ -330,7 +331,10 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
         try:
             measure.reducer(unit_of(found[0], found[1]), Fraction(1))
         except ModelError as error:
-            for problem in error.problems:
+            counted_later = {
+                option.samples for option in STATISTICS[measure.statistic].times.values()
+            }  # once rates are
+            for problem in (problem for problem in error.problems if problem.path[0] not in counted_later):
                 yield replace(problem, key=f"measures.{name}.{problem.path[0]}", path=(*path, *problem.path))
 
 

@@ -7,12 +7,15 @@ from types import MappingProxyType
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation
+from proofmass.blocks.statistics.band_meter import BandMeter
+from proofmass.blocks.statistics.density_meter import DensityMeter
 from proofmass.blocks.statistics.linear_trend import LinearTrend
 from proofmass.blocks.statistics.mean_absolute import MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile
 from proofmass.blocks.statistics.running_range import RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics
 from proofmass.blocks.statistics.settling_time import SettlingTime
+from proofmass.blocks.statistics.tone_meter import ToneMeter
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,10 @@ _PERCENT = Option("Of a percentile: the part of the values that lies below it, i
 _TAU = Option('Of an Allan deviation: the averaging time, "1 s".', samples="averaging", least=2)
 _TARGET = Option("Of a settling time: where the signal settles.")
 _WITHIN = Option("Of a settling time: how far from the target it may be.")
+_FREQUENCY = Option('Of a tone or a density: its frequency, "100 Hz".')
+_LOW = Option('Of the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.')
+_HIGH = Option('Of the rms in a band: where the band ends, "100 Hz".')
+_SEGMENT = Option('Of a density: how long a segment is, "1 s".', samples="segment")
 STATISTICS: Mapping[str, Statistic] = MappingProxyType(
     {
         "mean": Statistic(RunningStatistics, "mean"),
@@ -63,6 +70,15 @@ STATISTICS: Mapping[str, Statistic] = MappingProxyType(
         "allan_deviation": Statistic(AllanDeviation, "deviation", options={"tau": _TAU}),
         "settling_time": Statistic(
             SettlingTime, "time_to_settle", unit="s", options={"target": _TARGET, "within": _WITHIN}
+        ),
+        "tone_amplitude": Statistic(ToneMeter, "amplitude", options={"frequency": _FREQUENCY}),
+        "tone_phase": Statistic(ToneMeter, "phase", unit="rad", options={"frequency": _FREQUENCY}),
+        "band_rms": Statistic(BandMeter, "rms", options={"low": _LOW, "high": _HIGH}),
+        "density": Statistic(
+            DensityMeter,
+            "density",
+            unit="({unit})/sqrt(Hz)",
+            options={"frequency": _FREQUENCY, "segment": _SEGMENT},
         ),
     }
 )

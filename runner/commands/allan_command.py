@@ -5,25 +5,29 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.runner.analysis.allan.deviations import Allan, Curve, allan
+from proofmass.runner.analysis.allan.duration import Duration, duration
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.allan.freedom import Statistic
 from proofmass.runner.analysis.allan.levels import Level
 from proofmass.runner.analysis.allan.plot import plot_allan
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
-from proofmass.runner.commands.series_source import SignalRequest, signal_of
+from proofmass.runner.commands.series_source import SignalRequest, quantity, signal_of
 from proofmass.runner.output.plot import save_figure
 
 _MISFIT = 6.0  # dB, by which the density of a few lines may be off
 
 
-def show_allan(request: SignalRequest, picture: Path | None) -> int:
+def show_allan(request: SignalRequest, picture: Path | None, tau: str | None, confidence: str) -> int:
     """Show the Allan deviation of a signal and return the exit code."""
+    seconds = quantity("--tau", tau, "s") if tau else None
+    error = quantity("--confidence", confidence, "1")
     found = allan(signal_of(request))
+    needed = duration(found, seconds, error) if seconds is not None else None
     if request.as_json:
-        print_json(found.as_data())
+        print_json(found.as_data() | ({"needed": needed.as_data()} if needed else {}))
     else:
-        print_text([allan_text(found)])
+        print_text([allan_text(found), *([duration_text(needed)] if needed else [])])
     if picture is not None:
         print_file(save_figure(plot_allan(found), picture), request.as_json)
     return DONE
@@ -50,6 +54,15 @@ def allan_text(found: Allan) -> str:
             + "".join(f" {other:>12}" for other in others)
         )
     return "\n".join(lines)
+
+
+def duration_text(of: Duration) -> str:
+    """The length of a recording that is needed, for people."""
+    present = "too short for it" if of.present_error is None else f"knows it to {100.0 * of.present_error:.2g} %"
+    return (
+        f"to know the Allan deviation at {of.tau:g} s to {100.0 * of.error:g} %, record {of.seconds:.4g} s"
+        f" ({of.freedom:.3g} degrees of freedom); this recording of {of.present_seconds:.4g} s {present}"
+    )
 
 
 def coefficient_text(level: Level, unit: str) -> str:

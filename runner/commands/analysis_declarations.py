@@ -79,6 +79,10 @@ def spectrum(**options: Any) -> int:
 @click.command()
 @file_argument("source", library=True)
 @plot_option("picture", "Draw the deviation")
+@click.option("--tau", metavar="TIME", help="Say how long to record to know the deviation at this averaging time.")
+@click.option(
+    "--confidence", default="10 %", show_default=True, help="Know it to this standard error, as a part of itself."
+)
 @_signal_options
 def allan(**options: Any) -> int:
     """Show the Allan deviation of a signal.
@@ -89,6 +93,7 @@ def allan(**options: Any) -> int:
     \b
     proofmass allan recording.csv --probe rate --plot allan.png
     proofmass allan sensor.toml --probe readout.rate --duration "600 s"
+    proofmass allan recording.csv --tau "100 s" --confidence "5 %"
     """
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.allan_command import show_allan
@@ -101,7 +106,8 @@ def allan(**options: Any) -> int:
 @click.option("--output", required=True, metavar="BLOCK.PORT", help="Say what the noise of this output is made of.")
 @click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer it to this output of a source.")
 @click.option("--band", nargs=2, metavar="FROM TO", help='Count from "0.1 Hz" to "100 Hz" (default: all).')
-@click.option("--at", help='Linearise at this time, or "settled" (default: after one common period).')
+@click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
+@click.option("--derivatives", is_flag=True, help="Show by which parameters the rms changes, and how much.")
 @plot_option("picture", "Draw the budget")
 @set_option
 @blocks_option
@@ -147,4 +153,40 @@ def noise_model(**options: Any) -> int:
     return write_noise_model(NoiseModelRequest(**options))
 
 
-ANALYSES = (spectrum, allan, noise, noise_model)
+@click.command()
+@graph_argument
+@click.argument("source", metavar="INPUT")
+@click.argument("target", metavar="OUTPUT")
+@click.option(
+    "--simulate",
+    "stimulus",
+    type=click.Choice(["sine", "multitone", "chirp", "prbs"]),
+    help="Run the graph with this on top of the input too, and compare.",
+)
+@click.option("--amplitude", metavar="QUANTITY", help='Peak value of the stimulus, as "10 mV".')
+@click.option(
+    "--band", nargs=2, metavar="FROM TO", help='Let it lie in "1 Hz" to "100 Hz" (default: about the bandwidth).'
+)
+@click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
+@plot_option("picture", "Draw it")
+@set_option
+@blocks_option
+@json_option
+def response(**options: Any) -> int:
+    """Show how one output answers to another.
+
+    Gain, phase, bandwidth, delay and the figures of a step, for small signals;
+    with --simulate also by runs of the graph itself.
+    INPUT and OUTPUT are outputs of blocks: what is added to the one moves the other.
+
+    \b
+    proofmass response sensor.toml acceleration.output adc.number --plot response.png
+    proofmass response sensor.toml acceleration.output adc.number --simulate multitone --amplitude "1 m/s^2"
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.response_command import ResponseRequest, show_response
+
+    return show_response(ResponseRequest(**options))
+
+
+ANALYSES = (spectrum, allan, noise, noise_model, response)

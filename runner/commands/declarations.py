@@ -127,7 +127,11 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
 @graph_argument
 @click.option("--loop", default="", metavar="NAME", help="Choose a loop by name, or by the output to open it at.")
 @click.option(
-    "--at", default="0 s", show_default=True, metavar="TIME", help='Linearise at this time, or where it has "settled".'
+    "--at",
+    default="0 s",
+    show_default=True,
+    metavar="TIME",
+    help='Linearise at this time, where it has "settled", or about a "periodic" orbit.',
 )
 @click.option(
     "--sensitivity",

@@ -67,7 +67,7 @@ def seconds_text(seconds: float) -> str:
     """
     if seconds == 0.0:
         return "0 s"
-    prefix, size = next((pair for pair in _PREFIXES[4:] if seconds >= pair[1]), _PREFIXES[-1])
+    prefix, size = next((pair for pair in _PREFIXES[4:] if abs(seconds) >= pair[1]), _PREFIXES[-1])
     return f"{seconds / size:.5g} {prefix}s"
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
-from proofmass.runner.analysis.linearisation.forward import without_noise
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
 from proofmass.runner.analysis.noise.plot import plot_noise
@@ -16,8 +15,10 @@ from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.sensitivity_text import sensitivity_text
 from proofmass.runner.commands.series_source import band_of
 from proofmass.runner.output.plot import save_figure
+from proofmass.runner.plan.planned import without_noise
 from proofmass.runner.planning.plan import plan
 
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
@@ -33,6 +34,7 @@ class NoiseRequest:
     source: str
     band: tuple[str, str] | None
     at: str | None
+    derivatives: bool
     picture: Path | None
     changes: tuple[str, ...]
     own: Path | None
@@ -43,11 +45,18 @@ def show_noise(request: NoiseRequest) -> int:
     """Show a noise budget and return the exit code."""
     graph = graph_of(request.graph, request.own, request.changes)
     point = _settled(graph, request.as_json) if request.at == SETTLED else request.at
-    budget = noise(graph, request.output, input=request.source, band=band_of(request.band), at=point)
+    budget = noise(
+        graph,
+        request.output,
+        input=request.source,
+        band=band_of(request.band),
+        at=point,
+        derivatives=request.derivatives,
+    )
     if request.as_json:
         print_json(budget.as_data())
     else:
-        print_text([noise_text(budget)])
+        print_text([noise_text(budget), *_derivatives(budget)])
     if request.picture is not None:
         print_file(save_figure(plot_noise(budget), request.picture), request.as_json)
     return DONE
@@ -76,6 +85,17 @@ def noise_text(budget: NoiseBudget) -> str:
     lines += [f"  and {more} more"] if more > 0 else []
     lines += _coefficients(budget)
     return "\n".join([*lines, *(f"  note: {note}" for note in budget.notes)])
+
+
+def _derivatives(budget: NoiseBudget) -> list[str]:
+    """The parameters that move the rms, and what one more of each whole number does."""
+    if budget.derivatives is None:
+        return []
+    steps = [
+        f"  {step.parameter:<32} {step.change:+12.4g}  for {step.value + 1} instead of {step.value}"
+        for step in budget.steps
+    ]
+    return [sensitivity_text(budget.derivatives), *steps]
 
 
 def _coefficients(budget: NoiseBudget) -> list[str]:

@@ -4,7 +4,8 @@
 
 f, with its slopes by what drives parameters, A and B are the group's own derivatives at the operating point x0, u0,
 whichever method a run integrates it by. For a linear group this is its exact step; another one moves as it does close
-to the point where it stands still. Inputs are held, first-order holds too; nothing of an event happens.
+to the point where it stands still, or, `IntegratedAdvance`, as a run moves it, with A and B of the middle of the tick.
+Inputs are held, first-order holds too; nothing of an event happens.
 
 What moves A itself, a driven parameter or a factor that is held, acts on x as it is within the tick:
 
@@ -26,9 +27,10 @@ from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.planned import Filled
+from proofmass.runner.plan.planned import Filled, Plan
+from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import Context, Stages
-from proofmass.runner.reference.advance import Advance, Moment
+from proofmass.runner.reference.advance import Advance, Moment, PlainAdvance
 
 STATES = SIGNALS + 1  # level of the slopes by the states of a group, whose slopes by signals are wanted
 _ALIKE = 1e-15  # relative difference of two changes that are the same but for a factor
@@ -74,13 +76,18 @@ class DualAdvance(Advance):
 
     def __call__(self, moment: Moment) -> dict[str, Any]:
         """Return the states of the group's blocks one tick later."""
+        return self.moved(moment, ())
+
+    def moved(self, moment: Moment, middle: Sequence[float]) -> dict[str, Any]:
+        """Return the same, linearised about other states where these are named."""
         constants, states, wires, _, time = moment
         group = self.stages.group
         now = [getattr(states[block], field) for block, field in group.states]
         now += [wires[node] for node in group.inputs]
         held = [value_of(value, SIGNALS) for value in now]
-        seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(held)]
         n = len(group.states)
+        about = [*middle, *held[n:]] if middle else held
+        seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(about)]
         guesses = [plain(wires[node]) for node in group.guesses]
         rates = self._rates(constants, seeded, n, guesses, time)
         a = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n)] for rate in rates]
@@ -91,7 +98,7 @@ class DualAdvance(Advance):
                 raise ArithmeticError(NO_SLOPE)
         forced = [[*row, *(float(i == j) for j in range(n))] for i, row in enumerate(b)]
         transition, entry = self._hold(a, forced)
-        turned = {} if guesses else self._turned(constants, now, rates, a, time)
+        turned = {} if guesses or middle else self._turned(constants, now, rates, a, time)
         apart = [value - point for value, point in zip(now, held, strict=True)]
         apart += [_without(rate, len(now)) for rate in rates]
         moved = [
@@ -163,6 +170,38 @@ def _multiple(change: Matrix, basis: Sequence[tuple[Matrix, list[Any]]]) -> tupl
         if largest and all(abs(u - of * v) <= _ALIKE * abs(of) * largest for u, v in pairs):
             return of, z
     return 1.0, None
+
+
+class IntegratedAdvance(Advance):
+    """Moves the states of one group by a tick as a run does, with the slopes of its linearisation."""
+
+    def __init__(self, plan: Plan, solver: Solver, by_parameters: bool) -> None:
+        self._linear = DualAdvance(plan, solver.group, by_parameters)
+        self._run = PlainAdvance(plan, solver, [0.0] * len(solver.group.states))
+        self.stages = self._linear.stages
+
+    def __call__(self, moment: Moment) -> dict[str, Any]:
+        """Return the states of the group's blocks one tick later."""
+        group, states = self.stages.group, {name: _plain_tuple(state) for name, state in moment.states.items()}
+        constants = {name: _plain_tuple(value) for name, value in moment.constants.items()}
+        wires = {node: plain(value) for node, value in moment.wires.items()}
+        after = self._run(Moment(constants, states, wires, {}, moment.time))
+        middle = [0.5 * (getattr(states[b], field) + getattr(after[b], field)) for b, field in group.states]
+        slopes = self._linear.moved(moment, middle)
+        return {
+            name: type(state)(
+                *(
+                    dual(value, slopes_of(getattr(slopes[name], field), SIGNALS), SIGNALS)
+                    for field, value in zip(state._fields, state, strict=True)
+                )
+            )
+            for name, state in after.items()
+        }
+
+
+def _plain_tuple(values: Any) -> Any:
+    """A NamedTuple of plain numbers."""
+    return values if values is None else type(values)(*map(plain, values))
 
 
 def _without(rate: Any, own: int) -> Any:

@@ -16,7 +16,7 @@ from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
-from proofmass.runner.derivatives.dual_groups import DualAdvance
+from proofmass.runner.derivatives.dual_groups import DualAdvance, IntegratedAdvance
 from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_parameters
 from proofmass.runner.plan.bindings import Binding, Deviate
@@ -37,6 +37,7 @@ class DualTicks(Interpreter):
         outputs: Sequence[Endpoint],
         cut: bool,
         by_parameters: bool,
+        integrated: bool = False,
     ) -> None:
         for loop in plan.schedule.loops:
             if not set(inputs).isdisjoint(loop.nodes):
@@ -47,8 +48,13 @@ class DualTicks(Interpreter):
         self.sources: list[tuple[str, str, int]] = []  # of noise, where it is not zero
         self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers are given, where they err
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
-        groups = (solver.group for solver in plan.solvers)
-        self._advances = [DualAdvance(plan, g, by_parameters) for g in groups if blocks & set(g.blocks)]
+        self._advances = [
+            IntegratedAdvance(plan, solver, by_parameters)
+            if integrated and not solver.exact and not solver.group.ramps
+            else DualAdvance(plan, solver.group, by_parameters)
+            for solver in plan.solvers
+            if blocks & set(solver.group.blocks)
+        ]
         self._outputs = [
             (step, stride, compute if isinstance(step, ConstantsOf) else self._wired(step, compute))
             for step, stride, compute in self._outputs

@@ -66,8 +66,11 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate
     try:
         return measure.reducer(unit, rate)
     except ModelError as error:
-        key = next(iter(STATISTICS[measure.statistic].times), "from")
-        problem = replace(error.problems[0], key=f"{name}.{key}", path=(*name.split("."), key))
+        first = error.problems[0]
+        own = first.path[-1] if first.path else first.key.rpartition(".")[2]
+        times = STATISTICS[measure.statistic].times
+        key = own if own in dict(measure.options) else next(iter(times), "from")
+        problem = replace(first, key=f"{name}.{key}", path=(*name.split("."), key))
         raise ModelError([graph.placed(problem)]) from None
 
 

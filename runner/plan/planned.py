@@ -1,11 +1,10 @@
 """A checked graph made ready to run, as a plain value: what both engines read."""
 
-import dataclasses
 import math
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -22,7 +21,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.fixed.digital import DigitalBlock
-from proofmass.runner.plan.bindings import Binding, Default, Deviate, bindings
+from proofmass.runner.plan.bindings import Binding, bindings
 from proofmass.runner.plan.groups import ahead
 from proofmass.runner.plan.keys import LargestOf, VectorOf
 from proofmass.runner.plan.solver import Solver
@@ -183,19 +182,9 @@ def _lengths(value: Any) -> Any:
     return [_lengths(entry) for entry in value] if isinstance(value, tuple) else None
 
 
-@dataclass(frozen=True, kw_only=True)
-class QuietPlan(Plan):
-    """A plan in which every random number is zero: what its signals are without noise."""
-
-    def bound(self, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
-        """Yield what the arguments are given, zeros in place of deviates."""
-        for binding in super().bound(name, port, behaviour):
-            yield Default((name, port), 0.0) if isinstance(binding, Deviate) else binding
-
-
-def quieted(plan: Plan) -> QuietPlan:
-    """Return the plan without its random numbers."""
-    return QuietPlan(**{field.name: getattr(plan, field.name) for field in dataclasses.fields(Plan)})
+def without_noise(plan: Plan) -> Plan:
+    """Return the plan with random numbers that are all zero."""
+    return replace(plan, schedule=replace(plan.schedule, without_noise=True))
 
 
 def _ends(path: str) -> Iterator[str]:

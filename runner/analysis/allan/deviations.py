@@ -117,7 +117,7 @@ def _curve(statistic: Statistic, x: Array, period: float, levels: Levels) -> Cur
     factors = _factors(statistic, len(x) - 1)
     taus = factors * period
     variance = np.array([_variance(statistic, x, int(m)) for m in factors])
-    kinds = _dominating(levels, taus)
+    kinds = dominating(levels, taus)
     degrees = np.array([freedom(statistic, len(x), int(m), a) for m, a in zip(factors, kinds, strict=True)])
     side = CONFIDENCE / 2.0
     low, high = (np.sqrt(variance * degrees / chi2.ppf(0.5 + s, degrees)) for s in (side, -side))
@@ -143,7 +143,7 @@ def _factors(statistic: Statistic, count: int) -> Any:
     return np.unique(np.round(np.geomspace(1, most, 1 + int(PER_DECADE * np.log10(max(most, 2))))).astype(int))
 
 
-def _dominating(levels: Levels, taus: Array) -> list[int]:
-    """Exponent of frequency of the noise that has most of the Allan variance at each averaging time."""
+def dominating(levels: Levels, taus: Array) -> list[int]:
+    """Return the exponent of frequency of the noise that has most of the Allan variance at each averaging time."""
     parts = allan_terms(taus) * np.array([level.value**2 for level in levels.levels])
     return [_ALPHA[NAMES[int(i)]] for i in np.argmax(parts, axis=1)]

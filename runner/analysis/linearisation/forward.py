@@ -77,11 +77,6 @@ class Forward:
         return CompiledLoop(self._plan, self._plan.graph.seed, 0, memory, self._compiled)
 
 
-def without_noise(plan: Plan) -> Plan:
-    """Return the plan with random numbers that are all zero."""
-    return replace(plan, schedule=replace(plan.schedule, without_noise=True))
-
-
 class _Latest:
     """The last plan that was run, its machine code and how far it got, since it is often run further."""
 

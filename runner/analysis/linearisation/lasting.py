@@ -5,6 +5,7 @@ Computations, 7.6).
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -54,12 +55,18 @@ class Lasting:
 
     def without(self, a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
         """Return the system of the other modes, in coordinates of their invariant subspace."""
-        if not self._right.shape[1]:
-            return a, b, c
+        left, right = self.reduction
+        return left @ a @ right, left @ b, c @ right
+
+    @cached_property
+    def reduction(self) -> tuple[Array, Array]:
+        """L and R: L A R, L B and C R are the system of the other modes."""
+        count = self._right.shape[1]
+        if not count:
+            return self.others, self.others
         alike = self.others / self._scale[:, None] * self._scale
-        basis = np.linalg.svd(alike)[0][:, : len(a) - self._right.shape[1]]
-        into = basis.T @ alike @ (b / self._scale[:, None])
-        return basis.T @ self._alike @ basis, into, (c * self._scale) @ basis
+        basis = np.linalg.svd(alike)[0][:, : len(alike) - count]
+        return basis.T @ alike / self._scale, self._scale[:, None] * basis
 
     def holders(self, names: Sequence[str]) -> list[str]:
         """Return the blocks that take part in them."""

@@ -19,6 +19,7 @@ from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at, variation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.periodic import PERIODIC, PeriodicPoint, Point, periodic_point
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Plan
@@ -46,7 +47,8 @@ def linearise(
     is the open loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after
     which all blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
 
-    The operating point is the graph's state at time `at`, after a run from tick 0, or where its loops have "settled".
+    The operating point is the graph's state at time `at`, after a run from tick 0, or where its loops have "settled",
+    or "periodic": an orbit that comes back, as that of a carrier, found by Newton's method.
     Quantisers count as gain one, limits as their slope at the operating point. States that do not lie between inputs
     and outputs are left out. With `minimal`, so are modes that do not decay and that no input reaches or no output
     shows: an integrator after a difference, the phase of an oscillation. The remaining states are then not those of
@@ -92,10 +94,12 @@ def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = Fal
     )
 
 
-def open_loop(planned: Plan, node: Endpoint, tick: int = 0, by_parameters: bool = False) -> OpenLoop:
+def open_loop(planned: Plan, node: Endpoint, tick: Point = 0, by_parameters: bool = False) -> OpenLoop:
     """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
     group = analog_group(planned, node)
     if group is not None:
+        if isinstance(tick, PeriodicPoint):
+            raise ModelError([planned.graph.placed(_not_periodic(node))])
         analog = analog_map(planned, group, node, tick).between()
         if not any(part.any() for part in (analog.parts()[1], analog.parts()[3])):
             raise ModelError([planned.graph.placed(_not_within(planned, group, node))])
@@ -158,15 +162,24 @@ def node_of(planned: Plan, signal: str) -> Endpoint:
     return split(flat)
 
 
-def tick_at(planned: Plan, at: str | float | Fraction) -> int:
-    """The base tick of a time, or of the rest of the loops."""
+def tick_at(planned: Plan, at: str | float | Fraction) -> Point:
+    """The base tick of a time, or of the rest of the loops, or an orbit that closes."""
     if at == SETTLED:
         return settled_tick(planned)
+    if at == PERIODIC:
+        return periodic_point(planned)
     try:
         return int(read_duration(at) * planned.schedule.base_rate)
     except Refusal as error:
         raise ModelError(
-            [Problem(message=str(error), key="at", got=str(at), hint=f'write a time, as "20 ms", or "{SETTLED}"')]
+            [
+                Problem(
+                    message=str(error),
+                    key="at",
+                    got=str(at),
+                    hint=f'write a time, as "20 ms", "{PERIODIC}" or "{SETTLED}"',
+                )
+            ]
         ) from None
 
 
@@ -181,6 +194,17 @@ def _crossing(found: LoopGroup) -> Problem:
         expected="one output for each loop to analyse; the other loops stay closed",
         hint=f'add [loops.NAME] with open_at = "{first}", or say --loop {first}',
         path=("wires",),
+    )
+
+
+def _not_periodic(node: Endpoint) -> Problem:
+    signal = ".".join(node)
+    return Problem(
+        message=f"a loop among continuous blocks is opened at {signal}: about a periodic orbit it has no margins",
+        key=signal,
+        expected="an output that is sampled or held",
+        hint="open the loop at a discrete block, or name a time with --at",
+        path=("blocks", node[0]),
     )
 
 

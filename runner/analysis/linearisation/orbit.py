@@ -12,7 +12,7 @@ from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,27 +21,31 @@ import scipy.linalg
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import Forward, memory_at, without_noise
+from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
     Array,
     PeriodMap,
+    PointSlopes,
     blocks_of_map,
     common_period,
     period_map,
 )
+from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
+from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Plan, without_noise
 
 SAME = 1e-9  # relative change of a map that is rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
 _LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
-_BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
-_TRIES = 6  # of numbers of periods
-_STILL = 1e-3  # of its size, below which the swing of a number is dither
+_DOUBLED = (1, 2, 4, 8, 16, 32, 64)
+_BACK = 0.1  # by which the map of noise over several periods may differ from that of the next ones
 _NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
+_FIXED = "derivatives take the operating point as fixed: it is not at rest"
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,9 @@ class _Point:
     periods: int
     notes: tuple[str, ...] = ()
     later: tuple[PeriodMap, ...] = ()
+    memory: Memory | None = None
+    ticks: int = 0  # base ticks of the map, where it is about an orbit that was found to close
+    integrated: bool = False
 
 
 def map_at(
@@ -63,16 +70,22 @@ def map_at(
     everything: bool = False,
     by_parameters: bool = False,
     noise: Collection[str] = (),
-    tick: int = 0,
+    tick: Point = 0,
 ) -> PeriodMap:
     """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
-    wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
-    if _Latest.plan is not plan or _Latest.wanted != wanted:
-        point = _Search(plan, inputs, outputs, cut, everything, noise, tick).point()
-        _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, point
-    point = _Latest.point
+    if isinstance(tick, PeriodicPoint):
+        point = _periodic(plan, inputs, outputs, cut, everything, noise, tick)
+    else:
+        wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
+        if _Latest.plan is not plan or _Latest.wanted != wanted:
+            search = _Search(plan, inputs, outputs, cut, everything, noise, tick)
+            _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, search.whole_point()
+        point = _Latest.point
+    notes = point.notes
     exact = point.map
     if by_parameters:
+        slopes, more = _point_slopes(plan, inputs, outputs, everything, noise, point)
+        notes += more
         exact = period_map(
             plan,
             inputs,
@@ -81,10 +94,64 @@ def map_at(
             everything=everything,
             by_parameters=True,
             noise=noise,
-            tick=tick,
-            periods=point.periods,
+            memory=point.memory,
+            point_slopes=slopes,
+            span=point.ticks,
+            integrated=point.integrated,
         )
-    return replace(exact, notes=point.notes, later=point.later)
+    return replace(exact, notes=notes, later=point.later)
+
+
+def _periodic(
+    plan: Plan,
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
+    cut: bool,
+    everything: bool,
+    noise: Collection[str],
+    orbit: PeriodicPoint,
+) -> _Point:
+    """Return the map about an orbit that closes."""
+    whole = period_map(
+        plan,
+        inputs,
+        outputs,
+        cut=cut,
+        everything=everything,
+        noise=noise,
+        memory=orbit.memory,
+        span=orbit.ticks,
+        integrated=True,
+    )
+    return _Point(whole, 1, (orbit.note(plan.period),), memory=orbit.memory, ticks=orbit.ticks, integrated=True)
+
+
+def _point_slopes(
+    plan: Plan,
+    inputs: Sequence[Endpoint],
+    outputs: Sequence[Endpoint],
+    everything: bool,
+    noise: Collection[str],
+    point: "_Point",
+) -> tuple[PointSlopes | None, tuple[str, ...]]:
+    """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
+    tick = point.map.tick
+    blocks = blocks_of_map(plan, inputs, outputs, everything, noise)[0]
+    near = slopes_near_start(plan, blocks, tick) if tick else None
+    if near is not None or not tick:
+        return near, ()
+    whole = period_map(
+        plan,
+        (),
+        outputs,
+        everything=True,
+        by_parameters=True,
+        memory=point.memory,
+        span=point.ticks,
+        integrated=point.integrated,
+    )
+    at_rest = slopes_at_rest(whole)
+    return at_rest, () if at_rest is not None else (_FIXED,)
 
 
 class _Latest:
@@ -119,16 +186,23 @@ class _Search:
         self._memories = [memory_at(run, self._first)]
         self._run = Forward(run, self._memories[0].copy())
 
+    def whole_point(self) -> _Point:
+        """The map, with the memory that it starts from and the ticks that it covers."""
+        point = self.point()
+        return replace(point, memory=self._memories[0], ticks=point.periods * self._ticks)
+
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
         first = self._map(self._after(0))
         if not self._moves():
             return _Point(first, 1)
         maps = dict[int, PeriodMap]()
-        for look in _LOOKS:
+        for look in self._looks():
             maps[look] = self._map(self._after(look))
-            if look == 1 and _change(first, maps[look]) <= SAME:
+            if look == 1 and self._same(first, maps[look]) and not self._switches():
                 return _Point(first, 1)
+        if self._switches() and all(self._same(first, after) for after in maps.values()):
+            return _Point(first, 1)
         change, later = self._drift(first, maps, 1, first), tuple(maps.values())
         if change <= NOTED:
             return _Point(first, 1, (), later)
@@ -151,7 +225,8 @@ class _Search:
         last = 1.0 / (2.0 * self._period * periods)
         f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
         z = np.asarray(np.exp(2j * math.pi * f * self._period))
-        speed = max(_effect(first, after, z) / number for number, after in later.items())  # a period
+        shown = self._shown(first)
+        speed = max(_effect(shown, self._shown(after), z) / number for number, after in later.items())  # a period
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
         rates, rates_later = _pole_rates(of_period), _pole_rates(later[max(later)])
@@ -177,12 +252,37 @@ class _Search:
             periods=periods,
         )
 
+    def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
+        return _change(self._shown(first), self._shown(after)) <= SAME
+
+    def _shown(self, of: PeriodMap) -> PeriodMap:
+        """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
+        if not self._noise:
+            return of
+        n, wanted = of.order, [i for i, entry in enumerate(of.outputs) if entry[:2] in self._outputs]
+        rows = [*range(n), *(n + i for i in wanted)]
+        return replace(of, outputs=tuple(of.outputs[i] for i in wanted), matrix=of.matrix[rows], slopes={})
+
+    def _looks(self) -> tuple[int, ...]:
+        """Return the periods after which the map is compared: a switch that waits has changed after one of them."""
+        if not self._noise:
+            return _LOOKS
+        doubled = _DOUBLED if self._switches() else _LOOKS
+        return tuple(look for look in doubled if look == 1 or look * self._ticks <= LONGEST_ORBIT)
+
+    def _switches(self) -> bool:
+        """Return whether the map is one of noise, and what counts or switches moves: a chopper, a sequence."""
+        before, once = (dict(states_of(self._after(i), self._names)) for i in range(2))
+        return bool(self._noise) and any(
+            isinstance(value, int) and value != once.get(key) for key, value in before.items()
+        )
+
     def _moves(self) -> bool:
         """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self._after, range(3))
-        if dict(_states(once, self._names)) != dict(_states(before, self._names)):
+        if dict(states_of(once, self._names)) != dict(states_of(before, self._names)):
             return True
-        return dict(_wires(once, self._names)) != dict(_wires(twice, self._names))
+        return dict(wires_of(once, self._names)) != dict(wires_of(twice, self._names))
 
     def _crossovers(self, of_period: PeriodMap) -> list[float]:
         """Return where |L| of a loop is about 1, in Hz."""
@@ -193,28 +293,31 @@ class _Search:
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
 
-    def _closed(self, first: PeriodMap, orbit: "_Orbit") -> _Point | None:
+    def _closed(self, first: PeriodMap, orbit: "Orbit") -> _Point | None:
         """The map over so many periods that the orbit comes back."""
         for periods in orbit.returns():
             closed = self._map(self._after(0), periods)
             change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
+            after = self._map(self._after(periods), periods)
+            if self._noise and _change(self._shown(closed), self._shown(after)) > _BACK:
+                continue
             if change <= FROZEN:
                 once, whole = _time(self._period), _time(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
-                later = self._map(self._after(periods), periods)
-                return _Point(closed, periods, (note, *_moving(change)), (later,))
+                return _Point(closed, periods, (note, *_moving(change)), (after,))
         return None
 
-    def _orbit(self) -> "_Orbit":
+    def _orbit(self) -> "Orbit":
         later = map(self._after, range(1, 2 + self._most))
-        return _Orbit([dict(_states(m, self._names)) | dict(_wires(m, self._names)) for m in later])
+        rows = [dict(states_of(m, self._names)) | dict(wires_of(m, self._names)) for m in later]
+        return Orbit(rows, paired=bool(self._noise))
 
     def _start_up(self) -> str:
         return (
             'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
         )
 
-    def _refused(self, orbit: "_Orbit", found: PeriodMap) -> Problem:
+    def _refused(self, orbit: "Orbit", found: PeriodMap) -> Problem:
         name, part, step = orbit.fastest()
         turning = any(True for _ in orbit.turning)
         crossed = ", ".join(f"{f:.3g} Hz" for f in self._crossovers(found)[:4])
@@ -232,55 +335,6 @@ class _Search:
             else "take a later time, or --at settled",
             path=("blocks", name),
         )
-
-
-class _Orbit:
-    """Numbers of a graph at the ends of successive periods."""
-
-    def __init__(self, rows: Sequence[Mapping[Any, float]]) -> None:
-        keys = sorted(set(rows[0]).intersection(*rows))
-        values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
-        swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
-        steps = np.diff(values, axis=0)
-        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases and counts, and what settles
-        moving = swing > _STILL * size
-        self._keys, self._values, self._swing = keys, values, swing
-        self.turning = np.flatnonzero(moving & ~straight)
-        self._moving = np.flatnonzero(moving)
-
-    def returns(self) -> Iterator[int]:
-        """Numbers of periods after which all that goes to and fro is closer to where it was than ever before."""
-        chosen = self.turning
-        if not len(chosen):
-            return
-        miss = (np.abs(self._values[1:, chosen] - self._values[0, chosen]) / self._swing[chosen]).max(axis=1)
-        best = np.minimum.accumulate(miss)
-        closer = np.flatnonzero((miss < _BACK) & (miss < np.concatenate([[np.inf], best[:-1]])))
-        yield from (int(i) + 1 for i in closer[:_TRIES])
-
-    def fastest(self) -> tuple[str, str, float]:
-        """Block and number that moves most from one period to the next, and the part of its swing."""
-        chosen = self.turning if len(self.turning) else self._moving
-        steps = np.abs(np.diff(self._values[:, chosen], axis=0)).max(axis=0) / self._swing[chosen]
-        name, part, index = self._keys[chosen[int(np.argmax(steps))]]
-        return name, f"{name}.{part}" + (f"[{index}]" if index >= 0 else ""), float(np.max(steps))
-
-
-def _states(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
-    """The numbers that blocks hold."""
-    for name in names:
-        state = memory.states[name]
-        if state is not None:
-            yield from (((name, field, -1), value) for field, value in zip(state._fields, state, strict=True))
-    for (name, buffer), held in memory.of_blocks().items():
-        if name in names and isinstance(held, list):
-            yield from (((name, buffer, i), value) for i, value in enumerate(held))
-
-
-def _wires(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
-    for (name, port), held in memory.wires.items():
-        if name in names and not isinstance(held, list):
-            yield (name, port, -1), held
 
 
 def variation(closed: Array, later: Sequence[Array]) -> Array:
@@ -316,7 +370,8 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
-    kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]
+    between = {*first.between().states, *second.between().states}
+    kept = [i for i, state in enumerate(first.states) if state in between]
     first, second = first.kept(kept), second.kept(kept)
     n, eye = first.order, np.zeros_like(first.matrix[:, :-1])
     eye[:n, :n] = np.eye(n)
@@ -339,7 +394,8 @@ def _effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     """The largest relative change of a response where what one block does to another is as in the second map."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
-    kept = [i for i, state in enumerate(first.states) if state in {*first.between().states, *second.between().states}]
+    between = {*first.between().states, *second.between().states}
+    kept = [i for i, state in enumerate(first.states) if state in between]
     first, second = first.kept(kept), second.kept(kept)
     before, changes = _responses(first, first.matrix, z), [0.0]
     for r in _groups(first.states, first.outputs):

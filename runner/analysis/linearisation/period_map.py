@@ -21,9 +21,10 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import memory_at
-from proofmass.runner.derivatives.dual import NO_SLOPE, dual, slopes_of, value_of
+from proofmass.runner.derivatives.compact_ticks import CompactTicks
+from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NoisyTicks
-from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
+from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -31,7 +32,9 @@ from proofmass.runner.reference.interpret import TickError
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
+PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
+_MANY = 64  # base ticks, from which on the directions of noise are gathered
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class PeriodMap:
     undefined: tuple[str, ...] = ()  # parameters without a finite derivative
     notes: tuple[str, ...] = ()  # on the operating point
     later: "tuple[PeriodMap, ...]" = ()  # maps of later periods, where they differ
+    point: tuple[float, ...] = ()  # values of the states there
+    end: Memory | None = None  # after the period, in plain numbers
 
     @property
     def order(self) -> int:
@@ -71,7 +76,11 @@ class PeriodMap:
         r, c = [*states, *range(n, rows)], [*states, *range(n, columns)]
         slopes = {name: slope[np.ix_(r, c)] for name, slope in self.slopes.items()}
         return replace(
-            self, states=tuple(self.states[i] for i in states), matrix=self.matrix[np.ix_(r, c)], slopes=slopes
+            self,
+            states=tuple(self.states[i] for i in states),
+            matrix=self.matrix[np.ix_(r, c)],
+            slopes=slopes,
+            point=tuple(self.point[i] for i in states) if self.point else (),
         )
 
     def between(self) -> "PeriodMap":
@@ -118,10 +127,16 @@ def period_map(
     tick: int = 0,
     periods: int = 1,
     memory: Memory | None = None,
+    point_slopes: PointSlopes | None = None,
+    span: int = 0,
+    integrated: bool = False,
 ) -> PeriodMap:
     """Linearise what lies between some wires, at what the graph is like in a base tick (or the period it lies in).
 
-    The map covers this many common `periods`. With a `memory` it starts at its tick.
+    The map covers this many common `periods`, or `span` base ticks. With a `memory` it starts at its tick;
+    `point_slopes` are the derivatives of what is there `by_parameters`. Without them what still has its start value has
+    those of that.
+    With `integrated` continuous groups move as in a run, and are linearised in the middle of each tick.
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
     inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
@@ -133,16 +148,17 @@ def period_map(
     upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
     memory = memory or memory_at(plan, tick - tick % ticks)
-    ticks *= periods
+    ticks = span or ticks * periods
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     while True:
-        begin = _with_start_slopes(memory, plan) if by_parameters else memory.copy()
+        begin = _with_slopes(memory, plan, point_slopes) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted)
         values = [_held(begin, entry) for entry in seeded]
-        given = plan, begin, upstream, inputs, outputs, cut, by_parameters
-        engine = NoisyTicks(*given, noise=noise) if noise else DualTicks(*given)
+        given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
+        many = ticks > _MANY and not by_parameters
+        engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise) if noise else DualTicks(*given)
         try:
             engine.advance(begin.tick + ticks, ())
         except TickError as error:
@@ -155,6 +171,7 @@ def period_map(
             _read(engine, seeded, values, inputs, outputs, ticks * plan.period),
             tick=memory.tick,
             time=memory.tick * plan.period,
+            end=_plain(engine.memory()),
         )
 
 
@@ -207,17 +224,23 @@ def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> in
     return ticks
 
 
-def _with_start_slopes(memory: Memory, plan: Plan) -> Memory:
-    """A copy in which what still has its start value has the derivatives of that by the parameters."""
+def _with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None) -> Memory:
+    """A copy whose numbers have the derivatives of the operating point by the parameters."""
     begin, started = memory.copy(), start(plan)
+
+    def moved(entry: Entry, now: Any, first: Any) -> Any:
+        if slopes is None:
+            return first if first == now else now
+        return dual(now, slopes[entry], PARAMETERS) if entry in slopes else now
+
     for name, state in begin.states.items():
         if state is not None:
-            fields = zip(state, started.states[name], strict=True)
-            begin.states[name] = type(state)(*(first if first == now else now for now, first in fields))
-    for node, held in begin.buffers.items():
+            fields = zip(state._fields, state, started.states[name], strict=True)
+            begin.states[name] = type(state)(*(moved((name, field, -1), now, first) for field, now, first in fields))
+    for (name, buffer), held in begin.of_blocks().items():
         if isinstance(held, list):
-            fields = zip(held, started.buffers[node], strict=True)
-            begin.buffers[node] = [first if first == now else now for now, first in fields]
+            pairs = zip(held, started.buffers[name, buffer], strict=True)
+            begin.buffers[name, buffer] = [moved((name, buffer, i), *pair) for i, pair in enumerate(pairs)]
     return begin
 
 
@@ -280,7 +303,22 @@ def _read(
     ends += tuple(engine.quantised)
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
     slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
-    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined)
+    point = tuple(float(value_of(value)) for value in values)
+    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined, point=point)
+
+
+def _plain(memory: Memory) -> Memory:
+    """Return a copy without slopes."""
+    copy = memory.copy()
+    for name, state in copy.states.items():
+        if state is not None:
+            copy.states[name] = type(state)(*map(plain, state))
+    for node, held in copy.of_blocks().items():
+        if isinstance(held, list):
+            copy.buffers[node] = list(map(plain, held))
+    for wire, value in copy.wires.items():
+        copy.wires[wire] = list(map(plain, value)) if isinstance(value, list) else plain(value)
+    return copy
 
 
 def _held(memory: Memory, entry: Entry) -> Any:

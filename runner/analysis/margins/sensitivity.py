@@ -20,6 +20,7 @@ from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.periodic import Point
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefined_values
 from proofmass.runner.analysis.margins.margins import Margins
@@ -59,7 +60,7 @@ class Sensitivity:
 
 
 def transfer_sensitivities(
-    planned: Plan, source: Endpoint, target: Endpoint, tick: int = 0
+    planned: Plan, source: Endpoint, target: Endpoint, tick: Point = 0
 ) -> tuple[Sensitivity, Sensitivity]:
     """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
     period_map = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
@@ -70,8 +71,8 @@ def transfer_sensitivities(
     ratio = short_unit(f"({units[0]})/({units[1]})")
     by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
     return (
-        _ranked(planned, "scale factor", ratio, scale, by_scale, period_map.undefined),
-        _ranked(planned, "bias", units[0], bias, by_bias, period_map.undefined, settled.size),
+        ranked(planned, "scale factor", ratio, scale, by_scale, period_map.undefined),
+        ranked(planned, "bias", units[0], bias, by_bias, period_map.undefined, settled.size),
     )
 
 
@@ -87,7 +88,7 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
     undefined, parameters = system.map.undefined, system.map.slopes
     return [
-        _ranked(planned, f"{margins.loop}: {n}", unit, values[keys[n]], {p: slope(p) for p in parameters}, undefined)
+        ranked(planned, f"{margins.loop}: {n}", unit, values[keys[n]], {p: slope(p) for p in parameters}, undefined)
         for n, unit, slope in slopes
     ]
 
@@ -167,7 +168,7 @@ def closed_slope(system: OpenLoop, factor: complex, parameter: str) -> Complex:
     return np.asarray(da - factor * change, dtype=complex)
 
 
-def _ranked(
+def ranked(
     planned: Plan,
     quantity: str,
     unit: str,
@@ -176,7 +177,7 @@ def _ranked(
     undefined: tuple[str, ...],
     size: float = 0.0,
 ) -> Sensitivity:
-    """The strongest effect first; what rounding leaves of numbers of some size counts as zero."""
+    """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero."""
     values = Dependence(planned.graph.root)
     no_slope = undefined_values(values, undefined)
     by_value = {name: slope for name, slope in slopes_by_values(values, slopes).items() if name not in no_slope}

@@ -5,34 +5,40 @@ from collections.abc import Callable
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.wire_response import resonances
 from proofmass.runner.analysis.noise.noise_map import NoiseMap
 
 _NODES = 16
 _RELATIVE = 1e-11  # change of the integral by halving all steps
 _HALVINGS = 6
 _RATIO = 4.0  # of the distances from the middle of a resonance at which panels end
-_PER_DECADE = 60
 
 
-def integral(density: Callable[[Array], Array], ends: Array) -> Array:
-    """The integral of each column of a density from the first to the last of some frequencies."""
+def rule(density: Callable[[Array], Array], ends: Array) -> tuple[Array, Array, Array]:
+    """Points and weights by which each column of a density is integrated over some panels, and the integrals."""
     point, weight = np.polynomial.legendre.leggauss(_NODES)
-    before, total = None, np.zeros(0)
+    before: Array | None = None
     for _ in range(_HALVINGS):
-        half = 0.5 * np.diff(ends)
-        middle = 0.5 * (ends[:-1] + ends[1:])
-        values = density((middle[:, None] + half[:, None] * point).ravel())
-        total = (half[:, None] * weight).ravel() @ values
+        half, middle = 0.5 * np.diff(ends), 0.5 * (ends[:-1] + ends[1:])
+        points, weights = (middle[:, None] + half[:, None] * point).ravel(), (half[:, None] * weight).ravel()
+        total = weights @ density(points)
         if before is not None and np.all(np.abs(total - before) <= _RELATIVE * np.abs(total).sum()):
             break
         before, ends = total, np.sort(np.concatenate([ends, middle]))
-    return np.asarray(total)
+    return points, weights, total
 
 
 def mean_squares(of: NoiseMap, band: tuple[float, float]) -> Array:
     """Mean square of the part of the output in a band, by each source."""
+    return rule_of(of, band)[2]
+
+
+def rule_of(of: NoiseMap, band: tuple[float, float]) -> tuple[Array, Array, Array]:
+    """Points and weights of the integrals over a band, and the mean squares by each source."""
     low, high = band[0], min(band[1], of.rate / 2.0)
-    return integral(of.densities, bends(of, low, high)) if high > low else np.zeros(len(of.sources))
+    if not high > low:
+        return np.zeros(0), np.zeros(0), np.zeros(len(of.sources))
+    return rule(of.densities, bends(of, low, high))
 
 
 def bends(of: NoiseMap, low: float, high: float) -> Array:
@@ -46,26 +52,3 @@ def bends(of: NoiseMap, low: float, high: float) -> Array:
         ends.add(middle)
     inside = np.array(sorted(f for f in ends if low <= f <= high))
     return np.asarray(inside[np.concatenate([[True], np.diff(inside) > 1e-12 * high])])
-
-
-def resonances(of: NoiseMap) -> list[tuple[float, float]]:
-    """Frequency and half width of the poles, folded up to half the rate of the output."""
-    found = []
-    for pole in of.poles:
-        if abs(pole) < 1e-3:
-            continue
-        frequency = abs(float(np.angle(pole))) / (2.0 * np.pi * of.period)
-        width = max(abs(float(np.log(np.abs(pole)))), 1e-9) / (2.0 * np.pi * of.period)
-        for turn in range(of.values // 2 + 1):
-            found += [(abs(turn / of.period + side * frequency), width) for side in (1.0, -1.0)]
-    return sorted({(f, w) for f, w in found if f <= of.rate / 2.0})
-
-
-def grid(of: NoiseMap, low: float, high: float) -> Array:
-    """Frequencies to show a density at: evenly on a logarithmic axis, and denser about resonances."""
-    count = max(2, int(_PER_DECADE * np.log10(high / low)) + 1)
-    points = [np.geomspace(low, high, count)]
-    sharp = [(f, w) for f, w in resonances(of) if f > 0.0 and w < 0.1 * f][:50]
-    points += [f + w * np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0]) for f, w in sharp]
-    every = np.unique(np.concatenate(points))
-    return np.asarray(every[(every >= low) & (every <= high)])

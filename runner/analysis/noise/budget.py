@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -14,17 +14,19 @@ from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
-from proofmass.runner.analysis.linearisation.forward import without_noise
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
-from proofmass.runner.analysis.noise.band import grid, mean_squares
+from proofmass.runner.analysis.linearisation.wire_response import grid
+from proofmass.runner.analysis.margins.sensitivity import Sensitivity
+from proofmass.runner.analysis.noise.band import mean_squares
+from proofmass.runner.analysis.noise.derivatives import OneMore, one_more, rms_sensitivity
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Plan, without_noise
 from proofmass.runner.planning.plan import plan
 
 _DECADES = 5.0  # below half the rate that are shown
@@ -68,6 +70,8 @@ class NoiseBudget:
     gain: Complex  # from the input; empty without one
     period: float  # of the schedule, in seconds
     notes: tuple[str, ...]
+    derivatives: Sensitivity | None = None  # of the rms by parameters, where wanted
+    steps: tuple[OneMore, ...] = ()  # of integer parameters of quantisers, where wanted
 
     @property
     def referred_unit(self) -> str:
@@ -87,8 +91,9 @@ class NoiseBudget:
 
     def allan(self) -> tuple[Array, Array]:
         """Averaging times, and the Allan deviation that the density referred to the input makes."""
-        most = max(2.0, 0.1 / self.frequencies[0] * self.rate)
-        factors = np.unique(np.round(np.geomspace(1, most, int(_TAUS * math.log10(most)) + 2)))
+        least = max(1.0, 0.5 * self.rate / self.frequencies[-1])  # a density up to f says nothing of shorter times
+        most = max(2.0 * least, 0.1 / self.frequencies[0] * self.rate)
+        factors = np.unique(np.round(np.geomspace(least, most, int(_TAUS * math.log10(most / least)) + 2)))
         taus = np.asarray(factors / self.rate, dtype=np.float64)
         positive = self.density > 0.0
         known = self.frequencies[positive], self.referred_density[positive]
@@ -135,6 +140,8 @@ class NoiseBudget:
             "misfit_db": levels.misfit,
             "allan": {"tau_s": taus.tolist(), "deviation": deviations.tolist()},
             "notes": list(self.notes),
+            **({"derivatives": self.derivatives.as_data()} if self.derivatives else {}),
+            **({"one_more": [asdict(step) for step in self.steps]} if self.steps else {}),
         }
 
 
@@ -146,6 +153,7 @@ def noise(
     band: tuple[float, float] | None = None,
     at: str | float | Fraction | None = None,
     frequencies: Sequence[float] = (),
+    derivatives: bool = False,
 ) -> NoiseBudget:
     """The noise budget of an output: density and rms of what each source makes there, exactly for small signals.
 
@@ -155,6 +163,9 @@ def noise(
     unless said: in tick 0 processes start. With an `input` the density is referred to it as well. Densities are
     those at some `frequencies` in Hz, ascending, or else on a logarithmic grid.
 
+    With `derivatives` those of the rms by every real parameter come too, exactly, and what one more of each whole
+    number of a quantiser does to it, such as one more bit.
+
     Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
     """
     planned = plan(graph)
@@ -162,7 +173,7 @@ def noise(
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
     tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(without_noise(planned), at)
-    whole = map_at(planned, sources, [target], noise=noisy, tick=tick)
+    whole = map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives)
     found = noise_map(whole, target)
     _refuse_growth(planned, output, found)
     _refuse_silence(planned, output, found)
@@ -184,7 +195,7 @@ def noise(
         )
         for column, ((name, part), square) in enumerate(zip(found.sources, squares, strict=True))
     ]
-    return NoiseBudget(
+    budget = NoiseBudget(
         output=output,
         unit=_unit(planned, target),
         rate=found.rate,
@@ -198,6 +209,19 @@ def noise(
         gain=found.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=found.period,
         notes=(*whole.notes, *_notes(planned, whole, made, found, band)),
+    )
+    if not derivatives:
+        return budget
+    counted = limits if band is not None or not found.settles else None
+    rounding = [source.block for source in made if source.kind == QUANTISATION]
+
+    def again(changed: Graph) -> float:
+        return noise(changed, output, band=band, at=at, frequencies=shown[:1].tolist()).rms
+
+    return replace(
+        budget,
+        derivatives=rms_sensitivity(planned, output, budget.unit, found, counted, budget.rms, whole.undefined),
+        steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
 
 

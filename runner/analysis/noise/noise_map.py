@@ -13,20 +13,24 @@ in it. Its integral is the mean square of the output, which needs no integral:
     sum over k of v[k] (B' Q B + D' D / r)[k, k],   Q = A' Q A + C' C / r
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.open_loop import Complex, Transfer
+from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
+from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ROUNDING
 
 VARIANCES = {DEVIATE: 1.0, ROUNDING: 1.0 / 12.0}  # of a rounded value: uniform over one step
+Matrices = tuple[Array, Array, Array, Array]
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
 _MARGIN = 1e-12  # of the spectral radius below one
@@ -36,10 +40,11 @@ _MARGIN = 1e-12  # of the spectral radius below one
 class NoiseMap:
     """The map from sources to one output, and from an input where there is one."""
 
-    matrices: tuple[Array, Array, Array, Array]
+    matrices: Matrices
     inputs: tuple[Entry, ...]  # a column each
     values: int  # of the output in a period
     period: float  # seconds
+    slopes: Mapping[str, Matrices]  # derivatives of the matrices by each parameter
 
     @property
     def rate(self) -> float:
@@ -85,32 +90,41 @@ class NoiseMap:
 
     def densities(self, frequencies: Array) -> Array:
         """One-sided density at the output by each source: a row for each frequency, in unit^2/Hz."""
-        width = max(1, _LARGEST // max(1, len(self.matrices[0]) * len(self.inputs)))
+        width = max(1, _LARGEST // max(1, len(self.matrices[0]) + len(self.inputs) + self.values))
         rows = [self._densities(frequencies[i : i + width]) for i in range(0, len(frequencies), width)]
         return np.vstack(rows) if rows else np.zeros((0, len(self.sources)))
 
     def gain(self, frequencies: Array, source: Endpoint) -> Complex:
         """Return what comes out at the frequency that goes in at an input."""
+        a, b, c, d = self.matrices
         columns = self.columns(source)
-        times = np.arange(len(columns)) * (self.period / max(1, len(columns)))
-        turn = np.exp(2j * np.pi * np.outer(frequencies, times))
-        gain: Complex = np.sum(self._heard(frequencies)[:, columns] * turn, axis=1) / self.values
-        return gain
+        return WireResponse((a, b[:, columns], c, d[:, columns]), self.period).gain(frequencies)
 
     def _densities(self, frequencies: Array) -> Array:
-        power = np.abs(self._heard(frequencies)) ** 2 * self.variances
+        power = np.abs(self.heard(frequencies)) ** 2 * self.variances
         return self._by_source(power) * (2.0 * self.period / self.values**2)
 
-    def _heard(self, frequencies: Array) -> Complex:
-        """Return the share of each column in the output at a frequency."""
+    def heard(self, frequencies: Array) -> Complex:
+        """Return the share of each column in the output at a frequency, by the transposed system: one row, not H."""
+        a, b, c, d = self.matrices
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
-        z = np.asarray(np.exp(2j * np.pi * frequencies * self.period), dtype=complex)
-        heard: Complex = np.einsum("fi,fik->fk", turn, self._transfer(z))
-        return heard
+        if not len(a):
+            return np.asarray(turn @ d)
+        z = np.exp(2j * np.pi * frequencies * self.period)
+        x = np.zeros((len(a), len(frequencies)), dtype=complex)
+        form, scale, basis = self._schur
+        known = basis.conj().T @ ((turn @ c).T * scale[:, None])
+        for i in range(len(a) - 1, -1, -1):
+            x[i] = (known[i] + form[i, i + 1 :] @ x[i + 1 :]) / (z - form[i, i])
+        rows = ((basis @ x) / scale[:, None]).T
+        return np.asarray(rows @ b + turn @ d)
 
     @cached_property
-    def _transfer(self) -> Transfer:
-        return Transfer(*self.matrices)
+    def _schur(self) -> tuple[Complex, Array, Complex]:
+        """Schur form of the transposed A, in units of the states that make it alike."""
+        alike, scale = balanced(self.matrices[0])
+        form, basis = scipy.linalg.schur(alike.T, output="complex")
+        return form, np.asarray(scale), basis
 
     def _by_source(self, columns: Array) -> Array:
         """Sums over the columns of each source."""
@@ -120,12 +134,19 @@ class NoiseMap:
 
 def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     """The map to one output, without what does not reach it and without modes that do not show."""
-    found = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
-    a, b, c, d = found.parts()
+    to_output = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
+    a, b, c, d = to_output.parts()
     lasting = Lasting(a)
-    if not lasting.passes(b, c):
-        a, b, c = lasting.without(a, b, c)
-    return NoiseMap((a, b, c, d), found.inputs, len(found.outputs), found.period)
+    identity = np.eye(len(a))
+    left, right = (identity, identity) if lasting.passes(b, c) else lasting.reduction
+    slopes = {name: _reduced(to_output.parts(slope), left, right) for name, slope in to_output.slopes.items()}
+    reduced = _reduced((a, b, c, d), left, right)
+    return NoiseMap(reduced, to_output.inputs, len(to_output.outputs), to_output.period, slopes)
+
+
+def _reduced(parts: Matrices, left: Array, right: Array) -> Matrices:
+    a, b, c, d = parts
+    return left @ a @ right, left @ b, c @ right, d
 
 
 def rows_of(whole: PeriodMap, rows: Sequence[int]) -> PeriodMap:

@@ -25,6 +25,7 @@ from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of,
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.periodic import Point
 from proofmass.runner.analysis.linearisation.poles import Verdict, judged
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.several.structured import lower_bound, upper_bound
@@ -101,7 +102,7 @@ def margins_together(graph: Graph, loops: Sequence[str] = (), *, at: str | float
     return together(planned, named, tick_at(planned, at))
 
 
-def together(planned: Plan, loops: dict[str, Endpoint], tick: int = 0) -> Together:
+def together(planned: Plan, loops: dict[str, Endpoint], tick: Point = 0) -> Together:
     """Return the margin of loops by name and output."""
     nodes = list(loops.values())
     _refuse(planned, loops)

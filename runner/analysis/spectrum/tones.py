@@ -1,7 +1,8 @@
 """A tone and what lies beside it: SNR, SNDR, THD, SFDR, ENOB, as IEEE Std 1241 has them, from a spectrum.
 
 The lines about zero, the tone and its harmonics within the main lobe of the window are theirs; the rest is noise, and
-goes on beneath them at its mean density. Harmonics above half the rate fold back. All ratios are of mean squares;
+goes on beneath them at the mean density of its neighbours, since it may be shaped. Harmonics above half the rate fold
+back. All ratios are of mean squares;
 ENOB = (SNDR - 10 log10(3/2)) / (20 log10(2)) is that of a converter which the tone fills.
 """
 
@@ -19,6 +20,7 @@ from proofmass.runner.analysis.spectrum.windows import half_lobe
 
 HARMONICS = 9  # above the tone
 _NEIGHBOURS = 8  # lobes, on each side of a tone
+_BESIDE = 2  # lobes on either side of a tone, by whose lines the noise beneath it is known
 _OUTSTANDING = 30.0  # a line of white noise is as high above its median once in 1e9
 _ROOM = 3  # lobes, in which a tone, zero and noise find place
 COHERENT = 1e-2  # of a cycle, by which a tone in a whole number of cycles may be off
@@ -66,8 +68,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
         raise ModelError([_no_room(of)])
     step = of.step
     floor = float(np.mean(of.density[rest]))
-    in_band = float(np.sum(of.within(band))) * step
-    noise = floor * in_band
+    noise = float(np.sum(np.where(rest, of.density, _beneath(of, rest, lobe))[of.within(band)])) * step
     beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # of noise; another tone lifts the mean
     signal = _above(of, own, beneath)
     distortion = _above(of, harmonic, beneath)
@@ -88,6 +89,16 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
         enob=(sndr - 10.0 * math.log10(1.5)) / (20.0 * math.log10(2.0)),
         cycles=frequency / step,
     )
+
+
+def _beneath(of: Spectrum, rest: Any, lobe: int) -> Array:
+    """Density of the noise at each line by the mean over its neighbours without tones: noise may be shaped."""
+    lines = np.flatnonzero(rest)
+    total = np.concatenate([[0.0], np.cumsum(of.density[lines])])
+    reach = _BESIDE * (lobe + 1)
+    first = np.maximum(np.arange(len(lines)) - reach, 0)
+    last = np.minimum(np.arange(len(lines)) + reach + 1, len(lines))
+    return np.asarray(np.interp(np.arange(len(of.frequencies)), lines, (total[last] - total[first]) / (last - first)))
 
 
 def _above(of: Spectrum, lines: Any, floor: float) -> float:

@@ -18,7 +18,7 @@ from proofmass.graphs.tuning.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
-from proofmass.runner.analysis.noise.band import bends, integral
+from proofmass.runner.analysis.noise.band import bends, rule
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, rows_of, summed
 from proofmass.runner.derivatives.dual_noise import noise_blocks
 from proofmass.runner.design.quantities.loop_figures import Reading
@@ -77,7 +77,7 @@ def _mean_square(
             squares = squares / np.abs(found.gain(frequencies, source)) ** 2
         return np.asarray(squares[:, None])
 
-    return float(integral(density, ends)[0]), ends
+    return float(rule(density, ends)[2][0]), ends
 
 
 def _whole_slopes(whole: PeriodMap, target: Endpoint, names: list[str]) -> dict[str, float] | None:

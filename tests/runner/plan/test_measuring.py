@@ -4,7 +4,9 @@ import dataclasses
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pytest
+import scipy.signal
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
@@ -30,12 +32,17 @@ blocks.adc = { kind = "AnalogToDigital", bits = 12, rate = "500 Hz" }
 blocks.bits = { kind = "ShiftRegister", rate = "250 Hz" }
 """)
 BEGIN = 0.1234
+Array = npt.NDArray[np.float64]
 
 
 OPTIONS = {
     "percentile": {"percent": "75 %"},
     "allan_deviation": {"tau": "20 ms"},
     "settling_time": {"target": 1.0, "within": 0.12},
+    "tone_amplitude": {"frequency": "37 Hz"},
+    "tone_phase": {"frequency": "37 Hz"},
+    "band_rms": {"low": "20 Hz", "high": "80 Hz"},
+    "density": {"frequency": "100 Hz", "segment": "80 ms"},
 }
 SIGNALS = {"number": "sum.output", "code": "adc.code", "bit": "bits.bit"}
 MEASURED = dataclasses.replace(
@@ -67,6 +74,10 @@ def test_against_numpy(engine: EngineName) -> None:
             "slope": np.polyfit(t - t.mean(), y, 1)[0],
             "allan_deviation": allan(y, round(0.02 / (t[1] - t[0]))),
             "settling_time": (1 + max(np.flatnonzero(abs(y - 1.0) > 0.12), default=-1)) * (t[1] - t[0]),
+            "tone_amplitude": math.hypot(*tone(t, y)),
+            "tone_phase": math.atan2(*tone(t, y)[::-1]),
+            "band_rms": band_rms(trace.values.astype(float), counted, t[1] - t[0]),
+            "density": welch(y, t[1] - t[0]),
         }
         found = {statistic: result.measures[f"{kind}_{statistic}"].value for statistic in STATISTICS}
         sorted_in = found.pop("percentile")  # an estimate; of codes and bits a rough one
@@ -77,6 +88,24 @@ def test_against_numpy(engine: EngineName) -> None:
 def allan(y: "np.ndarray[tuple[int], np.dtype[np.float64]]", m: int) -> float:
     means = np.convolve(y, np.ones(m) / m, "valid")
     return math.sqrt(0.5 * ((means[m:] - means[:-m]) ** 2).mean())
+
+
+def tone(t: Array, y: Array) -> tuple[float, float]:
+    turn = 2.0 * np.pi * 37.0 * t
+    sine, cosine, _ = np.linalg.lstsq(np.column_stack([np.sin(turn), np.cos(turn), np.ones_like(t)]), y)[0]
+    return float(sine), float(cosine)
+
+
+def band_rms(y: Array, counted: "np.ndarray[tuple[int], np.dtype[np.bool_]]", period: float) -> float:
+    for corner, kind in ((20.0, "highpass"), (80.0, "lowpass")):
+        y = scipy.signal.sosfilt(scipy.signal.butter(4, corner, kind, output="sos", fs=1.0 / period), y)
+    return math.sqrt(float(np.mean(y[counted] ** 2)))
+
+
+def welch(y: Array, period: float) -> float:
+    count = round(0.08 / period)
+    f, density = scipy.signal.welch(y, 1.0 / period, "hann", nperseg=count, noverlap=count // 2, detrend="constant")
+    return math.sqrt(float(density[int(np.argmin(np.abs(f - 100.0)))]))
 
 
 def test_measures_with_other_options_are_other_measures() -> None:

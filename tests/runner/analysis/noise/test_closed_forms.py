@@ -8,6 +8,7 @@ import pytest
 from proofmass.blocks import (
     AnalogToDigital,
     BrownianForce,
+    ChopperModulator,
     Constant,
     Decimator,
     Difference,
@@ -17,7 +18,10 @@ from proofmass.blocks import (
     Gain,
     GaussMarkov,
     LowPass,
+    MassSpringDamper,
+    Product,
     RandomWalk,
+    Sine,
     Sum,
     UnitDelay,
     WhiteNoise,
@@ -229,6 +233,62 @@ def test_noise_is_referred_to_an_input_through_a_delay_of_several_rates() -> Non
     x = np.pi * found.frequencies / RATE
     assert np.abs(found.gain) == pytest.approx(np.abs(np.sin(10.0 * x) / (10.0 * np.sin(x))), rel=EXACT)
     assert found.referred_density == pytest.approx(1.0 / np.abs(found.gain) ** 2, rel=EXACT)
+
+
+def test_a_chopper_moves_flicker_noise_to_its_frequency() -> None:
+    """Behind a square wave of Fourier coefficients c[k] the two-sided density is the sum of |c[k]|^2 S(f - k fc)."""
+    half = 8
+    blocks = {
+        "flicker": FlickerNoise(level=1.0, lowest_frequency=0.5, highest_frequency=100.0, unit="V"),
+        "chopper": ChopperModulator(half_period=half),
+    }
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=["flicker.value -> chopper.input"])
+    f = np.array([3.0, 30.0, 62.0, 70.0, 180.0, 300.0])
+    found = noise(graph, "chopper.output", frequencies=f.tolist())
+    square = np.where(np.arange(2 * half) < half, 1.0, -1.0)
+    weights = np.abs(np.fft.fft(square) / len(square)) ** 2
+    expected = np.zeros(len(f))
+    for k, weight in enumerate(weights):
+        shifted = (f - k * RATE / len(square)) % RATE
+        apart = np.abs(np.where(shifted > RATE / 2.0, shifted - RATE, shifted))
+        order = np.argsort(apart)
+        values = noise(graph, "flicker.value", frequencies=apart[order].tolist()).density
+        expected[order] += weight * values
+    assert found.density == pytest.approx(expected, rel=EXACT)
+    again = noise(graph, "chopper.output", frequencies=f.tolist(), at="periodic")
+    assert again.density == pytest.approx(found.density, rel=EXACT)
+    near, quiet = float(found.density[2]), float(found.density[0])  # the chopping frequency is 62.5 Hz
+    assert near > 30.0 * quiet
+
+
+def test_synchronous_demodulation_halves_the_density_about_the_carrier() -> None:
+    """White noise times sin(2 pi fc t): half of the density of the noise, at every frequency (Leland 2005)."""
+    blocks = {
+        "force": WhiteNoise(density=3.0),
+        "carrier": Sine(amplitude=1.0, frequency=125.0),
+        "mixer": Product(),
+    }
+    wires = ["force.output -> mixer.first", "carrier.output -> mixer.second"]
+    found = budget(blocks, wires, "mixer.output")
+    assert found.density == pytest.approx(9.0 / 2.0, rel=EXACT)
+    assert found.rms**2 == pytest.approx(9.0 / 2.0 * RATE / 2.0, rel=EXACT)
+
+
+def test_brownian_force_demodulated_at_resonance() -> None:
+    """A narrow band about the carrier comes down to zero: x sin gives S(fc - f) / 4 + S(fc + f) / 4 of two sides."""
+    carrier, offset = 125.0, 5.0
+    blocks = {
+        "force": BrownianForce(damping=1e-6, temperature=300.0),
+        "mass": MassSpringDamper(mass=1e-8, damping=1e-6, stiffness=1e-8 * (2.0 * math.pi * carrier) ** 2),
+        "carrier": Sine(amplitude=1.0, frequency=carrier, unit="1"),
+        "mixer": Product(first_unit="m"),
+    }
+    wires = [
+        "force.force -> mass.force", "mass.displacement -> mixer.first", "carrier.output -> mixer.second",
+    ]  # fmt: skip
+    mixed = budget(blocks, wires, "mixer.output", frequencies=[offset]).density
+    straight = budget(blocks, wires, "mass.displacement", frequencies=[carrier - offset, carrier + offset]).density
+    assert mixed == pytest.approx(np.sum(straight) / 4.0, rel=EXACT)
 
 
 def test_an_output_without_noise_is_refused() -> None:

@@ -1,0 +1,77 @@
+"""Root mean square in a band: sqrt(sum y^2 / n), y the input behind Butterworth filters of fourth order.
+
+A high-pass at the low end and a low-pass at the high one, each down by 3 dB there (Butterworth 1930); from zero on
+there is no high-pass, and the mean counts. The filters run from tick 0, also in ticks that are left out.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from proofmass.blocks.arithmetic.elementary import sine_of_turns
+from proofmass.blocks.arithmetic.sections import Delays, Poles, Sections, designed, filtered, moved, warped
+from proofmass.blocks.declaration.declare import Block, Input, param
+
+_ORDER = 4
+
+
+class BandMeter(Block):
+    """Root mean square of the part of a signal that lies in a band, over all samples before the tick."""
+
+    low: float = param("Hz", "Lower end of the band.", default=0.0, at_least=0.0)
+    high: float = param("Hz", "Upper end of the band.", default=100.0, above=0.0)
+    skip: int = param("1", "Ticks left out at the start, while filters and loops settle.", default=0, at_least=0)
+    unit: str = param("", "Unit of the input.", default="1")
+
+    input = Input("{unit}", "What is filtered.")
+
+
+class State(NamedTuple):
+    left: int  # ticks that are still left out
+    samples: int
+    squares: float
+    s1: float
+    t1: float
+    s2: float
+    t2: float
+    s3: float
+    t3: float
+    s4: float
+    t4: float
+
+
+@BandMeter.requires
+def requires(p: BandMeter) -> Iterator[tuple[str, str]]:
+    if p.high <= p.low:
+        yield "high", f"above low, {p.low:g} Hz"
+
+
+@BandMeter.start
+def start(p: BandMeter) -> State:
+    return State(p.skip, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@BandMeter.constants
+def constants(p: BandMeter, period: float) -> Sections:
+    q1, q2 = 0.5 / sine_of_turns(1.0 / 16.0), 0.5 / sine_of_turns(3.0 / 16.0)
+    poles = Poles(1.0, q1, 1.0, q2, 1.0, 1.0, 1.0, 1.0)
+    above = designed(poles, _ORDER if p.low > 0.0 else 0, True, warped(p.low, period), 1.0)
+    below = designed(poles, _ORDER, False, warped(p.high, period), 1.0)
+    return Sections(*above[:10], *below[:10])
+
+
+@BandMeter.output("{unit}")
+def rms(c: Sections, x: State) -> float:
+    """The root mean square."""
+    return math.sqrt(x.squares / float(x.samples)) if x.samples > 0 else 0.0
+
+
+@BandMeter.update
+def update(c: Sections, x: State, input: float) -> State:
+    d, u = Delays(x.s1, x.t1, x.s2, x.t2, x.s3, x.t3, x.s4, x.t4), 1.0 * input
+    y, e = filtered(c, d, u), moved(c, d, u)
+    counts = x.left <= 0
+    return State(
+        x.left - 1 if x.left > 0 else 0, x.samples + 1 if counts else 0, x.squares + y * y if counts else 0.0,
+        e.s1, e.t1, e.s2, e.t2, e.s3, e.t3, e.s4, e.t4,
+    )  # fmt: skip

@@ -1,0 +1,76 @@
+"""The numbers of a graph at the ends of successive periods: what moves, and after how many it comes back."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from proofmass.runner.plan.memory import Memory
+
+_BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
+_TRIES = 6  # of numbers of periods
+_STILL = 1e-3  # of its size, below which the swing of a number is dither
+
+
+class Orbit:
+    """Numbers of a graph at the ends of successive periods."""
+
+    def __init__(self, rows: Sequence[Mapping[Any, float]], paired: bool = False) -> None:
+        """Take the numbers of each period; `paired` with those of the next, since a sine has a value twice a cycle."""
+        keys = sorted(set(rows[0]).intersection(*rows))
+        values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
+        swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
+        steps = np.diff(values, axis=0)
+        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases and counts, and what settles
+        moving = swing > _STILL * size
+        self._paired = paired
+        self._keys, self._values, self._swing = keys, values, swing
+        self.turning = np.flatnonzero(moving & ~straight)
+        self._moving = np.flatnonzero(moving)
+
+    @property
+    def turning_keys(self) -> list[tuple[str, str, int]]:
+        """Names of the numbers that go to and fro."""
+        return [self._keys[int(i)] for i in self.turning]
+
+    def swing(self, wire: tuple[str, str]) -> float:
+        """Return by how much a wire goes to and fro."""
+        key = (*wire, -1)
+        return float(self._swing[self._keys.index(key)]) if key in self._keys else 0.0
+
+    def returns(self) -> Iterator[int]:
+        """Numbers of periods after which all that goes to and fro is closer to where it was than ever before."""
+        chosen = self.turning
+        if not len(chosen):
+            return
+        apart = np.abs(self._values[1:, chosen] - self._values[0, chosen])
+        if self._paired:
+            apart = np.maximum(apart[:-1], np.abs(self._values[2:, chosen] - self._values[1, chosen]))
+        miss = (apart / self._swing[chosen]).max(axis=1)
+        best = np.minimum.accumulate(miss)
+        closer = np.flatnonzero((miss < _BACK) & (miss < np.concatenate([[np.inf], best[:-1]])))
+        yield from (int(i) + 1 for i in closer[:_TRIES])
+
+    def fastest(self) -> tuple[str, str, float]:
+        """Block and number that moves most from one period to the next, and the part of its swing."""
+        chosen = self.turning if len(self.turning) else self._moving
+        steps = np.abs(np.diff(self._values[:, chosen], axis=0)).max(axis=0) / self._swing[chosen]
+        name, part, index = self._keys[chosen[int(np.argmax(steps))]]
+        return name, f"{name}.{part}" + (f"[{index}]" if index >= 0 else ""), float(np.max(steps))
+
+
+def states_of(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
+    """The numbers that blocks hold."""
+    for name in names:
+        state = memory.states[name]
+        if state is not None:
+            yield from (((name, field, -1), value) for field, value in zip(state._fields, state, strict=True))
+    for (name, buffer), held in memory.of_blocks().items():
+        if name in names and isinstance(held, list):
+            yield from (((name, buffer, i), value) for i, value in enumerate(held))
+
+
+def wires_of(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
+    for (name, port), held in memory.wires.items():
+        if name in names and not isinstance(held, list):
+            yield (name, port, -1), held

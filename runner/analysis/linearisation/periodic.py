@@ -1,0 +1,242 @@
+"""Periodic operating points: carriers, choppers and drives come back after a period, and are found by shooting.
+
+    x = F(x),   x <- x + (I - A)^-1 (F(x) - x)
+
+F is what a run of the graph over a period makes of the states, without noise, and A its exact derivative. In F, as in
+A, quantisers pass their input on. Continuous groups that are not linear are moved by the run's own integration.
+
+The period is the least of 1 to 100 common periods of all blocks after which a run comes close to where it was.
+A point counts as periodic where all that acts on others is back to 1e-10 of its size, after one period and after two.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.forward import Forward
+from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
+from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap, period_map
+from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.planned import Plan, without_noise
+
+PERIODIC = "periodic"  # an operating point: where the graph comes back to after a period
+CLOSED = 1e-10  # of the size of the states, by which an orbit may miss where it was
+LONGEST, MOST_PERIODS = 10_000, 100  # base ticks of a period, and common periods in it
+_SETTLING = 20_000  # base ticks of a run before the search, at most
+_STEPS = 30  # of Newton's method
+_NULL = 1e-11  # of the largest singular value: a number that no other one depends on, as a phase
+_FAR = 0.1  # of its size, by which a state may differ from that of a run
+_SAME = 1e-8  # by which the map of the following period may differ
+
+
+@dataclass(frozen=True)
+class PeriodicPoint:
+    """Operating point that comes back: memory there, base ticks of the period, and how well it closes."""
+
+    memory: Memory
+    ticks: int
+    misfit: float  # of the size of the states
+    steps: int
+
+    def note(self, period: float) -> str:
+        """Return what is said of it in an analysis."""
+        return (
+            f"about a periodic orbit of {self.ticks * period:.6g} s, found in {self.steps} steps,"
+            f" that closes to {self.misfit:.1g}"
+        )
+
+
+Point = int | PeriodicPoint  # base tick of an operating point, or one that comes back
+
+
+def tick_of(point: Point) -> int:
+    """Return the base tick of an operating point."""
+    return point.memory.tick if isinstance(point, PeriodicPoint) else point
+
+
+def periodic_point(plan: Plan) -> PeriodicPoint:
+    """Return the periodic operating point of a graph; raises `ModelError` where none is found."""
+    common = math.lcm(*plan.schedule.divisors.values())
+    if common > LONGEST:
+        raise ModelError([plan.graph.placed(_too_long(plan, common))])
+    search = _Shooting(plan, common)
+    best = ""
+    for periods in search.candidates():
+        point, best = search.newton(periods, best)
+        if point is not None:
+            return point
+    raise ModelError([plan.graph.placed(_none(plan, search, best))])
+
+
+class _Shooting:
+    """Newton's method on the period map, from where a run has got to."""
+
+    def __init__(self, plan: Plan, common: int) -> None:
+        self.plan, self.common = plan, common
+        self.outputs = list(_numbers(plan))
+        self.first = max(1, min(_SETTLING, 4096 * common) // common) * common
+        self._sizes: dict[Entry, float] = {}
+        run, names = Forward(without_noise(plan), start(plan)), sorted(plan.blocks)
+        for tick in _looks(self.common, self.first):
+            self._start = run.to(tick)
+            for entry, value in states_of(self._start, names):
+                self._sizes[entry] = max(self._sizes.get(entry, 0.0), abs(float(value)))
+
+    def candidates(self) -> Iterator[int]:
+        """Yield how many common periods the orbit may take: one, and those after which a run comes back."""
+        yield 1
+        yield from (periods for periods in self._orbit.returns() if periods > 1)
+
+    @cached_property
+    def _orbit(self) -> Orbit:
+        run, names = Forward(without_noise(self.plan), self._start.copy()), sorted(self.plan.blocks)
+        ticks = (self.first + i * self.common for i in range(1, min(LONGEST // self.common, MOST_PERIODS) + 2))
+        return Orbit([dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True)
+
+    def newton(self, periods: int, before: str) -> tuple[PeriodicPoint | None, str]:
+        """Return the point over so many common periods, or None and what is in its way."""
+        memory, worst = self._start.copy(), before
+        for steps in range(1, _STEPS + 1):
+            try:
+                whole = self.map(memory, periods)
+            except ModelError:
+                if steps == 1:
+                    raise
+                return None, before  # far from any orbit
+            scale = self._scale(whole)
+            change, misfit, drift = _newton_step(whole, scale)
+            if not np.isfinite(change).all():
+                return None, before
+            worst = _worst(whole, drift, scale) or worst
+            if misfit <= CLOSED:
+                wrong = self._wrong(whole, memory, scale, periods)
+                return (None, wrong) if wrong else (PeriodicPoint(memory, periods * self.common, misfit, steps), "")
+            memory = _moved(memory, whole, change)
+        return None, worst
+
+    def _wrong(self, whole: PeriodMap, memory: Memory, scale: Array, periods: int) -> str:
+        """Return why a point from which the states come back is no periodic one all the same, or ""."""
+        end = whole.end or memory
+        names = sorted(self.plan.blocks)
+        first, last = dict(states_of(memory, names)), dict(states_of(end, names))
+        size = dict(zip(whole.states, scale, strict=True))
+        for key in self._orbit.turning_keys:
+            if key in first and abs(last[key] - first[key]) > CLOSED * size.get(key, 1.0):
+                return f"{key[0]}.{key[1]} is {last[key]:g} after a period, and was {first[key]:g}"
+        after = self.map(end, periods)
+        wires = [end.wires, (after.end or end).wires]
+        same = all(
+            abs(wires[1][key] - wires[0][key]) <= _SAME * max(abs(wires[0][key]), self._orbit.swing(key))
+            for key in ((name, port) for name, port, _ in self._orbit.turning_keys if (name, port) in end.wires)
+        )
+        if not same or after.states != whole.states or not _alike(whole, after, scale):
+            return "the period that follows is another: a signal of the time does not fit it"
+        moved = max((abs(v - w) / size[k] for k, v, w in self._far(first) if k in size), default=0.0)
+        if moved > _FAR and np.max(np.abs(np.linalg.eigvals(whole.parts()[0])), initial=0.0) > 1.0 + _SAME:
+            return "Newton's method goes to an unstable point far from where a run gets to"
+        return ""
+
+    def _far(self, now: Mapping[Entry, float]) -> Iterator[tuple[Entry, float, float]]:
+        for key, value in states_of(self._start, sorted(self.plan.blocks)):
+            yield key, now[key], value
+
+    def _scale(self, whole: PeriodMap) -> Array:
+        """Return the largest values that states have had, or one where they were zero in the run, as of noise."""
+        sizes = ((self._sizes.get(e, 0.0), abs(x)) for e, x in zip(whole.states, whole.point, strict=True))
+        return np.array([max(largest, now) if largest else 1.0 for largest, now in sizes])
+
+    def map(self, memory: Memory, periods: int) -> PeriodMap:
+        """Return the map of all states over some common periods."""
+        return period_map(
+            self.plan, (), self.outputs, everything=True, memory=memory, span=periods * self.common, integrated=True
+        )
+
+
+def _looks(common: int, last: int) -> Iterator[int]:
+    """Yield ticks at which the sizes of states are looked at."""
+    tick = common
+    while tick < last:
+        yield tick
+        tick *= 2
+    yield last
+
+
+def _newton_step(whole: PeriodMap, scale: Array) -> tuple[Array, float, Array]:
+    """Return the change of the states that closes the orbit, its misfit, and what of it cannot be closed."""
+    a, step = whole.parts()[0], whole.matrix[: whole.order, -1]
+    if not len(a):
+        return np.zeros(0), 0.0, np.zeros(0)
+    system = np.eye(len(a)) - a / scale[:, None] * scale
+    change = np.linalg.pinv(system, rcond=_NULL) @ (step / scale)
+    closing = system @ change
+    return change * scale, float(np.max(np.abs(closing))), step / scale - closing
+
+
+def _moved(memory: Memory, whole: PeriodMap, change: Array) -> Memory:
+    """Return a copy with changed states."""
+    moved = memory.copy()
+    for (name, field, index), by in zip(whole.states, change.tolist(), strict=True):
+        if not by:
+            continue
+        state = moved.states[name]
+        if index < 0:
+            moved.states[name] = state._replace(**{field: getattr(state, field) + by})
+        else:
+            buffer: Any = moved.buffers[name, field]
+            buffer[index] += by
+    return moved
+
+
+def _alike(first: PeriodMap, second: PeriodMap, scale: Array) -> bool:
+    """Return whether two maps are the same in units of the states."""
+    n = first.order
+    apart = np.abs(second.matrix[:n] - first.matrix[:n]) / scale[:, None]
+    apart[:, :n] *= scale
+    return bool(np.max(apart, initial=0.0) <= _SAME)
+
+
+def _worst(whole: PeriodMap, drift: Array, scale: Array) -> str:
+    """Return the state that misses most, in words."""
+    step = np.abs(whole.matrix[: whole.order, -1]) / scale
+    if not len(step):
+        return ""
+    at = int(np.argmax(np.maximum(step, np.abs(drift))))
+    return f"{whole.names([whole.states[at]])[0]} misses where it was by {step[at]:.2g} of its size"
+
+
+def _numbers(plan: Plan) -> Iterator[Endpoint]:
+    """Yield an output of each block that has one that is a number."""
+    for name, block in plan.blocks.items():
+        for port, declared in type(block).outputs.items():
+            if not declared.shape and declared.dtype is not bool:
+                yield name, port
+                break
+
+
+def _none(plan: Plan, search: _Shooting, worst: str) -> Problem:
+    period = search.common * plan.period
+    return Problem(
+        message="no periodic operating point was found",
+        key="at",
+        got=worst,
+        expected=f"an orbit that closes in {period:.6g} s, or in a whole number of these up to"
+        f" {min(LONGEST // search.common, MOST_PERIODS)}",
+        hint="choose rates so that a whole number of ticks fits each carrier; an oscillator without a drive has a"
+        " period of its own, which no number of ticks need fit: drive it",
+    )
+
+
+def _too_long(plan: Plan, common: int) -> Problem:
+    return Problem(
+        message="the blocks tick together too rarely for a periodic operating point",
+        key="rate",
+        got=f"{common:,} base ticks, {common * plan.period:.6g} s",
+        expected=f"at most {LONGEST:,} base ticks",
+        hint="make the rates ratios of small numbers",
+    )

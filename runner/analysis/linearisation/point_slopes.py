@@ -1,0 +1,66 @@
+"""Derivatives of an operating point by the parameters: a graph stands elsewhere with another spring.
+
+Near the start they come from a run from tick 0 in dual numbers. An operating point x that comes back after a period has
+those of the implicit function: x = F(x, p) gives dx/dp = (I - A)^-1 dF/dp.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.period_map import Entry, PeriodMap, PointSlopes
+from proofmass.runner.derivatives.dual import slopes_of
+from proofmass.runner.derivatives.dual_plan import PARAMETERS, differentiated
+from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.plan.memory import start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.interpret import TickError
+
+MOST_TICKS = 20_000  # of blocks, that are run in dual numbers
+_AT_REST = 1e-6  # of the size of a state, by which it may move in a period
+
+
+def slopes_near_start(plan: Plan, blocks: set[str], tick: int) -> PointSlopes | None:
+    """Return the derivatives of what blocks hold in a tick, by a run from tick 0; None where that takes too long."""
+    if tick * len(blocks) > MOST_TICKS:
+        return None
+    moved = differentiated(plan)
+    try:
+        engine = DualTicks(moved, start(moved), blocks, (), (), False, True)
+        engine.advance(tick, ())
+    except (TickError, ModelError):  # bits are taken from a number that parameters move
+        return None
+    memory, slopes = engine.memory(), dict[Entry, Mapping[str, float]]()
+    for name in blocks:
+        state = memory.states[name]
+        for field in state._fields if state is not None else ():
+            _note(slopes, (name, field, -1), getattr(state, field))
+    for (name, buffer), values in memory.of_blocks().items():
+        if name in blocks and isinstance(values, list):
+            for i, value in enumerate(values):
+                _note(slopes, (name, buffer, i), value)
+    return slopes
+
+
+def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
+    """Return the derivatives of a point that comes back, from the map of all that moves; None of one that does not."""
+    n = everything.order
+    a, step = everything.parts()[0], everything.matrix[:n, -1]
+    if np.any(np.abs(step) > _AT_REST * np.maximum(np.abs(np.array(everything.point)), 1e-300) + 1e-300):
+        return None
+    rest = Lasting(a).others
+    inverse = rest @ np.linalg.inv(np.eye(n) - rest @ a)
+    columns = {name: inverse @ slope[:n, -1] for name, slope in everything.slopes.items()}
+    return {
+        entry: {name: float(column[i]) for name, column in columns.items() if column[i]}
+        for i, entry in enumerate(everything.states)
+    }
+
+
+def _note(slopes: dict[Entry, Mapping[str, float]], entry: Entry, value: Any) -> None:
+    own = {str(name): float(slope) for name, slope in slopes_of(value, PARAMETERS).items()}
+    if own:
+        slopes[entry] = own

@@ -1,0 +1,219 @@
+"""The response of a graph from one output to another, by its exact linearisation."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.model.graph import Endpoint, Graph
+from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.open_loop import Complex
+from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
+from proofmass.runner.analysis.linearisation.periodic import Point, tick_of
+from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
+from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
+from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
+from proofmass.runner.analysis.response.stimuli import Kind, Stimulus
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.simulate import Progress
+
+_BELOW = 0.1  # of the lowest corner, where a picture begins
+_EVEN = 200  # frequencies
+_DECADES = 6.0  # that it covers at most
+_AT_REST = 1e-9  # of the largest gain: a gain at rest that is rounding
+_HALF = math.sqrt(0.5)
+_BISECTIONS = 60
+_STEP = 1e-4  # of the distance to the nearest pole, over which the phase is differentiated
+
+
+@dataclass(frozen=True)
+class Response:
+    """Gain from an input to an output over frequency, its figures, and what a simulation gave where there was one."""
+
+    input: str
+    output: str
+    unit: str  # of the gain
+    output_unit: str
+    wires: WireResponse
+    frequencies: Array  # Hz
+    gain: Complex
+    time: float  # of the operating point, in seconds
+    notes: tuple[str, ...]
+    simulated: Simulated | None = None
+
+    @cached_property
+    def at_rest(self) -> float:
+        """Gain at 0 Hz; infinite where the output does not settle."""
+        if self.wires.radius >= 1.0:
+            return math.inf
+        gain = float(np.real(self.wires.gain(np.zeros(1))[0]))
+        return gain if abs(gain) > _AT_REST * self.peak[1] else 0.0
+
+    @cached_property
+    def peak(self) -> tuple[float, float]:
+        """Frequency and size of the largest gain that is shown."""
+        best = int(np.argmax(np.abs(self.gain)))
+        return float(self.frequencies[best]), float(np.abs(self.gain[best]))
+
+    @cached_property
+    def reference(self) -> tuple[float, float]:
+        """Frequency and size of the gain that the corners are 3 dB below: at rest, or the peak where that is zero."""
+        return (0.0, abs(self.at_rest)) if self.at_rest and math.isfinite(self.at_rest) else self.peak
+
+    @cached_property
+    def corners(self) -> tuple[float | None, float | None]:
+        """The band about the reference in which the gain falls by less than 3 dB; None where it does not fall."""
+        middle, size = self.reference
+        fallen = np.abs(self.gain) < _HALF * size
+        below = np.flatnonzero(fallen & (self.frequencies < middle))
+        above = np.flatnonzero(fallen & (self.frequencies > middle))
+        low = self._between(int(below[-1]), int(below[-1]) + 1) if len(below) else None
+        first = int(above[0]) if len(above) else 0
+        high = self._between(first, first - 1) if first else None
+        return low, high
+
+    @property
+    def bandwidth(self) -> float | None:
+        """Hz to which the gain is within 3 dB of that at rest; None where it never falls so far."""
+        return self.corners[1]
+
+    @cached_property
+    def delay(self) -> float:
+        """Group delay at the frequency of the reference, in seconds."""
+        middle = self.reference[0]
+        logs = np.log(self.wires.poles[np.abs(self.wires.poles) > 0.0]) / (2j * np.pi * self.wires.period)
+        near = float(np.min(np.abs(middle - logs), initial=self.wires.top))
+        around = self.wires.gain(middle + np.array([-1.0, 1.0]) * _STEP * near)
+        return float(-np.angle(around[1] / around[0]) / (4.0 * np.pi * _STEP * near))
+
+    @cached_property
+    def step_response(self) -> StepResponse | None:
+        """The response to a step of one; None where it does not settle."""
+        return step_response(self.wires)
+
+    @property
+    def step(self) -> StepFigures | None:
+        """Rise, settling and overshoot; None where the output does not settle."""
+        return self.step_response.figures if self.step_response else None
+
+    def _between(self, fallen: int, passing: int) -> float:
+        """Frequency between two of the grid at which the gain is 3 dB below the reference."""
+        low, high = float(self.frequencies[fallen]), float(self.frequencies[passing])
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            below = abs(self.wires.gain(np.array([middle]))[0]) < _HALF * self.reference[1]
+            low, high = (middle, high) if below else (low, middle)
+        return high
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        low, high = self.corners
+        return {
+            "input": self.input, "output": self.output, "unit": self.unit, "time_s": self.time,
+            "gain_at_rest": self.at_rest if math.isfinite(self.at_rest) else None,
+            "peak": {"frequency_hz": self.peak[0], "gain": self.peak[1]},
+            "low_corner_hz": low, "bandwidth_hz": high, "delay_s": self.delay,
+            "step": self.step.as_data() if self.step else None,
+            "frequencies_hz": self.frequencies.tolist(),
+            "gain": np.abs(self.gain).tolist(), "phase_deg": np.degrees(phase_of(self.gain)).tolist(),
+            "simulated": self.simulated.as_data() if self.simulated else None,
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+
+def response(
+    graph: Graph,
+    input: str,
+    output: str,
+    *,
+    at: str | float | Fraction | None = None,
+    frequencies: Sequence[float] = (),
+    simulate: Kind | None = None,
+    amplitude: str | float | None = None,
+    band: tuple[float, float] | None = None,
+    progress: Progress | None = None,
+) -> Response:
+    """Return the response from one output to another, such as "acceleration.output" to "adc.number".
+
+    The gain is that for small signals at the operating point `at`: a time, where the loops have "settled", or the
+    second common period unless said. It is exact at the frequencies of the input's values; between
+    continuous blocks signals count as held from tick to tick. It is given at some `frequencies` in Hz, ascending, or
+    on a logarithmic grid.
+
+    With `simulate` the graph itself is run with a stimulus on top of the input, quantisers, limits and noise
+    included, and what comes out at its frequencies stands beside the linear response: a "sine" at one frequency after
+    the other, a "multitone", a "chirp" or a "prbs", a pseudorandom binary sequence. Its peak value is `amplitude`, such
+    as "1 mV" or a number in the input's unit, and it lies in a `band` in Hz.
+
+    Raises `ModelError` for a graph that cannot be linearised, and where no way leads from the input to the output.
+    """
+    planned = plan(graph)
+    source, target = node_of(planned, input), node_of(planned, output)
+    tick = common_period(planned, [source], [target]) if at is None else tick_at(planned, at)
+    found = response_of(planned, source, target, tick, frequencies)
+    if simulate is None:
+        return found
+    stimulus = Stimulus(simulate, read_amplitude(planned, source, amplitude), band)
+    run = simulated(planned, source, target, found.wires, stimulus, tick_of(tick), found.bandwidth, progress)
+    return replace(found, simulated=run)
+
+
+def response_of(
+    planned: Plan, source: Endpoint, target: Endpoint, tick: Point = 0, frequencies: Sequence[float] = ()
+) -> Response:
+    """Return the linear response between two outputs of a plan at a base tick."""
+    whole = map_at(planned, [source], [target], tick=tick)
+    wires = WireResponse.of(whole)
+    if not any(part.any() for part in (wires.matrices[1], wires.matrices[3])):
+        raise ModelError([planned.graph.placed(_unreached(source, target))])
+    shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else _shown(wires)
+    units = [unit_of(planned.blocks[name], type(planned.blocks[name]).outputs[port]) for name, port in (target, source)]
+    return Response(
+        ".".join(source),
+        ".".join(target),
+        short_unit(f"({units[0]})/({units[1]})"),
+        short_unit(units[0]),
+        wires,
+        shown,
+        wires.gain(shown),
+        whole.time,
+        _notes(whole, wires),
+    )
+
+
+def phase_of(gain: Complex) -> Array:
+    """Phase in radians that goes on without jumps."""
+    return np.asarray(np.unwrap(np.angle(gain)))
+
+
+def _shown(wires: WireResponse) -> Array:
+    corners = [max(f, w) for f, w in resonances(wires)]
+    lowest = _BELOW * min([*corners, wires.top])
+    even = np.linspace(0.0, wires.top, _EVEN).tolist()  # a delay turns the phase evenly
+    return grid(wires, max(lowest, wires.top * 10.0**-_DECADES), wires.top, even)
+
+
+def _notes(whole: PeriodMap, wires: WireResponse) -> tuple[str, ...]:
+    if wires.radius < 1.0:
+        return whole.notes
+    growth = f"a mode of size {wires.radius:.6g} a period of {wires.period:.3g} s"
+    return (*whole.notes, f"the output does not settle after a step: {growth}")
+
+
+def _unreached(source: Endpoint, target: Endpoint) -> Problem:
+    return Problem(
+        message=f"{'.'.join(source)} does not move {'.'.join(target)}",
+        key=".".join(source),
+        expected="wires that lead from the one to the other, through blocks that pass small changes on",
+        hint="a limit may be reached, or a switch be open at this time: try another one with --at",
+        path=("blocks", source[0]),
+    )

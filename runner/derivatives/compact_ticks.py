@@ -1,0 +1,112 @@
+"""Noisy ticks of a long period: the directions of dual numbers are gathered into a matrix every few ticks.
+
+Each random number adds a direction, and what lasts depends on all before it, so that a period of n ticks costs n^2 in
+dual numbers. Here every number that lasts gets one direction of its own every few ticks, and a matrix G says what these
+are in the first ones: with slopes S by those of before, and R by new ones, G becomes S G + R.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse
+
+from proofmass.runner.derivatives.dual import dual, slopes_of, value_of
+from proofmass.runner.derivatives.dual_noise import NoisyTicks
+from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.plan.memory import Rows
+
+EVERY = 8  # ticks
+_LIVE = "lasts"  # in the place of a port, as none may be called
+
+Key = tuple[str, str, int]
+
+
+class CompactTicks(NoisyTicks):
+    """As `NoisyTicks`, without derivatives by parameters, in time that grows with the length of the period alone."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        self._columns: dict[Key, int] = {}  # of first directions
+        self._rows: npt.NDArray[np.float64] = np.zeros((0, 0))  # G
+        self._seen: dict[Any, int] = {}  # recorded values that are in first directions
+        self._fed: set[Key] = set()
+        super().__init__(*arguments, **options)
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; raises `TickError`."""
+        while self._memory.tick < last:
+            super().advance(min(self._memory.tick + EVERY, last), rows)
+            self._gather()
+        names = list(self._columns)
+        lasting = self._rows.tolist()
+
+        def spread(value: Any) -> Any:
+            slopes = slopes_of(value, SIGNALS)
+            if not slopes:
+                return value
+            (key,) = slopes
+            return dual(value_of(value, SIGNALS), dict(zip(names, lasting[key[2]], strict=True)), SIGNALS)
+
+        self._replace(spread)
+        return True
+
+    def _gather(self) -> None:
+        """Give each number that lasts one direction, and what was recorded its slopes by the first ones."""
+        self._last.clear()
+        for node, values in self.recorded.items():
+            first = self._seen.get(node, 0)
+            values[first:] = self._in_first(values[first:])
+            self._seen[node] = len(values)
+        new = [key for key in self.quantised if key not in self._fed]
+        self.quantised.update(zip(new, self._in_first([self.quantised[key] for key in new]), strict=True))
+        self._fed.update(new)
+        gathered: list[Mapping[Key, float]] = []
+
+        def gather(value: Any) -> Any:
+            slopes = slopes_of(value, SIGNALS)
+            if not slopes:
+                return value
+            gathered.append(slopes)
+            return dual(value_of(value, SIGNALS), {("", _LIVE, len(gathered) - 1): 1.0}, SIGNALS)
+
+        self._replace(gather)
+        self._rows = self._product(gathered)
+
+    def _in_first(self, values: list[Any]) -> list[Any]:
+        moved = self._product([slopes_of(value, SIGNALS) for value in values])
+        names = list(self._columns)
+        return [
+            dual(value_of(value, SIGNALS), dict(zip(names, row, strict=True)), SIGNALS)
+            for value, row in zip(values, moved.tolist(), strict=True)
+        ]
+
+    def _product(self, slopes: list[Mapping[Key, float]]) -> npt.NDArray[np.float64]:
+        """Slopes by the present directions as a matrix by the first ones: S G + R."""
+        entries = [(row, key, value) for row, each in enumerate(slopes) for key, value in each.items()]
+        for _, key, _ in entries:
+            if key[1] != _LIVE:
+                self._columns.setdefault(key, len(self._columns))
+        wide = np.zeros((len(self._rows), len(self._columns)))
+        wide[:, : self._rows.shape[1]] = self._rows
+        self._rows = wide
+        parts = []
+        for live, width in ((True, len(wide)), (False, len(self._columns))):
+            chosen = [entry for entry in entries if (entry[1][1] == _LIVE) is live]
+            own = [(row, key[2] if live else self._columns[key], v) for row, key, v in chosen]
+            r, c, v = zip(*own, strict=True) if own else ((), (), ())
+            parts.append(scipy.sparse.csr_array((v, (r, c)), shape=(len(slopes), width)))
+        return np.asarray(parts[0] @ wide + parts[1].toarray())
+
+    def _replace(self, transform: Callable[[Any], Any]) -> None:
+        """Replace every number that lasts to the next tick."""
+        memory = self._memory
+        for table in (memory.states, self._constants):
+            for name, values in table.items():
+                if isinstance(values, tuple):  # not what has no state, nor constants that each tick makes anew
+                    table[name] = type(values)(*map(transform, values))
+        for held in memory.of_blocks().values():
+            if isinstance(held, list):
+                held[:] = map(transform, held)
+        for node, wire in memory.wires.items():
+            memory.wires[node] = list(map(transform, wire)) if isinstance(wire, list) else transform(wire)

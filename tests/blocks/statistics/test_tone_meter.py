@@ -1,0 +1,24 @@
+"""Tones of known amplitude and phase, over whole cycles and others, on a large mean."""
+
+import math
+
+import pytest
+
+from proofmass.blocks import ToneMeter
+from tests.by_hand.functions import drive
+
+PERIOD = 1e-3
+
+
+@pytest.mark.parametrize("skip", [0, 7])
+@pytest.mark.parametrize("frequency", [10.0, 37.3, 499.0])
+def test_amplitude_and_phase(frequency: float, skip: int) -> None:
+    inputs = [{"input": 1e3 + 0.25 * math.sin(2.0 * math.pi * frequency * k * PERIOD + 0.7)} for k in range(1000)]
+    row = drive(ToneMeter(frequency=frequency, skip=skip), inputs, PERIOD)[-1]
+    assert row["amplitude"] == pytest.approx(0.25, rel=1e-9)
+    assert row["phase"] == pytest.approx(0.7, abs=1e-9)
+
+
+def test_nothing_is_known_of_two_samples() -> None:
+    rows = drive(ToneMeter(frequency=100.0), [{"input": 3.0}] * 3, PERIOD)
+    assert [row["amplitude"] for row in rows] == [0.0, 0.0, 0.0]

@@ -1,0 +1,40 @@
+"""How long to record, against the scatter of many series of that length."""
+
+import numpy as np
+import pytest
+
+from proofmass import ModelError, allan
+from proofmass.runner.analysis.allan.deviations import deviation_at
+from proofmass.runner.analysis.allan.duration import duration
+from proofmass.runner.analysis.allan.freedom import Statistic
+
+RATE = 10.0
+
+
+@pytest.mark.parametrize(("kind", "factor", "error"), [("white", 20, 0.1), ("white", 5, 0.05), ("walk", 20, 0.1)])
+def test_series_of_that_length_scatter_so_much(kind: str, factor: int, error: float) -> None:
+    draw = np.random.default_rng(8)
+
+    def series(count: int) -> np.ndarray:  # type: ignore[type-arg]
+        white = draw.normal(size=count)
+        return white if kind == "white" else np.cumsum(white)
+
+    needed = duration(allan(series(4000), rate=RATE), factor / RATE, error)
+    assert needed.tau == pytest.approx(factor / RATE)
+    deviations = [deviation_at(Statistic.ALLAN, series(needed.values), factor) for _ in range(800)]
+    assert np.std(deviations) / np.mean(deviations) == pytest.approx(error, rel=0.1)
+
+
+def test_a_recording_that_is_long_enough_says_so() -> None:
+    found = allan(np.random.default_rng(1).normal(size=4000), rate=RATE)
+    needed = duration(found, 2.0, 0.1)
+    assert needed.present_error is not None
+    assert (needed.present_error < 0.1) == (needed.seconds < 400.0)
+    assert duration(found, 300.0, 0.1).present_error is None
+
+
+@pytest.mark.parametrize(("tau", "error"), [(0.01, 0.1), (1.0, 0.0), (1.0, 1.5), (float("nan"), 0.1)])
+def test_what_is_no_question_is_refused(tau: float, error: float) -> None:
+    found = allan(np.random.default_rng(1).normal(size=400), rate=RATE)
+    with pytest.raises(ModelError):
+        duration(found, tau, error)

@@ -1,0 +1,249 @@
+"""Periodic operating points: orbits that close, and margins about them against runs with other gains and delays.
+
+A factor at a wire must not move the orbit itself. So it multiplies what the wire carries beyond the values that it
+has on the orbit, which a RepeatingSequence plays: with the factor one it changes nothing.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from proofmass import Graph, ModelError, linearise, margins, noise, read_graph, simulate
+from proofmass.blocks import (
+    ChopperModulator,
+    Constant,
+    Difference,
+    DiscreteIntegrator,
+    Gain,
+    LowPass,
+    RepeatingSequence,
+    Sine,
+    Sum,
+    UnitDelay,
+    WhiteNoise,
+)
+from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Probe, Wire
+from proofmass.runner.analysis.linearisation.forward import Forward
+from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, periodic_point
+from proofmass.runner.plan.memory import start
+from proofmass.runner.plan.planned import without_noise
+from proofmass.runner.planning.plan import plan
+
+LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
+CLOSED = 1e-10
+_GONE = 1e-5  # of a kick, below which rounding is left of it
+
+
+class VanDerPol(Block):
+    """x'' = mu (1 - x^2) w x' - w^2 x + w^2 (drive + force)."""
+
+    mu: float = param("1", "Negative damping.", default=0.3)
+    frequency: float = param("Hz", "Frequency of small oscillations.", default=99.0)
+
+    drive = Input("1", "Drive.")
+    force = Input("1", "Feedback.")
+
+
+class State(NamedTuple):
+    position: float
+    velocity: float  # over w
+
+
+@VanDerPol.start
+def begin(p: VanDerPol) -> State:
+    return State(1.5, 0.0)
+
+
+@VanDerPol.output("1")
+def position(p: VanDerPol, x: State) -> float:
+    """Position."""
+    return x.position
+
+
+@VanDerPol.derivative(linear=False)
+def derivative(p: VanDerPol, x: State, drive: float, force: float) -> State:
+    w = 2.0 * 3.141592653589793 * p.frequency
+    return State(w * x.velocity, w * (p.mu * (1.0 - x.position * x.position) * x.velocity - x.position + drive + force))
+
+
+def van_der_pol() -> Graph:
+    """An oscillator of 99 Hz that a drive of 100 Hz takes along, with a sampled feedback of its position."""
+    blocks = {"drive": Sine(amplitude=0.4, frequency=100.0), "oscillator": VanDerPol(), "feedback": Gain(gain=0.05)}
+    blocks["late"] = UnitDelay()
+    wires = [
+        "drive.output -> oscillator.drive", "oscillator.position -> feedback.input",
+        "feedback.output -> late.input", "late.output -> oscillator.force",
+    ]  # fmt: skip
+    quick = {"method": "runge_kutta_4", "substeps": 2}
+    return Graph(name="van der pol", rate="2 kHz", blocks=blocks, wires=wires, integration=quick)
+
+
+def chopper() -> Graph:
+    """A chopped amplifier with an offset, in a loop with an integrator and a delay of half a chopping period."""
+    blocks = {
+        "input": Constant(value=0.2, unit="V"),
+        "error": Difference(unit="V"),
+        "modulator": ChopperModulator(half_period=4),
+        "offset": Constant(value=0.01, unit="V"),
+        "sum": Sum(unit="V"),
+        "amplifier": LowPass(corner_frequency=30e3, gain=20.0, input_unit="V", output_unit="V"),
+        "demodulator": ChopperModulator(half_period=4),
+        "integrator": DiscreteIntegrator(gain=200.0, input_unit="V", output_unit="V"),
+    }
+    wires = [
+        "input.output -> error.first", "integrator.output -> error.second", "error.output -> modulator.input",
+        "modulator.output -> sum.first", "offset.output -> sum.second", "sum.output -> amplifier.input",
+        "amplifier.output -> demodulator.input", "demodulator.output -> integrator.input",
+    ]  # fmt: skip
+    return Graph(name="chopper", rate="80 kHz", blocks=blocks, wires=wires)
+
+
+def carrier() -> Graph:
+    return read_graph(next(LIBRARY.rglob("quartz_accelerometer_carrier.toml")))
+
+
+ORBITS = {"chopper": (chopper, "integrator.output", 8), "van der pol": (van_der_pol, "late.output", 20)}
+
+
+@pytest.fixture(scope="module", params=ORBITS)
+def orbit(request: pytest.FixtureRequest) -> tuple[Graph, str, PeriodicPoint]:
+    make, wire, ticks = ORBITS[request.param]
+    graph = make()
+    point = periodic_point(plan(graph))
+    assert point.ticks == ticks
+    return graph, wire, point
+
+
+def test_the_orbit_closes_in_a_run(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
+    """The reference engine, which knows nothing of the search, comes back to where it was."""
+    graph, _, point = orbit
+    assert point.misfit <= CLOSED
+    before = point.memory.copy()
+    after = Forward(without_noise(plan(graph)), before.copy()).to(before.tick + point.ticks)
+    for name, state in before.states.items():
+        if state is not None:
+            assert after.states[name] == pytest.approx(state, rel=CLOSED, abs=CLOSED), name
+
+
+def test_a_run_settles_to_the_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
+    graph, _, point = orbit
+    planned = plan(graph)
+    far = Forward(without_noise(planned), start(planned)).to(point.memory.tick)
+    for name, state in point.memory.states.items():
+        if state is not None:
+            assert far.states[name] == pytest.approx(state, rel=1e-6, abs=1e-8), name
+
+
+def with_factor(graph: Graph, wire: str, point: PeriodicPoint, factor: float, kick: float) -> Graph:
+    """The graph whose wire carries its values on the orbit, and a factor times what they are off."""
+    name, _, port = wire.partition(".")
+    run, values, first = (
+        Forward(without_noise(plan(graph)), point.memory.copy()),
+        [0.0] * point.ticks,
+        point.memory.tick,
+    )
+    for tick in range(first, first + point.ticks):
+        values[tick % point.ticks] = run.to(tick + 1).wires[name, port]
+    flat = flatten(graph)
+    block = flat.blocks[name]
+    unit = short_unit(unit_of(block, type(block).outputs[port]))
+    own = {
+        "orbit": RepeatingSequence(values=values, unit=unit),
+        "kick": RepeatingSequence(values=[*[0.0] * first, kick, *[0.0] * 100_000], unit=unit),
+        "off": Difference(unit=unit),
+        "factor": Gain(gain=factor, input_unit=unit, output_unit=unit),
+        "again": Sum(unit=unit),
+    }
+    wires = [Wire("again.output" if w.source == wire else w.source, w.target) for w in flat.wires]
+    wires += [
+        Wire(f"{name}.{port}", "off.first"), Wire("orbit.output", "off.second"), Wire("off.output", "factor.input"),
+        Wire("orbit.output", "again.first"), Wire("kick.output", "again.third"),
+        Wire("factor.output", "again.second"),
+    ]  # fmt: skip
+    return flat.as_graph().changed(blocks={**flat.blocks, **own}, wires=tuple(wires), probes=(Probe("off.output"),))
+
+
+def growth(
+    graph: Graph, wire: str, point: PeriodicPoint, factor: float, kick: float = 1e-4, periods: int = 60
+) -> float:
+    """Logarithm by which what a wire is off its orbit grows from one part of a run that starts there to the next."""
+    changed = plan(with_factor(graph, wire, point, factor, kick))
+    memory = start(changed)
+    memory.states.update(point.memory.states)
+    memory.tick = point.memory.tick
+    run, sizes = Forward(without_noise(changed), memory), []
+    first = point.memory.tick
+    for period in range(2 * periods):
+        off = run.to(first + (period + 1) * point.ticks).wires["off", "output"]
+        sizes.append(abs(off))
+    quarter = periods // 2
+    early, late = max(sizes[quarter : 2 * quarter]), max(sizes[-quarter:])
+    return math.log(late / early) if late > _GONE * kick else -math.inf
+
+
+def test_gain_margin_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
+    graph, wire, point = orbit
+    found = margins(graph, wire, at="periodic")
+    assert found.stable
+    limit = found.gain_margin
+    assert limit is not None
+    assert growth(graph, wire, point, 1.0) < 0.0
+    assert growth(graph, wire, point, limit * 0.99) < 0.0
+    assert growth(graph, wire, point, limit * 1.01) > 0.0
+
+
+@pytest.mark.exhaustive
+def test_carrier_readout_of_the_library() -> None:
+    """Found from a run without its quantisers' rounding, to less than it; a gain beyond the margin makes it grow."""
+    graph = carrier()
+    point = periodic_point(plan(graph))
+    assert point.ticks == 8
+    assert point.misfit <= CLOSED
+    found = margins(graph, "converter.current", at="periodic")
+    limit = found.gain_margin
+    assert limit is not None
+
+    kick = 1e-4  # A, some thousand steps of the converter
+    assert growth(graph, "converter.current", point, limit * 0.99, kick, 300) < 0.0
+    assert growth(graph, "converter.current", point, limit * 1.01, kick, 300) > 0.0
+    twice = linearise(graph, loop="converter.current", at="periodic")
+    assert twice.dt == pytest.approx(20e-6)
+
+
+def test_noise_about_an_orbit() -> None:
+    """Noise before the chopper comes back to where it was; before the demodulator alone it lies about its harmonics."""
+    graph = chopper()
+    noisy = graph.changed(
+        blocks={**graph.blocks, "white": WhiteNoise(density=1e-6, unit="V")},
+        wires=(*graph.wires, Wire("white.output", "sum.third")),
+    )
+    budget = noise(noisy, "integrator.output", at="periodic")
+    assert any("periodic orbit" in note for note in budget.notes)
+    runs = [
+        simulate(noisy.changed(probes=(Probe("integrator.output"),)), samples=400_000, seed=seed) for seed in (1, 2)
+    ]
+    apart = (runs[0]["integrator.output"].values - runs[1]["integrator.output"].values)[20_000:] / np.sqrt(2.0)
+    assert np.std(apart) == pytest.approx(budget.rms, rel=0.05)
+
+
+def detuned() -> Iterator[tuple[str, Graph]]:
+    yield "no period fits", with_parameters(van_der_pol(), {"drive.frequency": 100.01})
+    free = van_der_pol()
+    yield "no drive", with_parameters(free, {"drive.amplitude": 0.0, "feedback.gain": 0.0})
+
+
+@pytest.mark.parametrize(("name", "graph"), list(detuned()))
+def test_where_there_is_none_it_is_said(name: str, graph: Graph) -> None:
+    with pytest.raises(ModelError, match="no periodic operating point"):
+        periodic_point(plan(graph))
+    assert replace(graph) == graph, name

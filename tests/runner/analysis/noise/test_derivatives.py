@@ -1,0 +1,133 @@
+"""Derivatives of the rms by parameters, against central differences of budgets anew."""
+
+import math
+
+import pytest
+
+from proofmass import Graph, ModelError, noise
+from proofmass.blocks import (
+    AnalogToDigital,
+    Constant,
+    Decimator,
+    Difference,
+    DiscreteIntegrator,
+    Gain,
+    LowPass,
+    Power,
+    WhiteNoise,
+)
+from proofmass.graphs.model.changes import with_parameters
+
+EXACT = 1e-6
+RATE = 1000.0
+
+
+def first_order(a: float = 0.9) -> Graph:
+    blocks = {
+        "w": WhiteNoise(density=2.0),
+        "error": Difference(),
+        "y": DiscreteIntegrator(gain=(1.0 - a) * RATE, output_unit="1"),
+    }
+    wires = ["w.output -> error.first", "y.output -> error.second", "error.output -> y.input"]
+    return Graph(name="", rate="1 kHz", blocks=blocks, wires=wires)
+
+
+def chain() -> Graph:
+    """Continuous filter, converter, decimation: sources of three kinds."""
+    blocks = {
+        "w": WhiteNoise(density=40e-6, unit="V"),
+        "filter": LowPass(corner_frequency=80.0, gain=3.0, input_unit="V", output_unit="V"),
+        "adc": AnalogToDigital(bits=12, reference=2.5),
+        "scale": Gain(gain=0.7),
+        "mean": Decimator(ratio=5),
+    }
+    wires = [
+        "w.output -> filter.input", "filter.output -> adc.voltage", "adc.number -> scale.input",
+        "scale.output -> mean.input",
+    ]  # fmt: skip
+    return Graph(name="", rate="1 kHz", blocks=blocks, wires=wires)
+
+
+def curved(corner: float = 5.0) -> Graph:
+    """A square about a point that a filter settles to: its slope is where the point is."""
+    blocks = {
+        "level": Constant(value=1.5),
+        "filter": LowPass(corner_frequency=corner, gain=2.0),
+        "w": WhiteNoise(density=1e-3),
+        "sum": Difference(),
+        "square": Power(exponent=2.0),
+    }
+    wires = [
+        "level.output -> filter.input", "filter.output -> sum.first", "w.output -> sum.second",
+        "sum.output -> square.input",
+    ]  # fmt: skip
+    return Graph(name="", rate="1 kHz", blocks=blocks, wires=wires)
+
+
+def difference(graph: Graph, key: str, value: float, output: str, **options: object) -> float:
+    """The derivative of the rms by a parameter, by central differences of two steps (Richardson)."""
+
+    def slope(step: float) -> float:
+        ends = (
+            noise(with_parameters(graph, {key: value * (1.0 + side * step)}), output, frequencies=[1.0], **options).rms  # type: ignore[arg-type]
+            for side in (1.0, -1.0)
+        )
+        return (next(ends) - next(ends)) / (2.0 * step * value)
+
+    return (4.0 * slope(5e-4) - slope(1e-3)) / 3.0
+
+
+@pytest.mark.parametrize(("graph", "output", "options"), [
+    pytest.param(first_order(), "y.output", {}, id="loop"),
+    pytest.param(first_order(), "y.output", {"band": (1.0, 40.0)}, id="loop-in-a-band"),
+    pytest.param(chain(), "mean.mean", {}, id="chain"),
+    pytest.param(chain(), "mean.mean", {"band": (2.0, 30.0)}, id="chain-in-a-band"),
+    pytest.param(curved(0.05), "square.output", {"at": "0.5 s"}, id="on-the-way"),
+    pytest.param(curved(), "square.output", {"at": "25 s"}, id="at-rest"),
+])  # fmt: skip
+def test_central_differences(graph: Graph, output: str, options: dict[str, object]) -> None:
+    found = noise(graph, output, derivatives=True, **options).derivatives  # type: ignore[arg-type]
+    assert found is not None
+    assert len(found.effects) >= 2
+    for effect in found.effects:
+        if effect.value:
+            expected = difference(graph, effect.parameter, effect.value, output, **options)
+            assert effect.derivative == pytest.approx(expected, rel=EXACT), effect.parameter
+
+
+def test_a_first_order_loop_in_closed_form() -> None:
+    """rms = d sqrt(f / 2 (1 - a) / (1 + a)): by the density rms / d, by the gain g with a = 1 - g / f in one step."""
+    found = noise(first_order(), "y.output", derivatives=True)
+    assert found.derivatives is not None
+    by = {effect.parameter: effect.derivative for effect in found.derivatives.effects}
+    a, gain = 0.9, 100.0
+    assert by["w.density"] == pytest.approx(found.rms / 2.0, rel=1e-12)
+    by_a = found.rms * -1.0 / (1.0 - a * a)
+    assert by["y.gain"] == pytest.approx(by_a * -1.0 / RATE, rel=1e-9)
+    assert by_a * -1.0 / RATE * gain > 0.0
+
+
+def test_one_more_bit_halves_the_rounding() -> None:
+    graph = chain()
+    found = noise(graph, "mean.mean", derivatives=True)
+    (step,) = found.steps
+    assert step.parameter == "adc.bits"
+    finer = noise(with_parameters(graph, {"adc.bits": 13}), "mean.mean")
+    assert step.change == pytest.approx(finer.rms - found.rms, rel=1e-12)
+    assert {s.block: s.rms for s in finer.sources}["adc"] == pytest.approx(
+        {s.block: s.rms for s in found.sources}["adc"], rel=1e-9
+    )  # in steps, whatever their size
+
+
+def test_an_operating_point_that_moves_is_said() -> None:
+    found = noise(curved(1e-3), "square.output", at="30 s", derivatives=True)
+    assert any("operating point as fixed" in note for note in found.notes)
+
+
+def test_without_being_asked_there_are_none() -> None:
+    found = noise(first_order(), "y.output")
+    assert found.derivatives is None
+    assert "derivatives" not in found.as_data()
+    with pytest.raises(ModelError):
+        noise(first_order(), "y.nothing", derivatives=True)
+    assert math.isfinite(found.rms)

@@ -1,0 +1,132 @@
+"""Linear responses against closed forms and scipy."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from proofmass import Graph, response
+from proofmass.blocks import (
+    Constant,
+    Decimator,
+    DiscreteIntegrator,
+    DiscreteTransferFunction,
+    LowPass,
+    MovingAverage,
+    UnitDelay,
+)
+from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import ModelError
+
+RATE = 1000.0
+
+
+def chain(*blocks: Block, rates: tuple[str, ...] = ()) -> Graph:
+    """A constant, and blocks one behind the other, called a, b, c."""
+    names = ["u", *"abcd"[: len(blocks)]]
+    ports = ["output", *(next(iter(type(block).outputs)) for block in blocks)]
+    wires = [f"{n}.{p} -> {m}.input" for n, p, m in zip(names, ports, names[1:], strict=False)]
+    own = dict(zip(names[1:], rates, strict=False))
+    return Graph(
+        name="", rate="1 kHz", blocks=dict(zip(names, (Constant(), *blocks), strict=True)), wires=wires, rates=own
+    )
+
+
+def first_order(a: float) -> Graph:
+    return chain(DiscreteTransferFunction(numerator=(1.0 - a, 0.0), denominator=(1.0, -a)))
+
+
+@pytest.mark.parametrize("a", [0.2, 0.9, 0.9999])
+def test_first_order_against_closed_forms(a: float) -> None:
+    """y[n] = a y[n-1] + (1 - a) u[n]: the step is 1 - a^(n+1), the delay at rest a / (1 - a) periods."""
+    found = response(first_order(a), "u.output", "a.output")
+    turn = np.exp(2j * np.pi * found.frequencies / RATE)
+    assert found.gain == pytest.approx((1.0 - a) / (1.0 - a / turn), rel=1e-9)
+    assert found.at_rest == pytest.approx(1.0, rel=1e-12)
+    assert found.delay == pytest.approx(a / (1.0 - a) / RATE, rel=1e-5)
+    sine = (1.0 - a) / (2.0 * math.sqrt(a))  # of half the angle at which the size is sqrt(1/2)
+    if sine <= 1.0:
+        assert found.bandwidth == pytest.approx(math.asin(sine) * RATE / math.pi, rel=1e-9)
+    else:
+        assert found.bandwidth is None
+    step = found.step
+    assert step is not None
+    assert step.overshoot == pytest.approx(0.0, abs=1e-12)
+
+    def crossing(level: float) -> float:
+        """Time at which straight lines between the values 1 - a^(n+1) reach a level."""
+        n = max(0, math.ceil(math.log(1.0 - level) / math.log(a) - 1.0 - 1e-9))
+        after, before = 1.0 - a ** (n + 1), 1.0 - a**n
+        return (n - 1.0 + (level - before) / (after - before)) / RATE if n else 0.0
+
+    assert step.rise == pytest.approx(crossing(0.9) - crossing(0.1), rel=1e-4)
+    assert step.settling == pytest.approx(crossing(0.98), rel=1e-4)
+
+
+@pytest.mark.parametrize(("numerator", "denominator"), [
+    ((0.02, 0.01), (1.0, -1.8, 0.83)),
+    ((0.0, -0.05, 0.08), (1.0, -1.6, 0.66, -0.02)),
+    ((0.0, 0.5), (1.0, 0.5)),
+])  # fmt: skip
+def test_figures_of_a_step_against_a_filtered_one(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> None:
+    graph = chain(DiscreteTransferFunction(numerator=numerator, denominator=denominator))
+    found = response(graph, "u.output", "a.output").step
+    assert found is not None
+    padded = [*[0.0] * (len(denominator) - len(numerator)), *numerator]
+    values = scipy.signal.lfilter(padded, denominator, np.ones(4000))
+    final = values[-1]
+    fine = np.interp(np.arange(0.0, 3999.0, 1e-3), np.arange(4000.0), values) / final  # straight lines between values
+    assert found.final == pytest.approx(final, rel=1e-9)
+    assert found.overshoot == pytest.approx(np.max(values / final) - 1.0, rel=1e-9, abs=1e-9)
+    assert found.undershoot == pytest.approx(max(0.0, -np.min(values / final)), rel=1e-9, abs=1e-12)
+    assert found.peak == pytest.approx(np.max(values), rel=1e-7)  # where it rises to the end
+    rise = np.argmax(fine >= 0.9) - np.argmax(fine >= 0.1)
+    assert found.rise == pytest.approx(rise * 1e-3 / RATE, abs=2e-3 / RATE)
+    settling = np.flatnonzero(np.abs(fine - 1.0) > 0.02)[-1]
+    assert found.settling == pytest.approx(settling * 1e-3 / RATE, abs=2e-3 / RATE)
+
+
+def test_a_delay_is_that_of_all_registers() -> None:
+    found = response(chain(UnitDelay(), UnitDelay(), UnitDelay()), "u.output", "c.output")
+    assert found.delay == pytest.approx(3.0 / RATE, rel=1e-9)
+    assert np.abs(found.gain) == pytest.approx(1.0, rel=1e-12)
+    assert found.bandwidth is None
+
+
+def test_mean_of_two_rates() -> None:
+    """The mean of 10 values at a tenth of the rate: a sinc, and at the multiples of the rate nothing."""
+    found = response(chain(Decimator(ratio=10)), "u.output", "a.mean", frequencies=[1.0, 20.0, 49.0])
+    n, f = 10, np.array([1.0, 20.0, 49.0])
+    size = np.abs(np.sin(np.pi * n * f / RATE) / (n * np.sin(np.pi * f / RATE)))
+    assert np.abs(found.gain) == pytest.approx(size, rel=1e-9)
+
+
+def test_a_hold_of_a_slow_input_is_a_sinc() -> None:
+    """A low-pass at the fast rate reads values at a tenth of it: its mean at the slow frequency is a held sine."""
+    blocks = {"u": Constant(), "a": MovingAverage(length=1)}
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=["u.output -> a.input"], rates={"u": "100 Hz"})
+    found = response(graph, "u.output", "a.mean", frequencies=[10.0, 40.0])
+    f = np.array([10.0, 40.0])
+    assert np.abs(found.gain) == pytest.approx(np.abs(np.sin(np.pi * f / 100.0) / (10.0 * np.sin(np.pi * f / RATE))))
+
+
+def test_a_continuous_low_pass_is_held_exactly() -> None:
+    corner = 20.0
+    found = response(chain(LowPass(corner_frequency=corner)), "u.output", "a.output")
+    pole = math.exp(-2.0 * math.pi * corner / RATE)
+    turn = np.exp(2j * np.pi * found.frequencies / RATE)
+    assert found.gain == pytest.approx((1.0 - pole) / (turn - pole), rel=1e-9)
+
+
+def test_an_integrator_does_not_settle() -> None:
+    found = response(chain(DiscreteIntegrator(gain=1.0, output_unit="s")), "u.output", "a.output")
+    assert found.step is None
+    assert math.isinf(found.at_rest)
+    assert any("does not settle" in note for note in found.notes)
+
+
+def test_what_no_wire_reaches_is_refused() -> None:
+    graph = Graph(name="", rate="1 kHz", blocks={"u": Constant(), "v": Constant()})
+    with pytest.raises(ModelError, match=r"u\.output does not move v\.output"):
+        response(graph, "u.output", "v.output")

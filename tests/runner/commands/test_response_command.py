@@ -1,0 +1,51 @@
+"""The command response: what it says, draws and refuses."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.runner.commands.test_noise_commands import GRAPH, said
+
+WORDS = ("response", GRAPH, "motion.output", "mean.mean")
+
+
+def test_linear_response(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    picture = tmp_path / "response.svg"
+    text = said(capsys, *WORDS, "--plot", str(picture))
+    assert "mean.mean by motion.output, linear at 0.01 s" in text
+    assert "bandwidth         44.3 Hz, -3 dB" in text
+    assert "step              rises from 10 % to 90 % in 8.1677 ms" in text
+    assert picture.stat().st_size > 10_000
+
+
+def test_simulated_response(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    picture = tmp_path / "response.png"
+    words = (*WORDS, "--simulate", "multitone", "--amplitude", "1 g0", "--band", "1 Hz", "40 Hz")
+    data = json.loads(said(capsys, *words, "--json"))["simulated"]
+    assert data["amplitude"] == pytest.approx(9.80665)
+    assert data["input_unit"] == "m/s^2"
+    assert np.max(np.abs(data["deviation_db"])) < 0.01
+    text = said(capsys, *words, "--plot", str(picture))
+    assert "simulated, multitone of 9.80665 m/s^2" in text
+    assert "from linear at these frequencies; at others" in text
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        ((*WORDS, "--amplitude", "1 g0"), 2, "add --simulate multitone"),
+        ((*WORDS, "--simulate", "sine"), 1, "the stimulus needs an amplitude"),
+        ((*WORDS, "--simulate", "sine", "--amplitude", "1 V"), 1, "a quantity in m/s^2"),
+        ((*WORDS, "--simulate", "sine", "--amplitude", "1 g0", "--band", "1 Hz", "2 kHz"), 1, "up to 50 Hz"),
+        (("response", GRAPH, "motion.output", "mean.meen"), 1, "did you mean mean?"),
+        (("response", GRAPH, "mean.mean", "motion.output"), 1, "does not move"),
+        ((*WORDS, "--at", "soon"), 1, "at:"),
+    ],
+)
+def test_what_is_wrong_is_told(
+    capsys: pytest.CaptureFixture[str], words: tuple[str, ...], code: int, text: str
+) -> None:
+    assert text in said(capsys, *words, code=code)
