@@ -8,7 +8,9 @@ from proofmass.blocks.declaration.problem import did_you_mean, nearest
 _MISSPELT = 0.72  # as like as that, an unknown kind is a known one with a slip
 
 _RECORDED = 'signals are recorded by probes: probes = ["block.output"]'
-_ANSWERS = dict.fromkeys(("scope", "display", "outport", "toworkspace", "probe", "sink", "plot"), _RECORDED)
+_ANSWERS: dict[str, str] = dict.fromkeys(
+    ("scope", "display", "outport", "toworkspace", "probe", "sink", "plot"), _RECORDED
+)
 _KINDS = {
     ("mixer", "multiplier", "multiply", "modulator"): "Product, or PhaseMixer of two phases",
     ("limiter", "clipper", "clamp", "limit", "saturate"): "Saturation",

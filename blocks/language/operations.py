@@ -120,7 +120,7 @@ ONE = {
         *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
     )
 }
-TWO = {
+TWO: dict[Any, Checked] = {
     math.atan2: Checked(math.atan2, arithmetic.undefined_of_two, float, math.atan2),
     math.copysign: Checked(math.copysign, arithmetic.undefined_of_two, float, math.copysign),
     math.fmod: Checked(arithmetic.c_remainder, arithmetic.undefined_of_two, float, math.fmod),

@@ -28,12 +28,12 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     if not isinstance(table, dict):
         hint = "add [tune.free] with parameters and bounds, and [tune.goals]"
         raise ModelError([Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint)])
-    problems = list(unknown_keys(table, TUNE_KEYS))
+    problems, tuning = list(unknown_keys(table, TUNE_KEYS)), None
     try:
         tuning = tuning_of(graph, place=place, **{key: value for key, value in table.items() if key in TUNE_KEYS})
     except ModelError as error:
         problems += error.problems
-    if problems:
+    if problems or tuning is None:
         placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
         raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line)))
     return tuning

@@ -148,7 +148,8 @@ def _paired(apart: Array) -> float:
 
     if np.ptp(apart) == 0.0:
         return 1.0 if apart[0] == 0.0 else 0.0
-    return float(ttest_1samp(apart, 0.0).pvalue)
+    test: Any = ttest_1samp(apart, 0.0)
+    return float(test.pvalue)
 
 
 def _independent(one: Array, other: Array) -> tuple[Interval, float]:
@@ -159,7 +160,7 @@ def _independent(one: Array, other: Array) -> tuple[Interval, float]:
     if np.ptp(one) == 0.0 and np.ptp(other) == 0.0:
         difference = float(other[0] - one[0])
         return (difference, difference), 1.0 if difference == 0.0 else 0.0
-    test = ttest_ind(other, one, equal_var=False)
+    test: Any = ttest_ind(other, one, equal_var=False)
     low, high = test.confidence_interval(LEVEL)
     return (float(low), float(high)), float(test.pvalue)
 
@@ -189,7 +190,8 @@ def _yield_probability(one: Array, other: Array, *, paired: bool) -> float:
         lost, won = int((one & ~other).sum()), int((other & ~one).sum())
         return float(binomtest(won, lost + won).pvalue) if lost + won else 1.0
     table = [[int(column.sum()), int((~column).sum())] for column in (one, other)]
-    return float(fisher_exact(table).pvalue)
+    test: Any = fisher_exact(table)
+    return float(test.pvalue)
 
 
 def _holm(probabilities: Sequence[float]) -> list[float]:

@@ -103,7 +103,7 @@ def _another(planned: Plan, dice: random.Random) -> Plan:
         and type(block).parameters["seed"].kind is int
         and "taps" not in type(block).parameters
     }
-    block = planned.blocks[TESTED]
+    block: Any = planned.blocks[TESTED]
     if not type(block).has_formats():
         free = [p for p in type(block).parameters.values() if p.kind is float]
         try:

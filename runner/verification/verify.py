@@ -51,7 +51,8 @@ class Measurements:
     """The quantities of a graph and its study, computed when they are first asked for."""
 
     def __init__(self, graph: Graph, study: Study | None, engine: EngineName = "auto", runs: int | None = None) -> None:
-        self.graph, self.study, self.engine, self.runs = graph, study, engine, runs
+        self.graph, self.study, self.runs = graph, study, runs
+        self.engine: EngineName = engine
         self._margins: dict[str, Mapping[str, float]] = {}
 
     @cached_property

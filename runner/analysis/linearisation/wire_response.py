@@ -28,14 +28,17 @@ class Resonant(Protocol):
     @property
     def poles(self) -> Complex:
         """Poles over a period."""
+        ...
 
     @property
     def period(self) -> float:
         """Seconds."""
+        ...
 
     @property
     def values(self) -> int:
         """Values of the output in a period."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -70,9 +73,13 @@ class WireResponse:
         """Half the lower of the two rates, in Hz."""
         return 0.5 * min(self.values, self.entries) / self.period
 
-    @cached_property
+    @property
     def poles(self) -> Complex:
         """Poles over a period."""
+        return self._poles
+
+    @cached_property
+    def _poles(self) -> Complex:
         return np.linalg.eigvals(self.matrices[0]).astype(complex)
 
     @property

@@ -17,15 +17,19 @@ _RATIO = 4.0  # of the distances from the middle of a resonance at which panels 
 def rule(density: Callable[[Array], Array], ends: Array) -> tuple[Array, Array, Array]:
     """Points and weights by which each column of a density is integrated over some panels, and the integrals."""
     point, weight = np.polynomial.legendre.leggauss(_NODES)
-    before: Array | None = None
-    for _ in range(_HALVINGS):
+
+    def integrated() -> tuple[Array, Array, Array]:
         half, middle = 0.5 * np.diff(ends), 0.5 * (ends[:-1] + ends[1:])
         points, weights = (middle[:, None] + half[:, None] * point).ravel(), (half[:, None] * weight).ravel()
-        total = weights @ density(points)
-        if before is not None and np.all(np.abs(total - before) <= _RELATIVE * np.abs(total).sum()):
+        return points, weights, np.asarray(weights @ density(points))
+
+    latest = integrated()
+    for _ in range(_HALVINGS - 1):
+        before, ends = latest[2], np.sort(np.concatenate([ends, 0.5 * (ends[:-1] + ends[1:])]))
+        latest = integrated()
+        if np.all(np.abs(latest[2] - before) <= _RELATIVE * np.abs(latest[2]).sum()):
             break
-        before, ends = total, np.sort(np.concatenate([ends, middle]))
-    return points, weights, total
+    return latest
 
 
 def mean_squares(of: NoiseMap, band: tuple[float, float]) -> Array:

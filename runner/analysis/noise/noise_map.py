@@ -65,9 +65,13 @@ class NoiseMap:
         """Variance of each column, zero for an input."""
         return np.array([VARIANCES.get(part, 0.0) for _, part, _ in self.inputs])
 
-    @cached_property
+    @property
     def poles(self) -> Complex:
-        """Length of a period."""
+        """Poles over a period."""
+        return self._poles
+
+    @cached_property
+    def _poles(self) -> Complex:
         return np.linalg.eigvals(self.matrices[0]).astype(complex)
 
     @property
@@ -109,7 +113,7 @@ class NoiseMap:
         a, b, c, d = self.matrices
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
         if not len(a):
-            return np.asarray(turn @ d)
+            return np.asarray(turn @ d, dtype=np.complex128)
         z = np.exp(2j * np.pi * frequencies * self.period)
         x = np.zeros((len(a), len(frequencies)), dtype=complex)
         form, scale, basis = self._schur
@@ -123,8 +127,8 @@ class NoiseMap:
     def _schur(self) -> tuple[Complex, Array, Complex]:
         """Schur form of the transposed A, in units of the states that make it alike."""
         alike, scale = balanced(self.matrices[0])
-        form, basis = scipy.linalg.schur(alike.T, output="complex")
-        return form, np.asarray(scale), basis
+        form, basis, *_ = scipy.linalg.schur(alike.T, output="complex")
+        return np.asarray(form), np.asarray(scale), np.asarray(basis)
 
     def _by_source(self, columns: Array) -> Array:
         """Sums over the columns of each source."""

@@ -98,9 +98,9 @@ class Solver:
 
     def solved(self, begin: Array) -> Solution:
         """Return the solution from a start: again with the noise that is left, until that settles."""
-        values = begin
+        values, found = begin, self._least_squares(begin)
         for number in range(_PASSES):
-            found = self._least_squares(values)
+            found = self._least_squares(values) if number else found
             values = found.x * self.scales
             left = self._noise_left(self.raw(values))
             change = max(abs(math.log(left[s] / self.noise[s])) for s in self.signals)

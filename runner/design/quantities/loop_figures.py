@@ -209,7 +209,7 @@ def growth(system: OpenLoop, parameters: Sequence[str]) -> Reading:
     """Return the logarithm of the largest closed-loop pole: negative where the loop is stable."""
     closed = np.real(system.closed())
     poles, vectors = np.linalg.eig(closed)
-    worst = int(np.argmax(poles.real if system.continuous else np.abs(poles)))
+    worst = int(np.argmax(np.real(poles) if system.continuous else np.abs(poles)))
     pole, left = complex(poles[worst]), np.linalg.pinv(vectors)[worst]
     slopes = {}
     for name in parameters:

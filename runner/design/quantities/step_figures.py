@@ -53,7 +53,7 @@ def step_of(margins: Margins) -> tuple[Array, Array]:
     radius = float(np.max(np.abs(poles), initial=0.0))
     wanted = math.log(_DECAYED) / math.log(radius) if 0.0 < radius < 1.0 else _FEWEST
     count = 1 << math.ceil(math.log2(min(max(wanted, _FEWEST), _MOST)))
-    states = _states(closed, entry, count)
+    states = _states(np.asarray(closed, dtype=np.float64), np.asarray(entry, dtype=np.float64), count)
     return np.asarray(np.arange(count) * step, dtype=np.float64), np.asarray(out @ states + through, dtype=np.float64)
 
 

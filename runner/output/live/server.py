@@ -82,14 +82,18 @@ def _last(name: str) -> tuple[int, str]:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    server: LiveServer
     timeout = _TIMEOUT
+
+    @property
+    def _live(self) -> LiveServer:
+        assert isinstance(self.server, LiveServer)
+        return self.server
 
     def do_GET(self) -> None:
         if not self._is_ours():
             return self._refuse(HTTPStatus.FORBIDDEN)
         if self.path == "/":
-            return self._send(HTTPStatus.OK, self.server.page, "text/html; charset=utf-8")
+            return self._send(HTTPStatus.OK, self._live.page, "text/html; charset=utf-8")
         if not self._has_token():
             return self._refuse(HTTPStatus.FORBIDDEN)
         if self.path == "/events":
@@ -101,9 +105,9 @@ class _Handler(BaseHTTPRequestHandler):
             return self._refuse(HTTPStatus.FORBIDDEN)
         data = self._body()
         if self.path == "/state":
-            accepted = self.server.session.set_state(data)
+            accepted = self._live.session.set_state(data)
             return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
-        answer = self.server.session.answer(self.path.removeprefix("/"), data)
+        answer = self._live.session.answer(self.path.removeprefix("/"), data)
         if answer is None:
             return self._refuse(HTTPStatus.BAD_REQUEST)
         return self._send(HTTPStatus.OK, json.dumps(answer).encode(), "application/json")
@@ -111,13 +115,13 @@ class _Handler(BaseHTTPRequestHandler):
     def _is_ours(self, origin: bool = False) -> bool:
         """Return whether a request comes from this server's own page; others may know the port."""
         hosts, origins = self.headers.get_all("Host", []), self.headers.get_all("Origin", [])
-        if len(hosts) != 1 or hosts[0] not in self.server.hosts or len(origins) > 1:
+        if len(hosts) != 1 or hosts[0] not in self._live.hosts or len(origins) > 1:
             return False
         return origins[0] == f"http://{hosts[0]}" if origins else not origin
 
     def _has_token(self) -> bool:
         given = self.headers.get(TOKEN, "")
-        return hmac.compare_digest(given.encode(), self.server.token.encode())
+        return hmac.compare_digest(given.encode(), self._live.token.encode())
 
     def _body(self) -> object:
         """The JSON of a request; None for anything else."""
@@ -132,7 +136,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _tell(self) -> None:
         """Events as they come, until the window is closed."""
         self._head(HTTPStatus.OK, "text/event-stream")
-        heard = self.server.session.listen()
+        heard = self._live.session.listen()
         try:
             while True:
                 try:
@@ -144,7 +148,7 @@ class _Handler(BaseHTTPRequestHandler):
         except OSError:
             return
         finally:
-            self.server.session.leave(heard)
+            self._live.session.leave(heard)
 
     def _send(self, status: HTTPStatus, body: bytes, kind: str) -> None:
         self._head(status, kind, len(body))
@@ -155,7 +159,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _head(self, status: HTTPStatus, kind: str, length: int | None = None) -> None:
         self.send_response(status)
-        headers = {**_HEADERS, "Content-Type": kind, "Content-Security-Policy": self.server.policy}
+        headers = {**_HEADERS, "Content-Type": kind, "Content-Security-Policy": self._live.policy}
         if length is not None:
             headers["Content-Length"] = str(length)
         for name, value in headers.items():

@@ -45,6 +45,7 @@ class Session:
     def reload(self) -> list[Problem]:
         """Read the graph, and show every window the new one, or what is wrong with it; returns the problems."""
         problems: list[Problem] = []
+        graph, shown = self._graph, self._shown
         try:
             graph = self._load()
             shown = {"kind": "graph", "model": live_model(graph), "diagram": svg(graph), "tabs": list(self.tabs)}
@@ -56,7 +57,7 @@ class Session:
             self._problems = [problem.as_data() for problem in problems]
             if not problems:
                 self._graph, self._shown = graph, shown
-            self._tell({"kind": "problems", "problems": self._problems} if problems else shown)
+            self._tell(shown if shown and not problems else {"kind": "problems", "problems": self._problems})
         return problems
 
     def files(self) -> tuple[Path, ...]:

@@ -50,7 +50,7 @@ class SensorRuns:
         self.ticks = self.plan.ticks()
         refuse_late(self.plan, self.ticks)
         total = self.ticks * study.runs * study.points * len(study.epochs)
-        self.engine = choose(self.plan, total, engine)
+        self.engine: EngineName = choose(self.plan, total, engine)
         wanted = lanes_for(study.runs * study.points) if lanes is None else lanes
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
