@@ -9,7 +9,8 @@ import pytest
 from proofmass.runner.contract.foreign import WebAssembly
 from proofmass.runner.targets.wasm import WasmModule
 
-needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="needs Node")
+NODE = shutil.which("node")
+needs_node = pytest.mark.skipif(NODE is None, reason="needs Node")
 
 
 def run_in_node(module: WasmModule, numbers: list[int], arrays: list[Any], folder: Path) -> None:
