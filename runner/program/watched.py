@@ -21,8 +21,8 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
     solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
     kept = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
     floats = {node for node in order if type(plan.blocks[node[0]]).outputs[node[1]].dtype is float}
-    passed = set[Endpoint]()
-    for node in floats - solved:
+    passed, plain = set[Endpoint](), floats - solved
+    for node in plain:
         block, stride = plan.blocks[node[0]], plan.stride(node)
         if type(block).outputs[node[1]].shape or type(block).has_formats():
             continue
@@ -31,7 +31,7 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
             driver = plan.schedule.drivers.get((node[0], argument))
             if (
                 meaning is Meaning.INPUT
-                and driver in floats - solved
+                and driver in plain
                 and plan.stride(driver) == stride
                 and passes_on(block, node[1], argument, plan.constants[node[0]])
             ):
