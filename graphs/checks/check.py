@@ -373,7 +373,7 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
                 hint=f'wire one of {", ".join(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
-            )
+            ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # where probes can be added
     yield from clocking_notes(graph)
     if graph.root.subgraphs:
         yield from unused_parts(graph)
