@@ -80,10 +80,10 @@ def family_of(kind: type[Block]) -> str:
 
 
 def family_about(family: str) -> str:
-    """What a family is, by the docstring of its folder."""
+    """What a family of loaded blocks is, by the docstring of its folder."""
     if family == "own":
         return "Blocks of your own file."
-    return (importlib.import_module(f"proofmass.blocks.{family}").__doc__ or "").strip()
+    return (sys.modules[f"proofmass.blocks.{family}"].__doc__ or "").strip()
 
 
 def facts(kind: type[Block]) -> dict[str, Any]:

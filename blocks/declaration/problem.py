@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 _LISTED = 12  # names in a hint
 _COMPARED = 2000  # names; comparing takes some microseconds each
+_OF_UNITS = frozenset("µμΩ°²³·⋅×√")  # letters and marks that units are written with
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,12 +97,16 @@ def did_you_mean(word: str, names: Iterable[str], what: str) -> str:
 
 
 def shown(value: object, limit: int = 80) -> str:
-    """A value for a message: as it was typed where it can be printed, one line, cut where it is long."""
+    """A value for a message: in ASCII and the signs of units, so that look-alike letters show; one line, cut if long.
+
+    >>> print(shown("5 µV/√Hz"), shown("größe"))
+    '5 µV/√Hz' 'gr\\xf6\\xdfe'
+    """
     try:
         text = repr(value) if not isinstance(value, int) or abs(value) < 10**30 else "an integer of over 30 digits"
     except Exception:  # an integer of thousands of digits inside a list, or an object of the caller's own
         text = f"a {type(value).__name__} that cannot be shown"
-    text = _printable(text)
+    text = "".join(c if c in _OF_UNITS else c.encode("ascii", "backslashreplace").decode("ascii") for c in text)
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 

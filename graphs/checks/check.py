@@ -1,10 +1,10 @@
 """Everything that is wrong with the wiring of a graph, all at once."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, islice
+from itertools import chain, groupby, islice
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
@@ -121,14 +121,7 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
         hint = 'add rate = "50 kHz" at the top of the file'
         yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
     elif graph.rate is None:
-        for name in without:
-            yield Problem(
-                message="has no rate, and neither has the graph",
-                key=f"blocks.{name}",
-                hint='add rate = "50 kHz" at the top of the file, or to this block',
-                note=bool(graph.exports),
-                path=("blocks", name),
-            )
+        yield from _without_rate(graph, without)
     rates = {graph.rates.get(name, graph.rate) for name in discrete}
     known = sorted(rate for rate in rates if rate is not None)
     if known and common_base_rate(known) is None:
@@ -140,6 +133,22 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
             expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
             hint="make the rates ratios of small numbers",
             path=next((("blocks", name, "rate") for name in graph.rates if name in discrete), ("rate",)),
+        )
+
+
+def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
+    """Blocks without a rate; those of a subgraph once, where the graph holds it: its file may serve other graphs."""
+    for own, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
+        inside = [name.partition(".")[2] for name in of_own]
+        shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
+        hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
+        yield Problem(
+            message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
+            key=f"blocks.{own}",
+            got=shortened,
+            hint=hint,
+            note=bool(graph.exports),
+            path=("blocks", own),
         )
 
 
@@ -364,7 +373,7 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
                 hint=f'wire one of {", ".join(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
-            )
+            ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # where probes can be added
     yield from clocking_notes(graph)
     if graph.root.subgraphs:
         yield from unused_parts(graph)

@@ -278,7 +278,7 @@ def _bad_exports(exports: object, values: Collection[str]) -> Iterator[Problem]:
         elif name in {**PART_KEYS, **BLOCK_KEYS}:
             taken = ", ".join({**PART_KEYS, **BLOCK_KEYS})
             yield Problem(message="the name is taken", key=key, hint=f"taken are {taken}", path=path)
-        elif not _is_signal(signal) and signal not in values:
+        elif not _is_signal(signal) and not (isinstance(signal, str) and signal in values):
             yield Problem(message="not a port or parameter", key=key, got=shown(signal), hint=hint, path=path)
 
 

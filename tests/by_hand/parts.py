@@ -107,6 +107,9 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
         exports[name] = signal
         return f"part_{number}.{name}"
 
+    def moved(target: str) -> bool:
+        return "." in target and target.partition(".")[0] in inside
+
     def within(wire: Wire) -> bool:
         return all(end.partition(".")[0] in inside for end in wire)
 
@@ -114,6 +117,7 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
     probes = [Probe(outer(probe.signal), probe.every) for probe in graph.probes]
     loops = {name: replace(loop, open_at=outer(loop.open_at)) for name, loop in graph.loops.items()}
     measures = {name: m._replace(signal=outer(m.signal)) for name, m in graph.measures.items()}
+    formulas = {f"part_{number}.{of}" if moved(of) else of: formula for of, formula in graph.formulas.items()}
     shown = {name: outer(signal) for name, signal in graph.exports.items()}
     part = Graph(
         name="",
@@ -132,6 +136,7 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
         loops=loops,
         measures=measures,
         exports=shown,
+        formulas=formulas,
         rates={name: rate for name, rate in graph.rates.items() if name not in inside},
     )
 

@@ -114,6 +114,8 @@ class Awkward:
         (1.5, "1.5"),
         ("a\nb", "'a\\nb'"),
         ("25 µ", "'25 µ'"),
+        ("nV/√Hz·m²", "'nV/√Hz·m²'"),
+        ("größe аdc", r"'gr\xf6\xdfe \u0430dc'"),  # letters that look like others are escaped
         ("\x1b[31m\u202e", "'\\x1b[31m\\u202e'"),  # what could move a cursor or turn a line round is escaped
         (10**29, "1" + "0" * 29),
         (-(10**30), "an integer of over 30 digits"),

@@ -26,6 +26,26 @@ top.toml:10: probes: axis_1.cdoe: axis_1.cdoe is no output
 top.toml:8: wires: axis_2.chanel.number -> after.input: there is no block axis_2.chanel
   hint:     did you mean channel?""",
     ),
+    "a rate that the outer graph forgets": (
+        {
+            "top": changed(THREE_AXES, 'rate = "20 kHz"\n', ""),
+            "axis": changed(AXIS, 'rate = "10 kHz"\n', ""),
+        },
+        """\
+top.toml:11: blocks.push: has no rate, and neither has the graph
+  hint:     add rate = "50 kHz" at the top of the file, or to this block
+top.toml:16: blocks.after: has no rate, and neither has the graph
+  hint:     add rate = "50 kHz" at the top of the file, or to this block
+top.toml:19: blocks.axis_1: blocks of it have no rate, and neither has the graph
+  got:      readout
+  hint:     add rate = "50 kHz" at the top of the file, or to this subgraph
+top.toml:19: blocks.axis_2: blocks of it have no rate, and neither has the graph
+  got:      readout
+  hint:     add rate = "50 kHz" at the top of the file, or to this subgraph
+top.toml:19: blocks.axis_3: blocks of it have no rate, and neither has the graph
+  got:      readout
+  hint:     add rate = "50 kHz" at the top of the file, or to this subgraph""",
+    ),
     "an input that the outer graph forgets": (
         {"top": changed(THREE_AXES, '    "push.output -> axis_3.force",\n', "")},
         """\
