@@ -48,12 +48,19 @@ class Constants(NamedTuple):
 
 @DensityMeter.constants
 def constants(p: DensityMeter, period: float) -> Constants:
-    turns, n, real, imaginary = p.frequency * period, p.segment, 0.0, 0.0
-    for i in range(n):
-        w = 0.5 - 0.5 * cosine_of_turns(i / n)
-        real, imaginary = real + w * cosine_of_turns(turns * i), imaginary - w * sine_of_turns(turns * i)
+    turns, n = p.frequency * period, p.segment
+    sums = [(0.5, summed(turns, n)), (-0.25, summed(turns - 1.0 / n, n)), (-0.25, summed(turns + 1.0 / n, n))]
+    real, imaginary = (sum(weight * parts[i] for weight, parts in sums) for i in range(2))
     sides = 1.0 if turns == 0.0 or turns == 0.5 else 2.0
     return Constants(turns, n, n - n // 2, p.skip, real, imaginary, sides * period / (0.375 * n))
+
+
+def summed(turns: float, n: int) -> tuple[float, float]:
+    """Real and imaginary part of the sum of exp(-2 pi j turns i) over i = 0 to n - 1, a geometric series."""
+    turns -= round(turns)
+    divisor = sine_of_turns(0.5 * turns)
+    size = sine_of_turns(0.5 * turns * n) / divisor if divisor != 0.0 else float(n)
+    return size * cosine_of_turns(0.5 * turns * (n - 1)), -size * sine_of_turns(0.5 * turns * (n - 1))
 
 
 @DensityMeter.output("({unit})/sqrt(Hz)")
