@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import cosine_of_turns, sine_of_turns
+from proofmass.blocks.arithmetic.geometric_series import summed
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 _KEPT = "the sums are those of one frequency: take a DensityMeter for each"
@@ -53,14 +54,6 @@ def constants(p: DensityMeter, period: float) -> Constants:
     real, imaginary = (sum(weight * parts[i] for weight, parts in sums) for i in range(2))
     sides = 1.0 if turns == 0.0 or turns == 0.5 else 2.0
     return Constants(turns, n, n - n // 2, p.skip, real, imaginary, sides * period / (0.375 * n))
-
-
-def summed(turns: float, n: int) -> tuple[float, float]:
-    """Real and imaginary part of the sum of exp(-2 pi j turns i) over i = 0 to n - 1, a geometric series."""
-    turns -= round(turns)
-    divisor = sine_of_turns(0.5 * turns)
-    size = sine_of_turns(0.5 * turns * n) / divisor if divisor != 0.0 else float(n)
-    return size * cosine_of_turns(0.5 * turns * (n - 1)), -size * sine_of_turns(0.5 * turns * (n - 1))
 
 
 @DensityMeter.output("({unit})/sqrt(Hz)")

@@ -153,7 +153,7 @@ class Looped(Block):
 
 
 @Looped.output("1")
-def doubled(p: Looped, code: int) -> int:
+def doubled(p: Looped, code: int) -> int:  # noqa: F811
     """So many ones."""
     count = 0
     for _ in range(code):
