@@ -49,7 +49,7 @@ def load_own_blocks(path: Path) -> dict[str, type[Block]]:
     sys.modules[name] = module
     text = path.read_text(encoding="utf-8")
     remember(str(module.__file__), text)
-    spec.loader.exec_module(module)
+    exec(compile(text, str(module.__file__), "exec"), module.__dict__)  # bytecode kept on disk may be of an older text
     own = _blocks_of(module)
     taken = [kind for kind in own if find(kind) is not None]
     if taken:

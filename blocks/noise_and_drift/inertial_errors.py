@@ -37,3 +37,8 @@ def output(p: InertialErrors, input: float, noise: float, acceleration: float, t
     scaled = (1.0 + p.scale + p.scale_temperature * warmer) * input
     bent = p.asymmetry * abs(input) + p.second_order * input * input
     return scaled + bent + p.bias + p.bias_temperature * warmer + p.acceleration_sensitivity * acceleration + noise
+
+
+@InertialErrors.corner
+def above_zero(p: InertialErrors, input: float) -> float:
+    return input

@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import cosine_of_turns, sine_of_turns
+from proofmass.blocks.arithmetic.geometric_series import summed
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 _KEPT = "the sums are those of one frequency: take a DensityMeter for each"
@@ -48,10 +49,9 @@ class Constants(NamedTuple):
 
 @DensityMeter.constants
 def constants(p: DensityMeter, period: float) -> Constants:
-    turns, n, real, imaginary = p.frequency * period, p.segment, 0.0, 0.0
-    for i in range(n):
-        w = 0.5 - 0.5 * cosine_of_turns(i / n)
-        real, imaginary = real + w * cosine_of_turns(turns * i), imaginary - w * sine_of_turns(turns * i)
+    turns, n = p.frequency * period, p.segment
+    sums = [(0.5, summed(turns, n)), (-0.25, summed(turns - 1.0 / n, n)), (-0.25, summed(turns + 1.0 / n, n))]
+    real, imaginary = (sum(weight * parts[i] for weight, parts in sums) for i in range(2))
     sides = 1.0 if turns == 0.0 or turns == 0.5 else 2.0
     return Constants(turns, n, n - n // 2, p.skip, real, imaginary, sides * period / (0.375 * n))
 

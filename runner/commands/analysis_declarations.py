@@ -155,8 +155,8 @@ def noise_model(**options: Any) -> int:
 
 @click.command()
 @graph_argument
-@click.argument("source", metavar="INPUT")
-@click.argument("target", metavar="OUTPUT")
+@click.argument("input")
+@click.argument("output")
 @click.option(
     "--simulate",
     "stimulus",

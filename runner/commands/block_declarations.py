@@ -9,9 +9,9 @@ from proofmass.runner.commands.options import json_option
 
 @click.command("test-block")
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.argument("kinds", nargs=-1, metavar="[KIND]...")
+@click.argument("kind", nargs=-1)
 @json_option
-def test_block(file: Path, kinds: tuple[str, ...], as_json: bool) -> int:
+def test_block(file: Path, kind: tuple[str, ...], as_json: bool) -> int:
     """Test the blocks of a Python file, which is run.
 
     Each block is checked: documents, units, bounds, what compiled code can take, and the same bits in plain Python,
@@ -24,7 +24,7 @@ def test_block(file: Path, kinds: tuple[str, ...], as_json: bool) -> int:
     """
     from proofmass.runner.commands.test_block_command import test_blocks  # start-up time
 
-    return test_blocks(file, kinds, as_json)
+    return test_blocks(file, kind, as_json)
 
 
 BLOCKS = (test_block,)

@@ -28,8 +28,8 @@ class ResponseRequest:
     """Request of `proofmass response`."""
 
     graph: Path
-    source: str
-    target: str
+    input: str
+    output: str
     stimulus: Any
     amplitude: str | None
     band: tuple[str, str] | None
@@ -48,8 +48,8 @@ def show_response(request: ResponseRequest) -> int:
     with progress(request.as_json) as bar:
         answer = response(
             graph,
-            request.source,
-            request.target,
+            request.input,
+            request.output,
             at=request.at,
             simulate=request.stimulus,
             amplitude=request.amplitude,

@@ -162,6 +162,7 @@ DRIVEN = {
 REFUSED = {
     "ChargeAmplifier": {"feedback_capacitance": "Gain"},
     "Chirp": dict.fromkeys(("start_frequency", "stop_frequency", "sweep_time"), "NumericallyControlledOscillator"),
+    "DensityMeter": {"frequency": "DensityMeter"},
     "DriftRamp": {"slope": "DiscreteIntegrator"},
     "LogarithmicAgeing": dict.fromkeys(("rate_per_decade", "onset", "start_age"), "ArrheniusAgeing"),
     "MeasurementSlots": dict.fromkeys(("settling", "averaging"), "MeasurementSlots"),
@@ -171,6 +172,7 @@ REFUSED = {
     "RunningPercentile": {"percent": "RunningPercentile"},
     "Sine": {"frequency": "NumericallyControlledOscillator"},
     "TemperatureCycle": dict.fromkeys(("pace", "soak_time"), "DiscreteIntegrator"),
+    "ToneMeter": {"frequency": "ToneMeter"},
 }
 KINDS = all_blocks()
 

@@ -7,6 +7,8 @@ exact. Other casts see every single word, and a million products, in `test_fixed
 import math
 from typing import Any
 
+import pytest
+
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.runner.fixed.integer_code import compile_step
 from proofmass.runner.targets.machine_code import ALONE
@@ -47,10 +49,10 @@ def nearest(value: float) -> float:
     return (value + 6755399441055744.0) - 6755399441055744.0  # ties to even, as the addition rounds
 
 
-def different(first: int, last: int) -> int:
-    """Pairs whose result is not that of the oracle, of first words from `first` up to, not including, `last`."""
+def different(first: int, last: int, apart: int) -> int:
+    """Pairs whose result is not that of the oracle, of each `apart`-th first word up to, not including, `last`."""
     count = 0
-    for a in range(first, last):
+    for a in range(first, last, apart):
         for b in range(-32768, 32768):
             r = step(a, b)
             x, y = float(a), float(b)
@@ -64,5 +66,7 @@ def different(first: int, last: int) -> int:
     return count
 
 
-def test_every_pair_of_16_bit_words() -> None:
-    assert compiled(different, ALONE)(-32768, 32768) == 0
+@pytest.mark.parametrize("apart", [257, pytest.param(1, marks=pytest.mark.exhaustive)])
+def test_every_pair_of_16_bit_words(apart: int) -> None:
+    """A prime number apart, first words with and without each of their bits meet every second word."""
+    assert compiled(different, ALONE)(-32768, 32768, apart) == 0

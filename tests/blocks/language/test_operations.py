@@ -64,10 +64,10 @@ def bits(value: Number) -> bytes:
 
 
 class Compiled:
-    """All functions of two types as one compiled loop over many operands."""
+    """All functions of two types, or every `apart`-th, as one compiled loop over many operands."""
 
-    def __init__(self, types: tuple[type, type]) -> None:
-        self.types, self.functions = types, OF_TYPES[types]
+    def __init__(self, types: tuple[type, type], apart: int) -> None:
+        self.types, self.functions = types, OF_TYPES[types][::apart]
         self.forms = [lowered(function, types, None, compiled=True) for function in self.functions]  # type: ignore[arg-type]
         assert not [problem for form in self.forms for problem in form.problems]
 
@@ -83,13 +83,11 @@ class Compiled:
         return [(b"", True) if wrong else (bits(v), False) for v, wrong in zip(value.tolist(), failed, strict=True)]
 
 
-_made: dict[tuple[type, type], Compiled] = {}
-
-
 @TYPES
+@pytest.mark.parametrize("apart", [5, pytest.param(1, marks=pytest.mark.exhaustive)])
 @pytest.mark.defect("S14", before="x ** 3, overflow, n // 0 differ in silence", after="the same bits, or the run ends")
-def test_compiled_code_means_what_python_means(types: tuple[type, type]) -> None:
-    compiled = _made.setdefault(types, Compiled(types))
+def test_compiled_code_means_what_python_means(types: tuple[type, type], apart: int) -> None:
+    compiled = Compiled(types, apart)
     hostile = {int: HOSTILE_INTEGERS, float: HOSTILE_NUMBERS}
     agree(compiled, [(a, b) for a in hostile[types[0]] for b in hostile[types[1]]])
 

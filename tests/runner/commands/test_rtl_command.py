@@ -49,13 +49,48 @@ def test_sums_may_be_merged(capsys: pytest.CaptureFixture[str], tmp_path: Path) 
     assert "keep" not in (tmp_path / "fixed_stiffness_controller.v").read_text(encoding="utf-8")
 
 
+LOOPED = """from proofmass import Block, Input
+
+class Looped(Block):
+    \"\"\"A code that says how often a loop is run.\"\"\"
+    code = Input("1", "Code.", dtype=int)
+
+@Looped.output("1")
+def ones(p, code: int) -> int:
+    \"\"\"So many ones.\"\"\"
+    count = 0
+    for _ in range(code):
+        count = count ^ 1
+    return count
+"""
+LOOPED_GRAPH = """name = "looped"
+rate = "1 kHz"
+samples = 10
+wires = ["counter.count -> looped.code"]
+probes = ["looped.ones"]
+[blocks.counter]
+kind = "Counter"
+[blocks.looped]
+kind = "Looped"
+"""
+
+
+def test_a_loop_that_a_signal_bounds_is_told_with_its_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(LOOPED)
+    (tmp_path / "looped.toml").write_text(LOOPED_GRAPH)
+    words = (str(tmp_path / "looped.toml"), "--blocks", str(tmp_path / "own.py"), "-o", str(tmp_path / "hardware"))
+    text = said(capsys, *words, code=1)
+    assert "own.py:11: blocks.looped.ones: a signal bounds a loop or indexes a list" in text
+    assert not (tmp_path / "hardware").exists()
+
+
 def test_what_is_wrong_is_told_and_nothing_is_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     folder = tmp_path / "hardware"
     text = said(capsys, CALIBRATION, "--block", "stifness", "-o", str(folder), code=1)
     assert "blocks.stifness: no such block" in text
     assert "did you mean stiffness?" in text
     text = said(capsys, str(library_file("pn_self_test_minimal.toml")), "-o", str(folder), code=1)
-    assert "correlator.py:46: blocks.correlator.update: a signal bounds a loop or indexes a list" in text
+    assert "correlator.py:49: blocks.correlator.correlator: sums: sums grows without bound" in text
     text = said(capsys, str(library_file("closed_loop_accelerometer.toml")), "-o", str(folder), code=1)
     assert "the graph has no digital blocks" in text
     assert "-o" in said(capsys, CALIBRATION, code=2)

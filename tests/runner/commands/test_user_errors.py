@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -225,12 +226,24 @@ def test_a_reader_that_goes_away_is_no_error(arguments: list[str]) -> None:
 
 
 @pytest.mark.parametrize("name", cli.commands)
-def test_the_examples_of_the_help_are_right(name: str) -> None:
-    examples = re.findall(r"^ *proofmass (\S+)(.*)$", cli.commands[name].help or "", re.MULTILINE)
-    assert name in [first for first, _ in examples]
-    for first, more in examples:
-        words = [word.strip('"') for word in re.findall(r'"[^"]*"|\S+', more.partition("&&")[0])]
-        cli.commands[first].make_context(first, words)
+def test_the_examples_of_the_help_are_right(name: str, tmp_path: Path) -> None:
+    examples = examples_of(cli.commands[name].help or "")
+    assert name in [first for first, *_ in examples]
+    own = tmp_path / "my_blocks.py"
+    own.write_text(OWN)
+    for first, *words in examples:
+        cli.commands[first].make_context(first, [str(own) if word == own.name else word for word in words])
+
+
+def examples_of(text: str) -> list[list[str]]:
+    """The words of each example, as a shell takes them: of several lines, up to a second command or a redirection."""
+    commands = re.findall(r"^ *proofmass (.*)$", text.replace("\\\n", " "), re.MULTILINE)
+    return [shlex.split(re.split(r"&&|>", command)[0]) for command in commands]
+
+
+def test_an_example_is_read_as_a_shell_reads_it() -> None:
+    text = 'Text.\n\n  proofmass a --b "c d" > e\n  proofmass f \\\n      --g && proofmass h\n'
+    assert examples_of(text) == [["a", "--b", "c d"], ["f", "--g"]]
 
 
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)

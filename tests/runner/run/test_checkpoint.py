@@ -1,6 +1,8 @@
 """Runs that are interrupted, or run out of room, and go on to the same bits."""
 
+import importlib.util
 import json
+import linecache
 import os
 import signal
 import subprocess
@@ -39,6 +41,13 @@ from proofmass.runner.run.simulate import simulate
 from tests.by_hand.little_disk import little_room
 
 ENGINES: list[EngineName] = ["python", "compiled"]
+OWN = """from typing import Any
+from proofmass import block
+@block("1", input="1")
+def mine(p: Any, input: float) -> float:
+    \"\"\"Mine.\"\"\"
+    return {} * input
+"""
 
 
 def made(folder: Path, **changes: Any) -> Graph:
@@ -209,14 +218,13 @@ class TestRefused:
         path.write_text(path.read_text().replace("0.78,", "0.7801,"))
         assert "the recordings changed" in self.message(folder)
 
-    def test_another_function_of_a_block(self, tmp_path: Path) -> None:
-        text = (
-            "from typing import Any\nfrom proofmass import block\n"
-            '@block("1", input="1")\ndef mine(p: Any, input: float) -> float:\n    """Mine."""\n    return {} * input\n'
-        )
+    def test_another_function_of_a_block(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Also where bytecode that Python kept of a file as long, of the same second, is not that of the text."""
+        monkeypatch.setattr(sys, "dont_write_bytecode", False)
 
         def graph(factor: float) -> Graph:
-            (tmp_path / "mine.py").write_text(text.format(factor))
+            (tmp_path / "mine.py").write_text(OWN.format(factor))
+            os.utime(tmp_path / "mine.py", (1e9, 1e9))
             kind = load_own_blocks(tmp_path / "mine.py")["Mine"]
             blocks = {"noise": WhiteNoise(density=1.0), "mine": kind()}
             wires = ["noise.output -> mine.input"]
@@ -226,6 +234,22 @@ class TestRefused:
         simulate(graph(2.0), samples=2000, engine="python", folder=out, progress=interrupt_after(100))
         assert "the code of a block changed" in self.message(out, graph(3.0))
         simulate(graph(2.0), samples=2000, engine="python", folder=out, resume=True)
+
+    def test_a_function_of_a_block_whose_file_was_written_again_after_it_was_loaded(self, tmp_path: Path) -> None:
+        file = tmp_path / "mine.py"
+        file.write_text(OWN.format(2.0))
+        spec = importlib.util.spec_from_file_location("loaded_by_python_itself", file)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        file.write_text(OWN.format(3.0))
+        linecache.checkcache(str(file))
+        wires = ["noise.output -> mine.input"]
+        blocks = {"noise": WhiteNoise(density=1.0), "mine": module.mine()}
+        graph = Graph(name="mine", rate="1 kHz", blocks=blocks, wires=wires, probes=["mine.mine"])
+        with pytest.raises(ModelError, match=r"mine\.py:3: Mine: mine: its file has changed since it was loaded"):
+            simulate(graph, samples=10, engine="python")
 
     @pytest.mark.parametrize("damage", ["", "{", "[]", '{"run": {}}', "\0\0", "half"])
     def test_a_damaged_checkpoint(self, folder: Path, damage: str) -> None:

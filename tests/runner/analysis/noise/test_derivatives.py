@@ -82,7 +82,8 @@ def difference(graph: Graph, key: str, value: float, output: str, **options: obj
     pytest.param(first_order(), "y.output", {"band": (1.0, 40.0)}, id="loop-in-a-band"),
     pytest.param(chain(), "mean.mean", {}, id="chain"),
     pytest.param(chain(), "mean.mean", {"band": (2.0, 30.0)}, id="chain-in-a-band"),
-    pytest.param(curved(0.05), "square.output", {"at": "0.5 s"}, id="on-the-way"),
+    pytest.param(curved(0.5), "square.output", {"at": "0.05 s"}, id="soon"),
+    pytest.param(curved(0.05), "square.output", {"at": "0.5 s"}, id="on-the-way", marks=pytest.mark.exhaustive),
     pytest.param(curved(), "square.output", {"at": "25 s"}, id="at-rest"),
 ])  # fmt: skip
 def test_central_differences(graph: Graph, output: str, options: dict[str, object]) -> None:

@@ -1,5 +1,6 @@
 """Which blocks become hardware, what joins them, at which clocks; and what is refused."""
 
+import re
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -145,7 +146,28 @@ def test_a_graph_without_digital_blocks_is_refused() -> None:
     assert "put a FixedQuantiser behind what is analogue" in text
 
 
+class Looped(Block):
+    """A code that says how often a loop is run."""
+
+    code = Input("1", "Code.", dtype=int)
+
+
+@Looped.output("1")
+def doubled(p: Looped, code: int) -> int:  # noqa: F811
+    """So many ones."""
+    count = 0
+    for _ in range(code):
+        count = count ^ 1
+    return count
+
+
 def test_a_block_that_cannot_be_traced_is_refused_with_its_line() -> None:
+    text = refused(codes(Looped()))
+    assert re.search(r"test_compose\.py:\d+: blocks\.\w+\.doubled: a signal bounds a loop or indexes a list", text)
+    assert "hint:     give the loop a constant length" in text
+
+
+def test_sums_without_a_format_that_grow_are_refused_with_their_line() -> None:
     graph = Graph(
         name="g",
         rate=1,
@@ -154,8 +176,8 @@ def test_a_block_that_cannot_be_traced_is_refused_with_its_line() -> None:
         probes=["bank.impulse_response"],
     )
     text = refused(graph)
-    assert "correlator.py:46: blocks.bank.update: a signal bounds a loop or indexes a list" in text
-    assert "hint:     give the loop a constant length" in text
+    assert "correlator.py:49: blocks.bank.bank: sums: sums grows without bound" in text
+    assert "hint:     hold it with clip() or a mask" in text
 
 
 class Counted(Block):
