@@ -1,10 +1,11 @@
-"""The command that tests blocks; what it does is imported when it is called."""
+"""Commands that show and test blocks and give graphs to start from; what they do is imported when they are called."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import json_option
+from proofmass.runner.commands.options import blocks_option, file_argument, json_option
 
 
 @click.command("test-block")
@@ -27,4 +28,64 @@ def test_block(file: Path, kind: tuple[str, ...], as_json: bool) -> int:
     return test_blocks(file, kind, as_json)
 
 
-BLOCKS = (test_block,)
+@click.command()
+@click.argument("kind", required=False)
+@click.option("--find", "words", metavar="WORDS", help="List only blocks that all these words describe.")
+@click.option("--example", is_flag=True, help="Print a small graph around the block that runs, instead.")
+@blocks_option
+@json_option
+def blocks(**options: Any) -> int:
+    """List all kinds of blocks by family, or describe one.
+
+    The description has equation, parameters, ports, and lines for a graph file.
+
+    \b
+    proofmass blocks
+    proofmass blocks --find "phase detector"
+    proofmass blocks MassSpringDamper
+    proofmass blocks PID --example > example.toml
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.blocks_command import BlocksRequest, show_blocks
+
+    return show_blocks(BlocksRequest(**options))
+
+
+@click.command()
+@click.argument("name", required=False)
+@json_option
+def gallery(name: str | None, as_json: bool) -> int:
+    """List the graphs that come along, or describe one.
+
+    Each is a sensor, or a part of one, to run as it is or to start from with `proofmass new --from`.
+
+    \b
+    proofmass gallery
+    proofmass gallery closed_loop_gyroscope
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.gallery_command import show_gallery
+
+    return show_gallery(name, as_json)
+
+
+@click.command()
+@file_argument("file")
+@click.option("--from", "name", metavar="NAME", help="Copy this graph of `proofmass gallery` (default: a template).")
+def new(file: Path, name: str | None) -> int:
+    """Write a graph to start from.
+
+    It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too. A file that
+    exists is not overwritten.
+
+    \b
+    proofmass new sensor.toml && proofmass run sensor.toml
+    proofmass new gyroscope.toml --from closed_loop_gyroscope
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.new_command import write_new_graph
+
+    return write_new_graph(file, name)
+
+
+BLOCKS = (blocks, gallery, new, test_block)

@@ -10,19 +10,16 @@ from proofmass.blocks.language.arithmetic import compare
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import Builder, operand, zero
+from proofmass.runner.program.cheap import is_cheap
 from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
     TRUTH,
     Array,
-    Compute,
     Constant,
-    Get,
     If,
-    Load,
     Operand,
     Region,
-    Statement,
     Value,
     Variable,
 )
@@ -37,8 +34,6 @@ from proofmass.runner.program.structure import (
     shape_of,
 )
 
-_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations that are not done in vain
-_MANY = 12  # operations that are not done in vain
 _MISSING = object()
 
 
@@ -200,7 +195,7 @@ class Expressions:
                 first = read(part) if decides.value is goes_on else first
                 continue
             rest, region = self._apart(lambda part=part: read(part))  # type: ignore[misc]
-            if first.kind is rest.kind is TRUTH and _is_cheap(region):
+            if first.kind is rest.kind is TRUTH and is_cheap(region):
                 self.builder.splice(region)
                 first = self.builder.compute("both" if goes_on else "either", first, rest)
             elif goes_on:
@@ -222,7 +217,7 @@ class Expressions:
     def _either(self, test: Operand, a: Operand, then: Region, b: Operand, other: Region) -> Operand:
         """One of two numbers; both are computed where that is cheaper than to decide."""
         kind = numbers.widest(a.kind, b.kind)
-        if _is_cheap(then) and _is_cheap(other) and len(then) + len(other) <= _MANY:
+        if is_cheap(then, other):
             self.builder.splice(then)
             self.builder.splice(other)
             chosen = self.builder.compute("select", test, *numbers.agreed(self.builder, a, b))
@@ -277,7 +272,7 @@ class Expressions:
                 return holds
             read = lambda left=left, operator=operator, part=part: self._pair(node, left, operator, part)  # noqa: E731
             (right, one), region = self._apart(read)
-            if isinstance(holds, Constant) or _is_cheap(region):
+            if isinstance(holds, Constant) or is_cheap(region):
                 self.builder.splice(region)
                 holds = self.builder.compute("both", holds, one)
             elif part is node.comparators[-1]:
@@ -390,20 +385,6 @@ def outer(function: types.FunctionType, name: str) -> Any:
         if free == name:
             return cell.cell_contents
     return function.__globals__.get(name, getattr(builtins, name, _MISSING))
-
-
-def _is_cheap(region: Region) -> bool:
-    """Whether statements may as well be executed where their values are not needed."""
-    return len(region) <= _MANY and all(map(_costs_little, region))
-
-
-def _costs_little(statement: Statement) -> bool:
-    match statement:
-        case Compute(_, operation):
-            return operation not in _DEAR
-        case Get() | Load(_, _, Constant()):
-            return True
-    return False
 
 
 def _described(value: Lowered) -> str:

@@ -22,8 +22,9 @@ import scipy.linalg
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.map_changes import change_between, effect, pole_rates
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
     Array,
     PeriodMap,
@@ -44,7 +45,6 @@ _LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
 _DOUBLED = (1, 2, 4, 8, 16, 32, 64)
 _BACK = 0.1  # by which the map of noise over several periods may differ from that of the next ones
 _NEAR = 1e-3  # distance of a pole from the boundary of stability
-_NEGLIGIBLE = 1e-9  # part of a map, of all of it
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
 
 
@@ -226,10 +226,10 @@ class _Search:
         f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
         z = np.asarray(np.exp(2j * math.pi * f * self._period))
         shown = self._shown(first)
-        speed = max(_effect(shown, self._shown(after), z) / number for number, after in later.items())  # a period
+        speed = max(effect(shown, self._shown(after), z) / number for number, after in later.items())  # a period
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
-        rates, rates_later = _pole_rates(of_period), _pole_rates(later[max(later)])
+        rates, rates_later = pole_rates(of_period), pole_rates(later[max(later)])
         # What is much nearer to neutral later, such as the phase of an oscillation that settles, is neutral.
         slow = (rates > SAME) & ((rates >= _NEAR) | (rates_later > 0.5 * rates))
         return speed * periods / float(np.min(rates, where=slow, initial=1.0))
@@ -253,7 +253,7 @@ class _Search:
         )
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
-        return _change(self._shown(first), self._shown(after)) <= SAME
+        return change_between(self._shown(first), self._shown(after)) <= SAME
 
     def _shown(self, of: PeriodMap) -> PeriodMap:
         """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
@@ -299,7 +299,7 @@ class _Search:
             closed = self._map(self._after(0), periods)
             change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
             after = self._map(self._after(periods), periods)
-            if self._noise and _change(self._shown(closed), self._shown(after)) > _BACK:
+            if self._noise and change_between(self._shown(closed), self._shown(after)) > _BACK:
                 continue
             if change <= FROZEN:
                 once, whole = _time(self._period), _time(periods * self._period)
@@ -358,82 +358,6 @@ def variation(closed: Array, later: Sequence[Array]) -> Array:
     near = distances <= max(_NEAR, float(np.min(distances, initial=1.0)))
     parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
     return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
-
-
-def _pole_rates(of_period: PeriodMap) -> Array:
-    """Return by how much each mode decays, grows or turns in a map, the slowest first."""
-    poles = np.linalg.eigvals(of_period.between().parts()[0]).astype(complex)
-    return np.sort(np.abs(np.log(poles + 1e-300)))
-
-
-def _change(first: PeriodMap, second: PeriodMap) -> float:
-    """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
-    if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
-        return math.inf
-    between = {*first.between().states, *second.between().states}
-    kept = [i for i, state in enumerate(first.states) if state in between]
-    first, second = first.kept(kept), second.kept(kept)
-    n, eye = first.order, np.zeros_like(first.matrix[:, :-1])
-    eye[:n, :n] = np.eye(n)
-    one, two = first.matrix[:, :-1] - eye, second.matrix[:, :-1] - eye
-    size = np.maximum(np.abs(one), np.abs(two))
-    rows, columns = _scales(size, n)
-    size, difference = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
-    whole = float(np.linalg.norm(size))
-    down, across = _groups(first.states, first.outputs), _groups(first.states, first.inputs)
-    changes = [
-        float(np.linalg.norm(difference[np.ix_(r, c)])) / part
-        for r in down
-        for c in across
-        if (part := float(np.linalg.norm(size[np.ix_(r, c)]))) > _NEGLIGIBLE * whole
-    ]
-    return max(changes, default=0.0)
-
-
-def _effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
-    """The largest relative change of a response where what one block does to another is as in the second map."""
-    if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
-        return math.inf
-    between = {*first.between().states, *second.between().states}
-    kept = [i for i, state in enumerate(first.states) if state in between]
-    first, second = first.kept(kept), second.kept(kept)
-    before, changes = _responses(first, first.matrix, z), [0.0]
-    for r in _groups(first.states, first.outputs):
-        for c in _groups(first.states, first.inputs):
-            pair = np.ix_(r, c)
-            if (first.matrix[pair] != second.matrix[pair]).any():
-                mixed = first.matrix.copy()
-                mixed[pair] = second.matrix[pair]
-                after = _responses(first, mixed, z)
-                size = np.maximum(np.linalg.norm(before, axis=(1, 2)), np.linalg.norm(after, axis=(1, 2)))
-                moved = np.linalg.norm(after - before, axis=(1, 2))
-                changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
-    return max(changes)
-
-
-def _responses(found: PeriodMap, matrix: Array, z: Complex) -> Complex:
-    """The response of a map at points of the unit circle."""
-    a, b, c, d = found.parts(matrix)
-    return np.array([c @ np.linalg.solve(point * np.eye(len(a)) - a, b.astype(complex)) + d for point in z])
-
-
-def _scales(size: Array, n: int) -> tuple[Array, Array]:
-    """Factors of rows and columns which make them alike: units of the states do not count."""
-    square = np.zeros((max(size.shape), max(size.shape)))
-    square[: len(size), : size.shape[1]] = size
-    _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
-    scale = np.asarray(scale, dtype=float)
-    return 1.0 / scale[: len(size)], scale[: size.shape[1]]
-
-
-def _groups(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> list[list[int]]:
-    """Places of the states of each block, and of the values of each wire."""
-    groups: dict[Any, list[int]] = {}
-    for place, (name, _, _) in enumerate(states):
-        groups.setdefault(name, []).append(place)
-    for place, (name, port, _) in enumerate(ends):
-        groups.setdefault((name, port), []).append(len(states) + place)
-    return list(groups.values())
 
 
 def _moving(change: float) -> tuple[str, ...]:

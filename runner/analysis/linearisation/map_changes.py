@@ -1,0 +1,89 @@
+"""How much two maps over a period differ: in what one block does to another, and in the response between wires."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from proofmass.runner.analysis.linearisation.open_loop import Complex
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+
+_NEGLIGIBLE = 1e-9  # part of a map, of all of it
+
+
+def pole_rates(of_period: PeriodMap) -> Array:
+    """Return by how much each mode decays, grows or turns in a map, the slowest first."""
+    poles = np.linalg.eigvals(of_period.between().parts()[0]).astype(complex)
+    return np.sort(np.abs(np.log(poles + 1e-300)))
+
+
+def change_between(first: PeriodMap, second: PeriodMap) -> float:
+    """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
+    if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
+        return math.inf
+    between = {*first.between().states, *second.between().states}
+    kept = [i for i, state in enumerate(first.states) if state in between]
+    first, second = first.kept(kept), second.kept(kept)
+    n, eye = first.order, np.zeros_like(first.matrix[:, :-1])
+    eye[:n, :n] = np.eye(n)
+    one, two = first.matrix[:, :-1] - eye, second.matrix[:, :-1] - eye
+    size = np.maximum(np.abs(one), np.abs(two))
+    rows, columns = _scales(size, n)
+    size, difference = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
+    whole = float(np.linalg.norm(size))
+    down, across = _groups(first.states, first.outputs), _groups(first.states, first.inputs)
+    changes = [
+        float(np.linalg.norm(difference[np.ix_(r, c)])) / part
+        for r in down
+        for c in across
+        if (part := float(np.linalg.norm(size[np.ix_(r, c)]))) > _NEGLIGIBLE * whole
+    ]
+    return max(changes, default=0.0)
+
+
+def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
+    """The largest relative change of a response where what one block does to another is as in the second map."""
+    if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
+        return math.inf
+    between = {*first.between().states, *second.between().states}
+    kept = [i for i, state in enumerate(first.states) if state in between]
+    first, second = first.kept(kept), second.kept(kept)
+    before, changes = _responses(first, first.matrix, z), [0.0]
+    for r in _groups(first.states, first.outputs):
+        for c in _groups(first.states, first.inputs):
+            pair = np.ix_(r, c)
+            if (first.matrix[pair] != second.matrix[pair]).any():
+                mixed = first.matrix.copy()
+                mixed[pair] = second.matrix[pair]
+                after = _responses(first, mixed, z)
+                size = np.maximum(np.linalg.norm(before, axis=(1, 2)), np.linalg.norm(after, axis=(1, 2)))
+                moved = np.linalg.norm(after - before, axis=(1, 2))
+                changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
+    return max(changes)
+
+
+def _responses(found: PeriodMap, matrix: Array, z: Complex) -> Complex:
+    """The response of a map at points of the unit circle."""
+    a, b, c, d = found.parts(matrix)
+    return np.array([c @ np.linalg.solve(point * np.eye(len(a)) - a, b.astype(complex)) + d for point in z])
+
+
+def _scales(size: Array, n: int) -> tuple[Array, Array]:
+    """Factors of rows and columns which make them alike: units of the states do not count."""
+    square = np.zeros((max(size.shape), max(size.shape)))
+    square[: len(size), : size.shape[1]] = size
+    _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
+    scale = np.asarray(scale, dtype=float)
+    return 1.0 / scale[: len(size)], scale[: size.shape[1]]
+
+
+def _groups(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> list[list[int]]:
+    """Places of the states of each block, and of the values of each wire."""
+    groups: dict[Any, list[int]] = {}
+    for place, (name, _, _) in enumerate(states):
+        groups.setdefault(name, []).append(place)
+    for place, (name, port, _) in enumerate(ends):
+        groups.setdefault((name, port), []).append(len(states) + place)
+    return list(groups.values())
