@@ -50,8 +50,9 @@ class Constants(NamedTuple):
 @DensityMeter.constants
 def constants(p: DensityMeter, period: float) -> Constants:
     turns, n = p.frequency * period, p.segment
-    sums = [(0.5, summed(turns, n)), (-0.25, summed(turns - 1.0 / n, n)), (-0.25, summed(turns + 1.0 / n, n))]
-    real, imaginary = (sum(weight * parts[i] for weight, parts in sums) for i in range(2))
+    middle, low, high = summed(turns, n), summed(turns - 1.0 / n, n), summed(turns + 1.0 / n, n)
+    real = 0.5 * middle[0] - 0.25 * low[0] - 0.25 * high[0]
+    imaginary = 0.5 * middle[1] - 0.25 * low[1] - 0.25 * high[1]
     sides = 1.0 if turns == 0.0 or turns == 0.5 else 2.0
     return Constants(turns, n, n - n // 2, p.skip, real, imaginary, sides * period / (0.375 * n))
 
