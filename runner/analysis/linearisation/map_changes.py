@@ -44,7 +44,7 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
 
 
 def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
-    """The largest relative change of a response where what one block does to another is as in the second map."""
+    """Return the largest relative change of a response where what one block does to another is as in the second map."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
     between = {*first.between().states, *second.between().states}
