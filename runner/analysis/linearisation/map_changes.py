@@ -1,4 +1,4 @@
-"""How much two maps over a period differ: in what one block does to another, and in the response between wires."""
+"""Differences of two maps over a period: in what one block does to another, and in the response between wires."""
 
 import math
 from collections.abc import Sequence
