@@ -114,6 +114,10 @@ class Builder:
         kind = OPERATIONS[operation].result or kind_of(given[-1])
         return self._computed(Value(kind, name), lambda result: Compute(result, operation, given, self.line))
 
+    def likely(self, condition: Given, value: Given, other: Given) -> Operand:
+        """One of two numbers, the first as a rule."""
+        return self.compute("select", self.compute("likely", condition), value, other)
+
     def get(self, variable: Variable) -> Value:
         """What a variable is now."""
         return self._computed(Value(variable.kind, variable.name), lambda result: Get(result, variable, self.line))

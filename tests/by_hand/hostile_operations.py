@@ -90,6 +90,7 @@ PYTHON: dict[str, Callable[..., Any]] = {
     "either": lambda a, b: a or b,
     "differ": lambda a, b: a != b,
     "not": lambda a: not a,
+    "likely": lambda a: a,
     "float_of_integer": float,
     "integer_of_float": lambda a: int(a) if math.isfinite(a) and LOWEST <= int(a) <= HIGHEST else ANY,
     "integer_of_truth": int,
@@ -157,10 +158,11 @@ def _same(value: Any, expected: Any, exact: bool) -> bool:
     return bool(value == expected)
 
 
-def select_program() -> Program:
-    """A selection of each kind, of two values of the caller."""
-    condition = Value(TRUTH, "condition")
-    w = Writer("entry", condition)
+def select_program(likely: bool = False) -> Program:
+    """A selection of each kind, of two values of the caller, by a condition that is said to be likely or not."""
+    given = Value(TRUTH, "condition")
+    w = Writer("entry", given)
+    condition = w.do("likely", given) if likely else given
     for kind in Kind:
         array = Array(kind, 3, True, kind.value)
         w.function.parameters += (array,)

@@ -35,10 +35,11 @@ def test_operations_on_hostile_values(constant: int | None, level: str, tmp_path
 
 
 @needs_gcc
+@pytest.mark.parametrize("likely", [False, True])
 @pytest.mark.parametrize("condition", [False, True])
-def test_selections(condition: bool, tmp_path: Path) -> None:
+def test_selections(condition: bool, likely: bool, tmp_path: Path) -> None:
     arrays = [np.array([1.5, -0.0, 9.0]), np.array([7, -8, 9]), np.array([True, False, True])]
-    run_in_c(compiled_by_gcc(select_program(), tmp_path), arrays, condition)
+    run_in_c(compiled_by_gcc(select_program(likely), tmp_path), arrays, condition)
     assert [array[2] for array in arrays] == [array[1 - condition] for array in arrays]
 
 

@@ -56,10 +56,11 @@ def test_operations_on_hostile_values(constant: int | None, settings: machine_co
     assert not operations_wrong(arrays, constant)
 
 
+@pytest.mark.parametrize("likely", [False, True])
 @pytest.mark.parametrize("condition", [False, True])
-def test_selections(condition: bool) -> None:
+def test_selections(condition: bool, likely: bool) -> None:
     arrays = [np.array([1.5, -0.0, 9.0]), np.array([7, -8, 9]), np.array([True, False, True])]
-    machine_code.load(select_program())(condition, *(array.ctypes.data for array in arrays))
+    machine_code.load(select_program(likely))(condition, *(array.ctypes.data for array in arrays))
     assert [array[2] for array in arrays] == [array[1 - condition] for array in arrays]
 
 
