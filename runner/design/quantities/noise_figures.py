@@ -38,7 +38,7 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
     found = noise_map(whole, target)
     if not found.settles and wanted.band is None:
         return None
-    if float(np.max(np.abs(found.poles), initial=0.0)) > 1.0 + 1e-9:
+    if found.grows:
         return None
     value, ends = _mean_square(found, source, wanted.band, None)
     if not slopes or value <= 0.0:
