@@ -12,9 +12,7 @@ from typing import Any
 
 import pytest
 
-from proofmass.blocks import Ramp
-from proofmass.blocks.declaration.catalog import load_own_blocks
-from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.library import library_file, library_files
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.model.build import Graph
@@ -22,6 +20,7 @@ from proofmass.graphs.model.exports import runs_alone
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.reference.interpret import Interpreter
 from proofmass.runner.run import hand_over
 from proofmass.runner.run import simulate as simulation
@@ -252,18 +251,14 @@ class TestCompiling:
         assert warm.provenance["engine"] == "compiled"
         assert "handed_over" not in warm.provenance
 
-    def test_what_cannot_be_compiled_is_refused_as_ever(self, tmp_path: Path) -> None:
-        own = tmp_path / "blocks.py"
-        own.write_text(
-            "from typing import Any\nfrom proofmass import block\n"
-            '@block("1", input="1")\ndef sorted_input(p: Any, input: float) -> float:\n'
-            '    """Give the input."""\n    return sorted([input, input])[0]\n'
-        )
-        blocks = {"ramp": Ramp(), "own": load_own_blocks(own)["SortedInput"]()}
-        graph = Graph(name="own", rate="1 kHz", blocks=blocks, wires=["ramp.output -> own.input"])
-        assert simulate(graph, samples=10).provenance["engine"] == "python"
-        with pytest.raises(ModelError, match="--engine python"):
-            simulate(graph, samples=10**7)
+    def test_what_goes_wrong_in_the_thread_ends_the_run(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        def refuse(planned: Plan) -> TickLoop:
+            raise ModelError([Problem(message="is beyond what is compiled", key="ball")])
+
+        monkeypatch.setattr("proofmass.runner.program.tick.write_tick", refuse)
+        with pytest.raises(ModelError, match="ball: is beyond what is compiled"):
+            simulate(BOUNCING, samples=10**7)
+        assert simulate(BOUNCING, samples=10).provenance["engine"] == "python"
 
 
 CHAIN = """
