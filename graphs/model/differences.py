@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.units import same_unit, short_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten, parts
 from proofmass.graphs.model.graph import Graph, Wire, split
+from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.values import Value
@@ -85,12 +86,16 @@ class _Names:
 
 
 def _top(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
-    for key in ("name", "description"):
+    texts = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Text)]
+    integers = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Integer) and key != "samples"]
+    for key in texts:
         yield from _changed(key, getattr(before.root, key), getattr(after.root, key))
     yield from _changed("rate", _rate(before.rate), _rate(after.rate))
     lengths = [f"{g.samples} ticks" if g.samples is not None else _seconds(g.duration) for g in (before, after)]
     yield from _changed("duration", *lengths)
-    yield from _changed("seed", str(before.seed), str(after.seed))
+    for key in integers:
+        old, new = (getattr(flat.root, key) for flat in (before, after))
+        yield from _changed(key, "" if old is None else str(old), "" if new is None else str(new))
 
 
 def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[Difference]:
