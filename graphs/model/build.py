@@ -289,27 +289,27 @@ def _settled(graph: Graph) -> Graph:
         raise ModelError([graph.placed(problem) for problem in own]) from None
 
 
-def _split_measures(given: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
+def _split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
     """Measures of signals, and those that are formulas of others."""
     formulas, problems = dict(derived), list[Problem]()
-    if not isinstance(given, Mapping):
-        return given, formulas, problems
-    for name, entry in given.items():
+    if not isinstance(measures, Mapping):
+        return measures, formulas, problems
+    for name, entry in measures.items():
         if is_formula(entry) and isinstance(name, str) and NAME.fullmatch(name):
             try:
                 formulas[name] = Formula(entry)
             except Refusal as error:
                 problems.append(error.problem(f"measures.{name}", entry, path=("measures", name)))
-    return {n: e for n, e in given.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
+    return {n: e for n, e in measures.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
 
 
-def _read_formulas(given: object) -> tuple[dict[str, Formula], list[Problem]]:
+def _read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
     hint = 'write formulas = { "x_axis.mass" = "= mass" }'
-    if not isinstance(given, Mapping):
-        return {}, [Problem(message="must be a table", key="formulas", got=shown(given), hint=hint, path=("formulas",))]
+    if not isinstance(table, Mapping):
+        return {}, [Problem(message="must be a table", key="formulas", got=shown(table), hint=hint, path=("formulas",))]
     formulas: dict[str, Formula] = {}
     problems: list[Problem] = []
-    for target, text in given.items():
+    for target, text in table.items():
         try:
             if not isinstance(text, Formula) and not is_formula(text):
                 raise Refusal("must be a text that begins with =", hint)

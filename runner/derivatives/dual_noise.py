@@ -31,12 +31,12 @@ def noise_blocks(plan: Plan) -> list[str]:
 
 def _moving(plan: Plan) -> set[str]:
     """Blocks that do not always do the same: they, or what they depend on, have a state or follow the time."""
-    own = {name for name in plan.blocks if any(isinstance(b, _MOVING) for b in _given(plan, name))}
-    own |= {name for name, block in plan.blocks.items() if type(block).continuous()}
+    moving_alone = {name for name in plan.blocks if any(isinstance(b, _MOVING) for b in _given(plan, name))}
+    moving_alone |= {name for name, block in plan.blocks.items() if type(block).continuous()}
     readers: dict[str, set[str]] = {}
     for (name, _), (source, _) in plan.schedule.drivers.items():
         readers.setdefault(source, set()).add(name)
-    moving, new = set[str](), own
+    moving, new = set[str](), moving_alone
     while new:
         moving |= new
         new = {reader for name in new for reader in readers.get(name, ())} - moving
