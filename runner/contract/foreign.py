@@ -11,7 +11,8 @@ from typing import Any
 
 from proofmass.runner.program.form import Program
 from proofmass.runner.targets.c99 import c99_text
-from proofmass.runner.targets.llvm_text import ENTRY, externals
+from proofmass.runner.targets.llvm_functions import externals
+from proofmass.runner.targets.llvm_text import ENTRY
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
 Call = tuple[Sequence[int], Sequence[Any]]  # integers, and NumPy arrays that the entry works on in place

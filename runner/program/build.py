@@ -85,6 +85,10 @@ class Builder:
         kind = form.OPERATIONS[operation].result or kind_of(values[-1])
         return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
 
+    def likely(self, condition: Given, value: Given, other: Given) -> form.Operand:
+        """One of two numbers, the first as a rule."""
+        return self.compute("select", self.compute("likely", condition), value, other)
+
     def get(self, variable: form.Variable) -> form.Value:
         """What a variable is now."""
         return self._computed(

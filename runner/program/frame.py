@@ -152,7 +152,7 @@ class Frame:
     def number(self, outcome: Called) -> Operand:
         """A number that a call gives: NaN where anything failed in it."""
         value = as_kind(self.builder, outcome.value, FLOAT)
-        return value if outcome.fault is None else self.builder.compute("select", outcome.fault, nan(), value)
+        return value if outcome.fault is None else self._unless(outcome.fault, value)
 
     def sound(self, outcome: Called) -> Lowered:
         """What a call gives in a function of an instant; a fault is noted."""
@@ -167,7 +167,10 @@ class Frame:
         """A number that is NaN where anything failed before: the loop looks for that."""
         if self.failed is None:
             return value
-        return self.builder.compute("select", self.builder.get(self.failed), nan(), value)
+        return self._unless(self.builder.get(self.failed), value)
+
+    def _unless(self, fault: Operand, value: Operand) -> Operand:
+        return self.builder.likely(self.builder.compute("not", fault), value, nan())
 
 
 def entries(builder: Builder, value: Lowered) -> Sequence[Operand]:

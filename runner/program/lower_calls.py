@@ -7,6 +7,7 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from proofmass.blocks.arithmetic.rounding import likely
 from proofmass.blocks.language import arithmetic
 from proofmass.blocks.language.refusals import refuse
 from proofmass.runner.fixed.step_formats import held_as
@@ -96,6 +97,8 @@ class Calls(Expressions):
         library = LIBRARY.get(function) if callable(function) and function.__hash__ else None
         if library is not None:
             return self.builder.call(library, *(self._float(node, value) for value in arguments))[0]
+        if function is likely:
+            return self.builder.compute("likely", numbers.as_kind(self.builder, self._scalar(node, *arguments), TRUTH))
         if isinstance(function, types.FunctionType):
             return self.called(node, function, arguments)
         result = self._own(node, function, arguments) if callable(function) else None

@@ -20,7 +20,8 @@ from proofmass.runner.host.versions import version
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program, Value
 from proofmass.runner.program.listing import listing
 from proofmass.runner.targets.lane_text import LanesOf, lane_text
-from proofmass.runner.targets.llvm_text import ENTRY, externals, llvm_text
+from proofmass.runner.targets.llvm_functions import externals
+from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
 
 _C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
 _LARGE = 40_000  # lines of a module, from which on some passes of the highest level take too long

@@ -25,7 +25,8 @@ from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.content import content_of
-from proofmass.runner.targets.llvm_text import ENTRY, externals
+from proofmass.runner.targets.llvm_functions import externals
+from proofmass.runner.targets.llvm_text import ENTRY
 from proofmass.runner.targets.native import Array, dtype_of, moving
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
