@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.host.versions import version
+from proofmass.runner.host.versions import PROOFMASS, version
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.engine_table import ENGINES
@@ -42,7 +42,7 @@ def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, st
         "graph_hash": graph_hash(graph),
         "engine": engine,
         **({"integration": integration} if integration else {}),
-        "proofmass": version("proofmass"),
+        "proofmass": PROOFMASS,
         "python": platform.python_version(),
         **{library: version(library) for library in libraries},
         "platform": platform.platform(),
