@@ -18,7 +18,7 @@ END = re.compile(r"(?<=[.?!])[)\"*]*\s+(?=[A-Z\"(\[*0-9]|code\b)|\s\|\s")
 
 def sentences(text: str) -> Iterator[str]:
     """Yield the sentences of a page, and the cells of its tables; code between ticks counts as one word."""
-    text = re.sub(r"^```.*?^```$|(?<=\n\n)(?:    .*\n)+", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"^```.*?^```$|(?<=\n\n)(?:    [^\n]*\n)+", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
     text = "\n".join("" if NOT_PROSE.match(line) else line for line in text.splitlines())
     for item in ITEM.split(re.sub(r"`[^`]*`", "code", text)):
         flat = re.sub(r"\]\([^)]*\)", "]", " ".join(item.split())).strip("| ")
@@ -37,6 +37,8 @@ def test_sentences_are_short(page: Path) -> None:
 
 
 def test_sentences_end_at_stops_and_cells() -> None:
-    page = "# Title\n\nOne `a b. c` is. [Two](x.md) e.g. small: yes; no\nmore!\n\n| a | b c |\n|---|---|\n- item\n\n```\nx. Y\n```"
-    assert list(sentences(page)) == ["One code is.", "[Two] e.g. small: yes; no more!", "a", "b c", "- item"]
+    prose = "One `a b. c` is. [Two](x.md) e.g. small: yes; no\nmore!"
+    page = f"# Title\n\n{prose}\n\n| a | b c |\n|---|---|\n- item\n\n    code code\n\nLast.\n\n```\nx. Y\n```"
+    expected = ["One code is.", "[Two] e.g. small: yes; no more!", "a", "b c", "- item", "Last."]
+    assert list(sentences(page)) == expected
     assert words("three words - here") == 3
