@@ -35,12 +35,16 @@ def _method(solver: Solver) -> str:
     return f"{solver.method}, {solver.substeps} step{'s' if solver.substeps > 1 else ''} a tick"
 
 
-def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
-    """Facts to repeat a run: what ran, where, when; `engine` is empty for runs that were kept, by whichever engine."""
+def provenance(graph: Graph, engine: str, integration: str = "", handed_over: int | None = None) -> dict[str, str]:
+    """Facts to repeat a run: what ran, where, when; `engine` is empty for runs that were kept, by whichever engine.
+
+    `handed_over` is the tick from which on machine code ran what plain Python had begun; no digest has it.
+    """
     libraries = ENGINES[engine].libraries if engine else ("numpy",)
     return {
         "graph_hash": graph_hash(graph),
         "engine": engine,
+        **({"handed_over": f"by plain Python at tick {handed_over}"} if handed_over is not None else {}),
         **({"integration": integration} if integration else {}),
         "proofmass": PROOFMASS,
         "python": platform.python_version(),

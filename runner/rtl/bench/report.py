@@ -53,12 +53,12 @@ def report_data(
         "outputs": [_port(port) for port in machine.outputs],
         "instances": [
             {
-                "block": each.path,
-                "module": each.module.name,
-                "clocks_per_tick": each.stride,
-                "ticks_late": each.stage,
+                "block": instance.path,
+                "module": instance.module.name,
+                "clocks_per_tick": instance.stride,
+                "ticks_late": instance.stage,
             }
-            for each in machine.instances
+            for instance in machine.instances
         ],
         "modules": [_module(module) for module in machine.modules],
         "cost": machine_cost(machine).as_data(),
