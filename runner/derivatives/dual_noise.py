@@ -23,7 +23,7 @@ _MOVING = (Deviate, State, Buffer, Time, Tick)
 
 def noise_blocks(plan: Plan) -> list[str]:
     """The blocks that draw random numbers, or round what is not always the same."""
-    drawing = {name for name in plan.blocks if any(isinstance(b, Deviate) for b in _given(plan, name))}
+    drawing = given(plan, (Deviate,))
     steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
     rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}
     return sorted((drawing | (rounding & changing(plan, _MOVING))) - plan.digital.keys())
