@@ -157,19 +157,21 @@ class Plan(Filled):
     derived: tuple[Derived, ...] = ()  # measures that follow from these, each after those that it needs
 
     def same_sizes(self, other: "Plan") -> bool:
-        """Return whether a loop of one of two plans that differ in numbers alone can run the other.
+        """Return whether a loop of one of two plans that differ in parameters alone can run the other.
 
-        A buffer may be longer for another number: of flicker noise, the wider its band is.
+        Parameters that are true or false are a part of the loop, and a buffer may be longer for another number: of
+        flicker noise, the wider its band is.
         """
         changed = (name for name, block in self.blocks.items() if block is not other.blocks[name])
         return all(self._sizes(name) == other._sizes(name) for name in changed)
 
     def _sizes(self, name: str) -> list[Any]:
-        """Return the lengths of a block's buffers, outputs and lists among its constants."""
+        """Return the lengths of a block's buffers, outputs and lists among its constants, and its truth values."""
         block, constants = self.blocks[name], self.constants[name]
         lists = [] if isinstance(constants, Driven) else [_lengths(value) for value in constants or ()]
         buffers = [len(self.buffers[name, buffer]) for buffer in type(block).buffers]
-        return [buffers, [shape_of(block, port) for port in type(block).outputs.values()], lists]
+        truths = [getattr(block, name) for name, declared in type(block).parameters.items() if declared.kind is bool]
+        return [buffers, [shape_of(block, port) for port in type(block).outputs.values()], lists, truths]
 
     @cached_property
     def ahead(self) -> tuple[Endpoint, ...]:
