@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, size_of
@@ -178,6 +179,14 @@ class Plan(Filled):
         """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
 
+    @cached_property
+    def quiet(self) -> "Plan":
+        """The plan with random numbers that are all zero; itself where none are drawn."""
+        kinds = {type(block) for block in self.blocks.values()}
+        functions = (f for kind in kinds for f in (*kind.output_functions.values(), *kind.functions.values()))
+        drawn = any(Meaning.DEVIATE in function.meanings for function in functions)
+        return replace(self, schedule=replace(self.schedule, without_noise=True)) if drawn else self
+
 
 def _lengths(value: Any) -> Any:
     """Return the lengths of lists in lists, as deep as they go."""
@@ -186,7 +195,7 @@ def _lengths(value: Any) -> Any:
 
 def without_noise(plan: Plan) -> Plan:
     """Return the plan with random numbers that are all zero."""
-    return replace(plan, schedule=replace(plan.schedule, without_noise=True))
+    return plan.quiet
 
 
 def _ends(path: str) -> Iterator[str]:
