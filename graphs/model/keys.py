@@ -60,6 +60,7 @@ STUDY_KEYS = {
     "recalibration": 'Calibrations: every = "1 year"; carried = { "gain.initial" = "gain_found" } is what they leave.',
     "margins": 'The margins of the loops are measures too, at the operating point of that time: "0 s".',
     "drift": 'Parameters that age from epoch to epoch: "adc.reference" = { ramp = "20 ppm/year", relative = true }.',
+    "changes": 'Changes of measures as measures: bias_drift = { measure = "bias", since = "calibration" }.',
     "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
     "stop": 'When it has run enough: bias = "1 uV", half of the 95 % confidence interval of the mean.',
 }
@@ -71,6 +72,11 @@ EPOCH_KEYS = {
 RECALIBRATION_KEYS = {
     "every": 'How much age goes by between calibrations, "1 year", or "never"; a list compares.',
     "carried": "Parameters that keep a measure of the last calibration: a parameter, and the name of the measure.",
+}
+CHANGE_KEYS = {
+    "measure": "The measure that changes.",
+    "since": 'An age, "1 year", or the last "calibration"; since the first epoch when nothing is said.',
+    "relative": "true: relative to the value at that time.",
 }
 LIMIT_KEYS = {
     "at_least": "Smallest value of the measure in a good sensor.",

@@ -2,10 +2,11 @@
 
 from typing import Any
 
-from proofmass.graphs.model.keys import EPOCH_KEYS, LIMIT_KEYS, RECALIBRATION_KEYS, STUDY_KEYS
+from proofmass.graphs.model.keys import CHANGE_KEYS, EPOCH_KEYS, LIMIT_KEYS, RECALIBRATION_KEYS, STUDY_KEYS
 from proofmass.graphs.model.limits import LARGEST_SEED, TEXT_LENGTH
 from proofmass.graphs.model.loops import SETTLED, VERDICTS
 from proofmass.graphs.studies.ageing import DRIFT_KEYS, LAWS, NEEDED_BY
+from proofmass.graphs.studies.changes import CALIBRATION
 from proofmass.graphs.studies.designs import DESIGNS
 from proofmass.graphs.studies.distributions import LEAST_TRUNCATION, NORMAL, SHAPES, SPREAD_KEYS
 from proofmass.graphs.studies.epochs import NEVER
@@ -36,6 +37,7 @@ def study_schema(most_runs: int) -> Schema:
         "recalibration": _recalibration(),
         "margins": {"anyOf": [{"const": SETTLED}, *_WIDTH["anyOf"]]},
         "drift": _by_parameter(_drift()),
+        "changes": _by_measure(_changes()),
         "limits": _by_measure(
             _table({"at_least": _LIMIT, "at_most": _LIMIT, "change": _NUMBER, "from": _WIDTH}, LIMIT_KEYS)
         ),
@@ -70,6 +72,12 @@ def _recalibration() -> Schema:
     every: Schema = {"anyOf": [*interval["anyOf"], {"type": "array", "minItems": 1, "items": interval}]}
     carried = _by_parameter({"type": "string"})
     return _table({"every": every, "carried": carried}, RECALIBRATION_KEYS) | {"required": ["every", "carried"]}
+
+
+def _changes() -> Schema:
+    since: Schema = {"anyOf": [{"const": CALIBRATION}, *_WIDTH["anyOf"]]}
+    values: dict[str, Schema] = {"measure": {"type": "string"}, "since": since, "relative": {"type": "boolean"}}
+    return _table(values, CHANGE_KEYS) | {"required": ["measure"]}
 
 
 def _drift() -> Schema:

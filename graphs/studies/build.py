@@ -43,6 +43,7 @@ class Study(Value):
         drift: Tables = NOTHING,
         recalibration: Tables = NOTHING,
         margins: str | float = "",
+        changes: Tables = NOTHING,
         limits: Tables = NOTHING,
         stop: Tables = NOTHING,
         place: Place = NOWHERE,
@@ -51,6 +52,8 @@ class Study(Value):
         folder = (place if place is not NOWHERE else graph.place).folder
         spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
         ages = read.ages(epochs)
+        calibrations = read.recalibration(recalibration)
+        changed = read.changes(changes, ages, bool(calibrations.carried))
         super().__init__(
             graph=graph,
             runs=runs,
@@ -61,8 +64,9 @@ class Study(Value):
             sweep=read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
             epochs=ages,
             drift=read.parameters("drift", drift, read_drift),
-            recalibration=read.recalibration(recalibration),
+            recalibration=calibrations,
             margins=read.margins,
+            changes=changed,
             limits=read.limits(limits, ages),
             stop=read.stop(stop),
             written=MappingProxyType(read.written),
