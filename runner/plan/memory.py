@@ -49,7 +49,10 @@ class Memory:
 class Engine(Protocol):
     """What runs a plan; it starts at tick 0 or at a given memory and owns what moves."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """The name that the table of engines has for it."""
+        ...
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order.

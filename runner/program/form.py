@@ -126,6 +126,7 @@ OPERATIONS: dict[str, Signature] = {
     "either": Signature(_TT, TRUTH, "a or b, both known"),
     "differ": Signature(_TT, TRUTH, "a != b"),
     "not": Signature((TRUTH,), TRUTH, "not a"),
+    "likely": Signature((TRUTH,), TRUTH, "a, which is true as a rule: what is chosen by it need not wait for it"),
     # of any kind
     "select": Signature((TRUTH, None, None), None, "b if a else c, both known"),
     # from kind to kind

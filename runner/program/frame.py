@@ -68,13 +68,13 @@ class Frame:
         """What an output holds, or a buffer."""
         return self.now(self.wires[node])
 
-    def set(self, held: Lowered, value: Lowered) -> None:
+    def set(self, target: Lowered, value: Lowered) -> None:
         """Variables become values."""
-        if isinstance(held, tuple):
-            for place, part in zip(held, value, strict=True):
+        if isinstance(target, tuple):
+            for place, part in zip(target, value, strict=True):
                 self.set(place, part)
-        elif isinstance(held, Variable):
-            self.builder.set(held, as_kind(self.builder, value, held.kind))
+        elif isinstance(target, Variable):
+            self.builder.set(target, as_kind(self.builder, value, target.kind))
 
     def put(self, node: Endpoint, value: Lowered) -> None:
         """What an output holds from here on."""
@@ -152,7 +152,7 @@ class Frame:
     def number(self, outcome: Called) -> Operand:
         """A number that a call gives: NaN where anything failed in it."""
         value = as_kind(self.builder, outcome.value, FLOAT)
-        return value if outcome.fault is None else self.builder.compute("select", outcome.fault, nan(), value)
+        return value if outcome.fault is None else self._unless(outcome.fault, value)
 
     def sound(self, outcome: Called) -> Lowered:
         """What a call gives in a function of an instant; a fault is noted."""
@@ -167,7 +167,10 @@ class Frame:
         """A number that is NaN where anything failed before: the loop looks for that."""
         if self.failed is None:
             return value
-        return self.builder.compute("select", self.builder.get(self.failed), nan(), value)
+        return self._unless(self.builder.get(self.failed), value)
+
+    def _unless(self, fault: Operand, value: Operand) -> Operand:
+        return self.builder.likely(self.builder.compute("not", fault), value, nan())
 
 
 def entries(builder: Builder, value: Lowered) -> Sequence[Operand]:

@@ -93,6 +93,7 @@ EVALUATE: dict[str, Callable[..., Any]] = {
     "either": lambda a, b: a or b,
     "differ": operator.ne,
     "not": operator.not_,
+    "likely": lambda a: a,
     "select": lambda a, b, c: b if a else c,
     "float_of_integer": float,
     "integer_of_float": _integer_of_float,

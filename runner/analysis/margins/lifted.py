@@ -198,14 +198,17 @@ def _delayed_radius(system: OpenLoop, samples: int) -> float:
 
 
 def _bandwidth(system: OpenLoop, w: Any) -> float | None:
-    """Return where the closed loop first falls 3 dB below its value at rest."""
+    """Return where the closed loop, at the frequency of what goes in, first falls 3 dB below its value at rest."""
+    times = np.arange(system.per_period) * system.sample
 
-    def size(matrices: Complex) -> Any:
-        return np.linalg.norm(matrices, 2, axis=(1, 2))
+    def answer(w: Any) -> Complex:
+        turn = np.exp(1j * np.reshape(w, (-1, 1)) * times)
+        value: Complex = np.einsum("wi,wij,wj->w", turn.conj(), system.complementary(w), turn) / system.per_period
+        return value
 
-    closed = Samples.on(np.array([0.0, *w]), system.complementary)
-    at_rest = float(size(closed.answer(np.zeros(1)))[0])
+    closed = Samples.on(np.array([0.0, *w]), answer)
+    at_rest = float(abs(closed.answer(np.zeros(1))[0]))
     if at_rest == 0.0:
         return None
-    fallen = crossings(closed, lambda values: size(values) / at_rest - math.sqrt(0.5))
+    fallen = crossings(closed, lambda values: np.abs(values) / at_rest - math.sqrt(0.5))
     return fallen[0] / (2.0 * math.pi) if fallen else None

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
-from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judged
+from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, transfer
-from proofmass.runner.analysis.margins import lifted, scalar
+from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.figures import Figures, decibels
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.modes import Mode, seen
@@ -88,7 +88,7 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
     hidden: tuple[Mode, ...] = ()
     single = system.single()
     if single is None or len(closed) > LARGEST_ORDER:
-        verdict, poles = judged(closed, sampled, system.variation)
+        system, verdict, poles, hidden = lifted_modes.seen(system)
         figures = lifted.figures_of(system, open_at, verdict == "stable")
     else:
         a, b, c, d = single
@@ -97,7 +97,8 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
         figures = scalar.figures_of(visible.transfer, sampled, period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":
             figures = figures.with_values(delay_margin=lifted.delay_margin(system))
-        check_by_sweep(system, loop, visible.transfer.on_axis(sampled), figures)
+        poles_apart = [mode.pole for mode in hidden for _ in range(mode.times)]
+        check_by_sweep(system, loop, visible.transfer.on_axis(sampled), figures, poles_apart)
     return Margins(
         **vars(figures),
         loop=loop,

@@ -7,7 +7,8 @@ Two stages remove from the quotient N / D what the loop does not see:
 2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), at which the open loop has a
    pole and a zero: no gain moves them, such as the neutral phase of an oscillation.
 
-A pole and a zero that are close, but further apart than rounding, both count.
+A pole and a zero that are close, but further apart than rounding, both count. N and D lose as many zeros each: of a
+pair of conjugates of which one stays, the real part does.
 """
 
 import math
@@ -72,19 +73,32 @@ def seen(
     numerator, denominator, common = coprime(whole.numerator, whole.denominator)
     hidden = judge([root for root in roots(common) if not (sampled and root.is_zero())], closed, sampled, variation)
     visible = judge(roots(numerator + denominator), closed, sampled, variation)
-    neutral = [pole for pole in visible if pole.verdict == "marginal"]
-    if neutral:
-        ends = roots(numerator), roots(denominator)
-        for pole in neutral:
-            near = [[root for root in end if _is_at(root, pole)] for end in ends]
-            if all(near):
-                numerator, denominator = _without(numerator, denominator, pole.value)
-                visible.remove(pole)
-                hidden.append(pole)
-                for end, (first, *_) in zip(ends, near, strict=True):
-                    end.remove(first)
-    verdict, poles = together(visible)
-    return Seen(Transfer(numerator, denominator), verdict, poles, tuple(_modes(hidden, opened, states, sampled)))
+    numerator, denominator, neutral = _without_shared(numerator, denominator, visible)
+    verdict, poles = together(pole for pole in visible if not any(pole is other for other in neutral))
+    modes = tuple(_modes([*hidden, *neutral], opened, states, sampled))
+    return Seen(Transfer(numerator, denominator), verdict, poles, modes)
+
+
+def _without_shared(
+    numerator: Polynomial, denominator: Polynomial, closed: Sequence[Pole]
+) -> tuple[Polynomial, Polynomial, list[Pole]]:
+    """Return both without the zeros next to poles on the boundary at which both have one, and these poles."""
+    ends = roots(numerator), roots(denominator)
+    removed: tuple[list[Any], list[Any]] = ([], [])
+    neutral = []
+    for pole in closed:
+        near = [[root for root in end if _is_at(root, pole)] for end in ends]
+        if pole.verdict == "marginal" and all(near):
+            neutral.append(pole)
+            for end, gone, found in zip(ends, removed, near, strict=True):
+                nearest = min(found, key=lambda root: abs(complex(root) - pole.value))
+                end.remove(nearest)
+                gone.append(nearest)
+    if not neutral:
+        return numerator, denominator, []
+    first, second = (_without(part, gone) for part, gone in zip((numerator, denominator), removed, strict=True))
+    below = math.lcm(int(first.denom()), int(second.denom()))
+    return (first * below).numer(), (second * below).numer(), neutral
 
 
 def _is_at(root: Any, pole: Pole) -> bool:
@@ -101,22 +115,22 @@ def _modes(
         yield Mode(pole, times, _blocks_of(pole, opened, states, times), sampled)
 
 
-def _without(numerator: Polynomial, denominator: Polynomial, value: complex) -> tuple[Polynomial, Polynomial]:
-    """Both divided by the factors of their zeros next to a place; a pair goes with its upper half."""
-    if value.imag < 0.0:
-        return numerator, denominator
-    quotients = [divmod(flint.fmpq_poly(part), _factor(part, value))[0] for part in (numerator, denominator)]
-    below = math.lcm(*(int(quotient.denom()) for quotient in quotients))
-    first, second = ((quotient * below).numer() for quotient in quotients)
-    return first, second
-
-
-def _factor(polynomial: Polynomial, value: complex) -> Any:
-    """The factor of the zero next to a place, with its numbers cut after some hundred bits."""
-    at = min(roots(polynomial), key=lambda root: abs(complex(root) - value))
-    if at.imag.is_zero():
-        return flint.fmpq_poly([-_fraction(at.real), 1])
-    return flint.fmpq_poly([_fraction(at.real) ** 2 + _fraction(at.imag) ** 2, -2 * _fraction(at.real), 1])
+def _without(polynomial: Polynomial, zeros: Sequence[Any]) -> Any:
+    """Return a polynomial without some of its zeros; of a pair of which one stays, the real part does."""
+    left, divided = list(zeros), flint.fmpq_poly(polynomial)
+    while left:
+        zero = left.pop()
+        real = -_fraction(zero.real)
+        if zero.imag.is_zero():
+            divided = divmod(divided, flint.fmpq_poly([real, 1]))[0]
+            continue
+        divided = divmod(divided, flint.fmpq_poly([real**2 + _fraction(zero.imag) ** 2, 2 * real, 1]))[0]
+        other = next((root for root in left if root.overlaps(zero.conjugate())), None)
+        if other is None:
+            divided *= flint.fmpq_poly([real, 1])
+        else:
+            left.remove(other)
+    return divided
 
 
 def _fraction(ball: Any) -> Any:

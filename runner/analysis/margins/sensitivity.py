@@ -26,6 +26,8 @@ from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefi
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.plan.planned import Plan
 
+_NEXT = 1e-6  # to the unit circle: what a critical factor puts there
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -97,8 +99,9 @@ def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     """Derivative of the gain margin in decibels by each parameter."""
     factor, frequency = margins.gain_margin or 1.0, margins.gain_margin_frequency
     near = None if frequency is None else cmath.exp(2j * math.pi * frequency * system.map.period)
-    pole, vectors = _critical(system, factor, near)
-    by_gain = pole.conjugate() * vectors(_by_factor(system, factor))
+    by_factor = _by_factor(system, factor)
+    pole, vectors = _critical(system, factor, by_factor, near)
+    by_gain = pole.conjugate() * vectors(by_factor)
 
     def slope(parameter: str) -> float:
         by_parameter = pole.conjugate() * vectors(closed_slope(system, factor, parameter))
@@ -115,8 +118,9 @@ def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float
 
     def moves(w: float, lag: float) -> Callable[[str], tuple[float, float]]:
         turn = cmath.exp(-1j * lag)
-        pole, vectors = _critical(system, turn, cmath.exp(1j * w * system.map.period))
-        by_lag = pole.conjugate() * vectors(-1j * turn * _by_factor(system, turn))
+        by_factor = _by_factor(system, turn)
+        pole, vectors = _critical(system, turn, by_factor, cmath.exp(1j * w * system.map.period))
+        by_lag = pole.conjugate() * vectors(-1j * turn * by_factor)
 
         def slopes(parameter: str) -> tuple[float, float]:
             by_parameter = pole.conjugate() * vectors(closed_slope(system, turn, parameter))
@@ -141,13 +145,21 @@ def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float
 
 
 def _critical(
-    system: OpenLoop, factor: complex, near: complex | None = None
+    system: OpenLoop, factor: complex, by_factor: Complex, near: complex | None = None
 ) -> tuple[complex, Callable[[Complex], complex]]:
-    """The closed-loop pole on the unit circle, and what a change of the closed matrix does to it."""
+    """The closed-loop pole on the unit circle that the factor moves, and what a change of the closed matrix does to it.
+
+    Where its frequency is not known, it is that of all poles next to the unit circle which the factor moves most: the
+    others are hidden, as the phase of an oscillation is.
+    """
     eigen: Any = scipy.linalg.eig  # its type does not tell what it returns with both vectors
     poles, left, right = eigen(system.closed(factor), left=True, right=True)
-    distance = np.abs(np.abs(poles) - 1.0) if near is None else np.abs(poles - near)
-    at = int(np.argmin(distance))
+    if near is None:
+        moved = np.abs(np.einsum("ij,ik,kj->j", left.conj(), by_factor, right) / np.sum(left.conj() * right, axis=0))
+        apart = np.abs(np.abs(poles) - 1.0)
+        at = int(np.argmax(np.where(apart <= max(_NEXT, float(np.min(apart))), moved, -1.0)))
+    else:
+        at = int(np.argmin(np.abs(poles - near)))
     w, v = left[:, at].conj(), right[:, at]
     return complex(poles[at]), lambda change: complex(w @ change @ v / (w @ v))
 

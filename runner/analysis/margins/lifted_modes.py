@@ -1,0 +1,92 @@
+"""Modes that a loop with several values of its wire in a period does not see, and the loop without them.
+
+A closed-loop pole p with the vectors v and w moves by w B' D C' v / (w v) when the wire passes I + D instead of I; B'
+and C' are those of the closed loop (Golub and Van Loan, Matrix Computations, 7.2.2). A pole on the boundary of
+stability that |B'| |C'| cannot move further than it is known is hidden, such as the phase of an oscillation.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judged, together
+from proofmass.runner.analysis.margins.modes import Mode
+
+_SHOWN = 0.1  # part of the largest entry of a mode, from which on a block counts as one that holds it
+_eig: Any = scipy.linalg.eig
+_schur: Any = scipy.linalg.schur
+
+
+def seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[Mode, ...]]:
+    """Return the visible part of a loop, its verdict, its closed-loop poles, the slowest first, and hidden modes."""
+    closed = np.real(system.closed())
+    verdict, poles = judged(closed, True, system.variation)
+    marginal = [pole for pole in poles if pole.verdict == "marginal"]
+    if not marginal:
+        return system, verdict, poles, ()
+    alike, scale = balanced(closed)
+    values, left, right = _eig(alike, left=True, right=True)
+    places = _places(values, marginal)
+    moved = _moved(system, left, right, scale)
+    hidden = [(pole, i) for pole, i in zip(marginal, places, strict=True) if moved[i] <= 2.0 * pole.uncertainty]
+    if not hidden:
+        return system, verdict, poles, ()
+    verdict, poles = together(pole for pole in poles if not any(pole is other for other, _ in hidden))
+    modes = tuple(_mode(system, pole, right[:, i]) for pole, i in hidden if pole.value.imag >= 0.0)
+    return _without(system, alike, scale, [complex(values[i]) for _, i in hidden]), verdict, poles, modes
+
+
+def _places(values: Complex, poles: Sequence[Pole]) -> list[int]:
+    """Return the places of poles among eigenvalues, each once."""
+    free, places = list(range(len(values))), []
+    for pole in poles:
+        nearest = min(free, key=lambda i: abs(values[i] - pole.value))
+        free.remove(nearest)
+        places.append(nearest)
+    return places
+
+
+def _moved(system: OpenLoop, left: Complex, right: Complex, scale: Array) -> Array:
+    """Return by how much each closed-loop pole moves, at most, by a change of the wire of size one."""
+    _, b, c, d = system.matrices
+    inverse = np.linalg.inv(np.eye(len(d)) + d)
+    into = np.linalg.norm(left.conj().T @ (b @ inverse / scale[:, None]), axis=1)
+    out = np.linalg.norm((inverse @ c * scale) @ right, axis=0)
+    between = np.abs(np.einsum("ij,ij->j", left.conj(), right))
+    return np.asarray(np.divide(into * out, between, out=np.full(len(into), np.inf), where=between > 0.0))
+
+
+def _mode(system: OpenLoop, pole: Pole, vector: Complex) -> Mode:
+    parts = np.abs(vector)
+    order = np.argsort(-parts, kind="stable")
+    blocks = dict.fromkeys(system.map.states[int(i)][0] for i in order if parts[i] >= _SHOWN * parts[order[0]])
+    return Mode(pole, 1, tuple(blocks), True)
+
+
+def _without(system: OpenLoop, alike: Array, scale: Array, hidden: Sequence[complex]) -> OpenLoop:
+    """Return the system on the invariant subspace of its other closed-loop poles."""
+    right, left = _subspace(alike, hidden), _subspace(alike.T, hidden)
+    others = np.eye(len(alike)) - np.real(right @ np.linalg.solve(left.T @ right, left.T))
+    alone = np.linalg.svd(others)[0][:, : len(alike) - len(hidden)]
+    basis, dual = scale[:, None] * alone, alone.T @ others / scale
+    a, b, c, d = system.map.parts()
+    matrix = np.block([[dual @ a @ basis, dual @ b, np.zeros((len(dual), 1))], [c @ basis, d, np.zeros((len(c), 1))]])
+    states = tuple(("", "mode", i) for i in range(len(dual)))
+    return OpenLoop(replace(system.map, states=states, matrix=matrix, slopes={}, point=(), later=()))
+
+
+def _subspace(a: Array, values: Sequence[complex]) -> Complex:
+    """Return an orthonormal basis of the invariant subspace of some eigenvalues."""
+    every = np.linalg.eigvals(a)
+    distances = np.sort(np.min(np.abs(every[:, None] - np.array(values)), axis=1))
+    apart = 0.5 * (distances[len(values) - 1] + distances[len(values)]) if len(values) < len(a) else math.inf
+    _, turned, count = _schur(a, output="complex", sort=lambda value: min(abs(value - v) for v in values) <= apart)
+    basis: Complex = turned[:, :count]
+    return basis

@@ -1,0 +1,41 @@
+"""What a loop does not see leaves its quotient as often above as below."""
+
+from typing import Any
+
+import flint
+import numpy as np
+import pytest
+
+from proofmass.runner.analysis.linearisation.rational import Transfer, roots
+from proofmass.runner.analysis.margins.modes import seen
+
+Z = flint.fmpz_poly([0, 1])
+NEAR = flint.fmpz_poly([2**80 + 1, -(2**81), 2**80])  # zeros 1 + j 2^-40 and 1 - j 2^-40
+REAL = (2**40 * (Z - 1) - 1) * (Z - 1) * 2**40  # zeros 1 + 2^-40 and 1
+SLOW = 4 * Z - 3
+
+
+@pytest.mark.parametrize(("above", "below"), [(NEAR, REAL), (REAL, NEAR), (NEAR, NEAR), (REAL, REAL + 1)])
+def test_pairs_and_single_zeros_next_to_each_other(above: Any, below: Any) -> None:
+    """z - 0.9 over (z - 0.5)(z - 0.75), times two zeros next to 1 in either, of which some are pairs of conjugates."""
+    numerator, denominator = above * (10 * Z - 9), below * (2 * Z - 1) * SLOW * 10
+    closed = numerator + denominator
+    entries = [int(c) / int(closed[4]) for c in closed.coeffs()]
+    companion = np.vstack([np.eye(len(entries) - 1)[1:], [-c for c in entries[:-1]]])
+    part = np.zeros((len(companion), 1))
+    opened = companion, part, part.T
+    variation = np.full_like(companion, 1e-6)
+    states = [("x", "s", i) for i in range(4)]
+    found = seen(Transfer(numerator, denominator), opened, companion, states, True, variation)
+    ends = found.transfer.numerator, found.transfer.denominator
+    left = [sorted(complex(root).real for root in roots(end)) for end in ends]
+    assert left[0] == pytest.approx([0.9], abs=1e-9)
+    assert left[1] == pytest.approx([0.5, 0.75], abs=1e-9)
+    assert found.verdict == "stable"
+    value = _value(found.transfer.numerator) / _value(found.transfer.denominator)
+    assert float(value) == pytest.approx((0.25 - 0.9) / (8.0 * (0.25 - 0.5) * (0.25 - 0.75)), rel=1e-9)
+
+
+def _value(polynomial: Any) -> Any:
+    """Return it at z = 1/4, exactly."""
+    return polynomial(flint.fmpq(1, 4))
