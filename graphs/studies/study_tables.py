@@ -32,6 +32,7 @@ from proofmass.graphs.studies.epochs import (
     recalibration_table,
     regular_ages,
 )
+from proofmass.graphs.studies.missions import Mission, read_mission
 from proofmass.graphs.studies.table_entries import checked_table, read_quantity
 
 Entry = TypeVar("Entry")
@@ -173,6 +174,16 @@ class StudyTables:
         if not same_unit(self._unit(measure), unit):
             raise Refusal("has another unit than the parameter", got=self._unit(measure), expected=unit)
         return measure
+
+    def missions(self, given: object, folder: str) -> Mapping[str, Mission]:
+        """Histories of temperature, by name; their files are beside the study."""
+        missions: dict[str, Mission] = {}
+        for name, entry in self._entries("missions", given):
+            try:
+                missions[name] = read_mission(entry, folder)
+            except Refusal as error:
+                self._refuse(error, "missions", name)
+        return missions
 
     def changes(self, given: object, ages: Sequence[float], calibrated: bool) -> Mapping[str, Change]:
         """Changes of measures, which limits may name."""

@@ -29,7 +29,8 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
         "correlation": _correlation(study),
         "sweep": {study.name_of(name): list(values) for name, values in study.sweep.items()},
         "epochs": {"ages": list(study.epochs)},
-        "drift": {study.name_of(name): _changed(drift, Drift()) for name, drift in study.drift.items()},
+        "missions": _missions(study),
+        "drift": {study.name_of(name): _drift(drift) for name, drift in study.drift.items()},
         "recalibration": _recalibration(study),
         "changes": {name: _change(change) for name, change in study.changes.items()},
         "limits": {name: _limit(limit) for name, limit in study.limits.items()},
@@ -74,6 +75,17 @@ def _changed(entry: Drift | Limit, default: Drift | Limit) -> dict[str, Any]:
     """The fields that are not as they are by default."""
     fields = {field.name: getattr(entry, field.name) for field in dataclasses.fields(entry)}
     return {name: value for name, value in fields.items() if value != getattr(default, name)}
+
+
+def _missions(study: Study) -> dict[str, Any]:
+    found = {drift.mission: drift.history for drift in study.drift.values() if drift.history is not None}
+    return {
+        name: {"points": list(zip(mission.times, mission.temperatures, strict=True))} for name, mission in found.items()
+    }
+
+
+def _drift(drift: Drift) -> dict[str, Any]:
+    return {name: value for name, value in _changed(drift, Drift()).items() if name != "history"}
 
 
 def _change(change: Change) -> dict[str, Any]:
