@@ -6,6 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
 from proofmass.graphs.model.graph import Graph, Place
@@ -18,7 +19,8 @@ STUDY = "study"
 
 def read_study(path: str | Path, own: Own | None = None) -> Study:
     """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key."""
-    return _study_of_file(*read_table(Path(path)), own, Path(path))
+    path = file_of(path)
+    return _study_of_file(*read_table(path), own, path)
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:

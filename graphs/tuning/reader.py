@@ -6,6 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import TUNE_KEYS
@@ -17,8 +18,9 @@ TUNE = "tune"
 
 def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
     """The tuning of a graph file; raises `ModelError` with every problem that can be seen."""
-    data, place = read_table(Path(path))
-    return tuning_of_table(data, place, graph_of_file(data, place, own, Path(path)))
+    path = file_of(path)
+    data, place = read_table(path)
+    return tuning_of_table(data, place, graph_of_file(data, place, own, path))
 
 
 def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
