@@ -29,6 +29,13 @@ def read_graph(path: str | Path, own: Own | None = None) -> Graph:
     A block that is a graph is read from a file in the same folder or below it, or from the packaged library.
 
     Raises `ModelError` with every problem that can be seen, each with file, line and key.
+
+    `path` is a file, or "library:NAME" for a graph that comes along.
+
+    >>> from proofmass import read_graph
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> graph.name, str(graph.rate), list(graph.loops)
+    ('closed-loop accelerometer', '50000', ['main'])
     """
     path = file_of(path)
     return graph_of_file(*read_table(path), own, path)

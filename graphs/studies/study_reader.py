@@ -18,7 +18,15 @@ STUDY = "study"
 
 
 def read_study(path: str | Path, own: Own | None = None) -> Study:
-    """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key."""
+    """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key.
+
+    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name.
+
+    >>> from proofmass import read_study
+    >>> study = read_study("library:scale_factor_drift")
+    >>> study.runs, len(study.epochs), list(study.limits)
+    (200, 6, ['scale_factor', 'noise'])
+    """
     path = file_of(path)
     return _study_of_file(*read_table(path), own, path)
 

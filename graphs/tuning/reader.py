@@ -17,7 +17,26 @@ TUNE = "tune"
 
 
 def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
-    """The tuning of a graph file; raises `ModelError` with every problem that can be seen."""
+    """The tuning of a graph file; raises `ModelError` with every problem that can be seen.
+
+    `path` is a file with a table `[tune]`, or "library:NAME". `own` are the caller's own blocks by name.
+
+    >>> from proofmass import read_graph, read_tuning, write_graph
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> table = '''
+    ... [tune.free]
+    ... "adc.reference" = { at_least = "1 V", at_most = "5 V" }
+    ... [tune.goals]
+    ... wide = { scale_factor = "adc.code", input = "acceleration.output", at_least = 1.0 }
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "sensor.toml")
+    ...     _ = file.write_text(write_graph(read_graph("library:template")) + table)
+    ...     tuning = read_tuning(file)
+    >>> list(tuning.free), list(tuning.goals)
+    (['adc.reference'], ['wide'])
+    """
     path = file_of(path)
     data, place = read_table(path)
     return tuning_of_table(data, place, graph_of_file(data, place, own, path))
