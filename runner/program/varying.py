@@ -96,7 +96,10 @@ class Lanes:
         shared: frozenset[form.Array],
         entries: Mapping[form.Array, int],
     ) -> Varying:
-        """Return what differs in the entry: `differing` are bits of its arrays; all lanes read `shared` arrays."""
+        """Return what differs in the program's entry, given the `differing` numbers and `entries` of arrays, as bits.
+
+        All lanes read the same `shared` arrays.
+        """
         parameters = tuple(
             p in differing if isinstance(p, form.Value) else ArrayOf(p not in shared, entries.get(p, 0))
             for p in function.parameters
