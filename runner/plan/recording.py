@@ -16,7 +16,7 @@ from proofmass.graphs.model.flatten import FlatGraph
 
 LARGEST_FILE = 2 << 30
 LATEST_START = 1e8  # seconds, three years: a recording that begins later is stamped with dates
-KEPT_NUMBERS = 1 << 24  # recordings read from CSV that a process keeps, over all blocks and plans
+KEPT_NUMBERS = 1 << 24  # numbers of CSV recordings that a process keeps, over all blocks and plans
 
 _HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[^][0-9][^][]*)\])")
 
