@@ -4,17 +4,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.digraph import alphabetical, loops
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.rates import base_rate
-
-if TYPE_CHECKING:
-    import networkx
 
 _NAMED = 40  # wires of a loop
 
@@ -124,43 +122,27 @@ def last_name(path: str) -> tuple[str, str]:
 
 def in_order(needs: Mapping[Step, Sequence[Step]]) -> tuple[tuple[Step, ...], tuple[Torn, ...]]:
     """The alphabetically first order in which each step comes after all that it needs, and the cycles in it."""
-    import networkx  # start-up time: it takes the largest part of a check
-
-    wiring: networkx.DiGraph[Step] = networkx.DiGraph()
-    wiring.add_nodes_from(needs)
-    wiring.add_edges_from((before, after) for after, befores in needs.items() for before in befores)
-    loops = sorted((_torn(wiring.subgraph(part)) for part in _cyclic(wiring)), key=lambda loop: loop.tears)
-    if not loops:
-        return tuple(networkx.lexicographical_topological_sort(wiring)), ()
-    merged = networkx.relabel_nodes(wiring, {node: loop.tears[0] for loop in loops for node in loop.steps})
-    merged.remove_edges_from(list(networkx.selfloop_edges(merged)))
-    whole = {loop.tears[0]: loop.steps for loop in loops}
-    order = networkx.lexicographical_topological_sort(merged)
-    return tuple(node for first in order for node in whole.get(first, (first,))), tuple(loops)
+    cycles = sorted((_torn(needs, part) for part in loops(needs)), key=lambda cycle: cycle.tears)
+    if not cycles:
+        return tuple(alphabetical(needs)), ()
+    first = {node: cycle.tears[0] for cycle in cycles for node in cycle.steps}
+    merged: dict[Step, set[Step]] = {}
+    for node, befores in needs.items():
+        one = first.get(node, node)
+        merged.setdefault(one, set()).update(other for b in befores if (other := first.get(b, b)) != one)
+    whole = {cycle.tears[0]: cycle.steps for cycle in cycles}
+    return tuple(node for one in alphabetical(merged) for node in whole.get(one, (one,))), tuple(cycles)
 
 
-def _cyclic(wiring: "networkx.DiGraph[Step]") -> list[set[Step]]:
-    """Sets of steps that all need each other."""
-    # start-up time: networkx takes 0.1 s
-    import networkx
-
-    parts = networkx.strongly_connected_components(wiring)
-    return [part for part in parts if len(part) > 1 or wiring.has_edge(*part, *part)]
-
-
-def _torn(wiring: "networkx.DiGraph[Step]") -> Torn:
+def _torn(needs: Mapping[Step, Sequence[Step]], part: set[Step]) -> Torn:
     """Tear a cycle: the alphabetically first step of each set of steps that still need each other."""
-    # start-up time: networkx takes 0.1 s
-    import networkx
-
-    left, tears = wiring.copy(), set[Step]()
-    while parts := _cyclic(left):
-        for part in parts:
-            first = min(part, key=_by_last_name)
-            tears.add(first)
-            left.remove_edges_from(list(left.out_edges(first)))
-    order = networkx.lexicographical_topological_sort(left)
-    return Torn(tuple(sorted(tears, key=_by_last_name)), tuple(node for node in order if node not in tears))
+    left, tears = {node: [before for before in needs[node] if before in part] for node in part}, set[Step]()
+    while parts := loops(left):
+        new = {min(part, key=_by_last_name) for part in parts}
+        tears |= new
+        left = {node: [before for before in befores if before not in new] for node, befores in left.items()}
+    others = (node for node in alphabetical(left) if node not in tears)
+    return Torn(tuple(sorted(tears, key=_by_last_name)), tuple(others))
 
 
 def _by_last_name(step: Step) -> tuple[str, str, str]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from proofmass.graphs.drawing.layers import Layers, Link, assign_layers
 from proofmass.graphs.drawing.routing import GRID, Bar, Point, Tree, add_line, channel, corners, walked
+from proofmass.graphs.model.digraph import connected
 
 SWEEPS = 12
 LARGEST_POLISHED = 3000  # items (blocks, and wires past blocks) that get every sweep
@@ -74,13 +75,8 @@ def lay_out(shapes: Mapping[str, Shape], links: Sequence[Link], widest: int = 12
 
 
 def _connected(names: Sequence[str], links: Sequence[Link]) -> list[tuple[list[str], list[Link]]]:
-    # start-up time: networkx takes 0.1 s
-    import networkx
-
-    graph: networkx.Graph[str] = networkx.Graph()
-    graph.add_nodes_from(names)
-    graph.add_edges_from((link.source, link.target) for link in links)
-    parts = sorted((sorted(part) for part in networkx.connected_components(graph)), key=lambda p: (-len(p), p))
+    joined = connected(names, ((link.source, link.target) for link in links))
+    parts = sorted(map(sorted, joined), key=lambda p: (-len(p), p))
     number = {name: i for i, part in enumerate(parts) for name in part}
     own: list[list[Link]] = [[] for _ in parts]
     for link in sorted(links):

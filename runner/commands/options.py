@@ -77,7 +77,7 @@ def engine_option(studies: bool = False) -> Decorator:
         type=click.Choice(engine_choices(studies)),
         default="auto",
         show_default=True,
-        help="Choose an engine; auto picks the one that it expects to finish first. The bits are the same.",
+        help="Choose an engine; auto takes plain Python, and machine code once that is ready. The bits are the same.",
     )
 
 

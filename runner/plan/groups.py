@@ -3,8 +3,6 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-import networkx
-
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
@@ -18,6 +16,7 @@ from proofmass.graphs.checks.schedule import (
     loop_of,
     outputs_of,
 )
+from proofmass.graphs.model.digraph import connected
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.bindings import Wire, bindings
@@ -62,13 +61,12 @@ class Group:
 def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
     """All groups of a flat graph, in alphabetical order."""
     wiring = _Wiring(graph, schedule)
-    joined: networkx.Graph[str] = networkx.Graph()
     continuous = [name for name, block in graph.blocks.items() if type(block).continuous()]
-    joined.add_nodes_from(continuous)
+    joined: list[tuple[str, str]] = []
     for name in continuous:
         reached = {node[0] for node in wiring.needed([name]) if node in wiring.moving}
-        joined.add_edges_from((name, other) for other in reached if type(graph.blocks[other]).continuous())
-    members = sorted(tuple(sorted(part, key=last_name)) for part in networkx.connected_components(joined))
+        joined += ((name, other) for other in reached if type(graph.blocks[other]).continuous())
+    members = sorted(tuple(sorted(part, key=last_name)) for part in connected(continuous, joined))
     return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
 
 

@@ -49,7 +49,10 @@ class Memory:
 class Engine(Protocol):
     """Runs a plan, from tick 0 or from a given memory; it owns all that changes."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """The name that the table of engines has for it."""
+        ...
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order.

@@ -168,7 +168,7 @@ class Result:
     base_rate: Fraction
     seed: int
     seconds: float  # wall time of the loop
-    preparation: float  # wall time before it: plan, compilation
+    preparation: float  # wall time before it, and in it for machine code: plan, compilation
     provenance: Mapping[str, str] = field(default_factory=dict)
     overflows: Mapping[str, int] = field(default_factory=dict)  # of blocks in fixed point: ticks with an overflow
     overflow_ticks: Mapping[str, int] = field(default_factory=dict)  # of these blocks: ticks that they had

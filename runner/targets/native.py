@@ -31,9 +31,9 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class CompiledPlan:
     """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
 
-    def __init__(self, plan: Plan, written: TickLoop | None = None) -> None:
+    def __init__(self, plan: Plan, written: TickLoop | None = None, loop: Callable[..., Any] | None = None) -> None:
         self.plan, self.written = plan, written or write_tick(plan)
-        self.loop = load(self.written.program, settings(self.written))
+        self.loop = loop or load(self.written.program, settings(self.written))
         self._recorded = dict[VectorOf, tuple[Sequence[float], Array]]()
 
     def vector(self, memory: Memory, node: VectorOf, kind: type) -> Array:

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import networkx
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, plan_graph
@@ -120,8 +120,7 @@ def _linearised(plan: Plan, group: Group, node: Endpoint, memory: Memory) -> Per
 
 def _downstream(plan: Plan, node: Endpoint) -> set[str]:
     """Return the blocks that a wire acts on, directly or through others."""
-
-    return set(networkx.descendants(plan_graph(plan), node[0]))
+    return reached(plan_graph(plan), [node[0]]) - {node[0]}
 
 
 def _moving(tick: int, change: float) -> str:

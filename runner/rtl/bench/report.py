@@ -7,12 +7,12 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from html import escape
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.host.versions import PROOFMASS
 from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
 from proofmass.runner.rtl.bench.cost import machine_cost, module_cost
 from proofmass.runner.rtl.machine.machine import Machine
@@ -46,7 +46,7 @@ def report_data(
     data = {
         "graph": graph.name,
         "graph_hash": graph_hash(graph),
-        "proofmass": version("proofmass"),
+        "proofmass": PROOFMASS,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "top": top_name(machine),
         "clock_hz": float(machine.rate),

@@ -56,7 +56,7 @@ class Module:
 
     @cached_property
     def needed(self) -> list[Operation]:
-        """The live operations that are written; the steps of a wrap are not, as it is written as low bits of its operand."""
+        """The live operations that are written; the steps of a wrap are not: it is low bits of its operand."""
         needed = {*self.results.values(), *self.following.values()}
         for operation in reversed(self.live):
             if operation in needed:
