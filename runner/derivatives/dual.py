@@ -21,8 +21,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from proofmass.blocks.arithmetic.mantissa import Mantissa
-
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
 UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
@@ -59,8 +57,8 @@ def with_errors(of: Callable[[Any, float], Any]) -> Iterator[None]:
         _Errors.of = before
 
 
-class Dual(Mantissa):
-    """A value and its slopes; made by `dual`, which leaves plain what has no slopes."""
+class Dual:
+    """A value and its slopes, a `Mantissa` too; made by `dual`, which leaves plain what has no slopes."""
 
     __slots__ = ("level", "slopes", "value")
     __hash__ = None  # type: ignore[assignment]

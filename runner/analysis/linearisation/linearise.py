@@ -56,6 +56,13 @@ def linearise(
     blocks.
 
     Raises `ModelError` that names the block that cannot be linearised.
+
+    `graph` may have several rates. Inputs and outputs are in the units of their ports.
+
+    >>> from proofmass import linearise, read_graph
+    >>> system = linearise(read_graph("library:closed_loop_accelerometer"), loop="main")
+    >>> system.nstates, system.ninputs, system.dt
+    (5, 1, 2e-05)
     """
     planned = plan(graph)
     if loop:
