@@ -121,7 +121,7 @@ def _repetition(values: Array, longest: int) -> int:
         return 0
     near = _ROUNDING * np.max(np.abs(values), axis=0)
     alike = np.flatnonzero((np.abs(values[1:] - values[0]) <= near).all(axis=1)) + 1
-    return next((int(n) for n in alike if n <= longest and _same_turns(values, n)), 0)
+    return next((n for n in alike.tolist() if n <= longest and _same_turns(values, n)), 0)
 
 
 def _same_turns(values: Array, number: int) -> bool:
