@@ -91,8 +91,9 @@ def test_graph(text: str) -> None:
     assert check(graph) == []
     compiled = simulate(graph, engine="compiled")
     python = simulate(graph, engine="python", samples=min(plan(graph).ticks(), TICKS_IN_PLAIN_PYTHON))
-    for name, trace in python.items():
-        assert (trace.values == compiled[name].values[: len(trace.values)]).all()
+    for name in python:
+        values = python[name].values
+        assert (values == compiled[name].values[: len(values)]).all()
 
 
 @pytest.mark.parametrize(("commands", "answer"), COMMANDS)
