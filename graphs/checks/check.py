@@ -30,6 +30,9 @@ from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_
 from proofmass.graphs.model.statistics import STATISTICS
 
 
+_SIMPLE = 1000  # largest denominator of a ratio of rates that is proposed
+
+
 def check(graph: Graph) -> list[Problem]:
     """All problems of a graph, each with its place; only notes are left when the graph can run.
 
@@ -122,18 +125,31 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
         yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
     elif graph.rate is None:
         yield from _without_rate(graph, without)
-    rates = {graph.rates.get(name, graph.rate) for name in discrete}
-    known = sorted(rate for rate in rates if rate is not None)
-    if known and common_base_rate(known) is None:
-        shown = [write_rate(rate) for rate in known]
-        yield Problem(
-            message="the rates have no common base rate within reach",
-            key="rate",
-            got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
-            expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
-            hint="make the rates ratios of small numbers",
-            path=next((("blocks", name, "rate") for name in graph.rates if name in discrete), ("rate",)),
-        )
+    yield from _far_rates(graph, discrete)
+
+
+def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
+    """Rates without a common multiple within reach, each with a block that has it."""
+    owners: dict[Fraction, str] = {}
+    for name in discrete:
+        rate = graph.rates.get(name, graph.rate)
+        if rate is not None:
+            owners.setdefault(rate, name)
+    known = sorted(owners)
+    if not known or common_base_rate(known) is not None:
+        return
+    shown = [f"{owners[rate]} at {write_rate(rate)}" for rate in known]
+    main = graph.rate if graph.rate in owners else known[-1]
+    odd = next((rate for rate in known if rate != main and common_base_rate([rate, main]) is None), known[0])
+    near = main * (odd / main).limit_denominator(_SIMPLE) or main / _SIMPLE
+    yield Problem(
+        message="the rates have no common base rate within reach",
+        key="rate",
+        got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
+        expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
+        hint=f"make the rates ratios of small numbers: {write_rate(near)} for {owners[odd]}, for example",
+        path=("blocks", owners[odd], "rate") if owners[odd] in graph.rates else ("rate",),
+    )
 
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
@@ -359,6 +375,10 @@ def _probes(graph: FlatGraph) -> Iterator[Problem]:
         seen.add(signal)
 
 
+def _one_of(outputs: Collection[str]) -> str:
+    return f"its {', '.join(outputs)}" if len(outputs) == 1 else f"one of {', '.join(outputs)}"
+
+
 def _notes(graph: FlatGraph) -> Iterator[Problem]:
     yield from (replace(problem, note=True) for problem in open_inputs(graph))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
@@ -370,7 +390,7 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
             yield Problem(
                 message="none of its outputs is used",
                 key=f"blocks.{name}",
-                hint=f'wire one of {", ".join(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
+                hint=f'wire {_one_of(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
             ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # where probes can be added

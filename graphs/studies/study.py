@@ -186,9 +186,11 @@ class Study:
 def bad_numbers(study: Study) -> Iterator[Problem]:
     """Problems of how many runs a study has, and of what a run leaves."""
     for key, value, least, most in (("runs", study.runs, 1, LARGEST_STUDY), ("seed", study.seed, 0, LARGEST_SEED)):
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            expected = f"an integer from {least} to {most:g}"
-            yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if not whole or not least <= value <= most:
+            message = "out of range" if whole else "must be an integer"
+            expected = f"an integer from {least:,} to {most:,}"
+            yield Problem(message=message, key=key, got=shown(value), expected=expected, path=(key,))
             return
     size = study.runs * study.points * len(study.epochs)
     if size > LARGEST_STUDY:

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from proofmass.runner.commands.options import (
+    Whole,
     blocks_option,
     duration_option,
     engine_option,
@@ -57,7 +58,7 @@ def cli(traceback: bool) -> None:
 @graph_argument
 @duration_option
 @click.option(
-    "--samples", type=click.IntRange(1), help="Run this many ticks of the base rate, instead of for a duration."
+    "--samples", type=Whole(1), help="Run this many ticks of the base rate, instead of for a duration."
 )
 @seed_option("the graph")
 @engine_option()
@@ -213,14 +214,14 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
 
 @cli.command()
 @file_argument("study", library=True)
-@click.option("--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors (default: as the study says).")
+@click.option("--runs", type=Whole(1, 2**32), help="Simulate this many sensors (default: as the study says).")
 @seed_option("the study")
 @engine_option(studies=True)
 @out_option("Write ledger, tables and report to this folder; a study that is there already is continued.")
-@click.option("--threads", type=click.IntRange(1, 1024), help="Use this many threads (default: one per processor).")
+@click.option("--threads", type=Whole(1, 1024), help="Use this many threads (default: one per processor).")
 @click.option(
     "--lanes",
-    type=click.IntRange(0, 64),
+    type=Whole(0, 64),
     help="Run this many sensors side by side in a thread; 0 for one at a time (default: automatic).",
 )
 @click.option(
@@ -236,10 +237,10 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
 @click.option(
     "--report/--no-report", default=True, show_default=True, help="Write pictures, influences and report.html."
 )
-@click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes, instead.")
+@click.option("--run", type=Whole(0), help="Replay this run with the traces of all probes, instead.")
 @click.option(
     "--epoch",
-    type=click.IntRange(0),
+    type=Whole(0),
     default=0,
     show_default=True,
     help="Replay the run at this epoch, the first being 0.",
@@ -287,10 +288,10 @@ def report(study: Path, output: Path | None, own: Path | None) -> int:
 @cli.command()
 @graph_argument
 @click.option("--block", "names", multiple=True, metavar="NAME", help="Write this block or subgraph only; repeatable.")
-@out_option("Write to this folder.", "-o", "--output", "out", required=True)
+@out_option("Write to this folder.", required=True)
 @click.option(
     "--ticks",
-    type=click.IntRange(1, 10**7),
+    type=Whole(1, 10**7),
     help="Test this many clocks (default: the graph's duration, at most 10,000).",
 )
 @click.option(

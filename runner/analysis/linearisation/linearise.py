@@ -147,7 +147,8 @@ def one_loop(planned: Plan, name: str) -> tuple[str, Endpoint]:
     if "." in name:
         return name, node_of(planned, name)
     hint = did_you_mean(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
-    raise ModelError([Problem(message="there is no such loop", key="loops", got=name, hint=hint)])
+    problem = Problem(message="there is no such loop", key="loops", got=name, hint=hint, path=("loops",))
+    raise ModelError([planned.graph.placed(problem)])
 
 
 def node_of(planned: Plan, signal: str) -> Endpoint:
