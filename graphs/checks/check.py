@@ -17,6 +17,7 @@ from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
 from proofmass.graphs.checks.requirements import bad_requirements
+from proofmass.graphs.checks.sampling import sampling_notes
 from proofmass.graphs.checks.schedule import Schedule, schedule
 from proofmass.graphs.model.derived import bad_derived
 from proofmass.graphs.model.exports import exposed, open_inputs
@@ -29,7 +30,7 @@ from proofmass.graphs.model.names import Missing, find_output, find_target
 from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
 from proofmass.graphs.model.statistics import STATISTICS
 
-
+_OF_VALUES = ("the units", "the shapes", "the types", "the formats")  # what problems of parameters change
 _SIMPLE = 1000  # largest denominator of a ratio of rates that is proposed
 
 
@@ -80,7 +81,11 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
 
 
 def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
-    """The problems that do not touch blocks which could not be read, and so are not what they should be."""
+    """The problems that do not follow from blocks which could not be read, and so are not what they should be.
+
+    Where such a block stands with the parameters of its kind, its ports are known, and their names can be judged.
+    """
+    known = {*graph.blocks}
 
     def touched(problem: Problem) -> set[str]:
         where, *rest = (*problem.path, "")
@@ -97,7 +102,11 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
             names = [graph.exports.get(rest[0], rest[0])]
         return {name.partition(".")[0] for name in names}
 
-    return [p for p in check(graph) if not p.note and len(p.path) > 1 and touched(p).isdisjoint(doubtful)]
+    def follows(problem: Problem) -> bool:
+        of_names = problem.path[0] in ("wires", "probes") and not problem.message.startswith(_OF_VALUES)
+        return not touched(problem).isdisjoint({*doubtful} - known if of_names else doubtful)
+
+    return [p for p in check(graph) if not p.note and len(p.path) > 1 and not follows(p)]
 
 
 def _size(graph: FlatGraph) -> Iterator[Problem]:
@@ -397,6 +406,4 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
     yield from clocking_notes(graph)
     if graph.root.subgraphs:
         yield from unused_parts(graph)
-    if not graph.probes and not graph.measures and not graph.exports:
-        hint = 'add probes = ["block.output"] above the first block'
-        yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)
+    yield from sampling_notes(graph)

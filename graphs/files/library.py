@@ -18,6 +18,16 @@ def library_files() -> dict[str, Path]:
     return {file.name: file for file in sorted(files, key=lambda file: file.name)}
 
 
+def library_path(text: str) -> Path | None:
+    """Return the file that `library:NAME` names, with `.toml` or without; None where there is none.
+
+    >>> library_path("library:closed_loop_accelerometer").name
+    'closed_loop_accelerometer.toml'
+    """
+    name, files = text.removeprefix(LIBRARY), library_files()
+    return files.get(name) or files.get(f"{name}.toml")
+
+
 def library_file(name: str) -> Path:
     """Return the file of a name; raises KeyError where the library has none."""
     return library_files()[name]

@@ -11,19 +11,32 @@ from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
-from proofmass.graphs.files.library import LIBRARY, library_files
+from proofmass.graphs.files.library import LIBRARY, library_files, library_path
 from proofmass.graphs.files.locate_keys import LimitError, locate_keys
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
-from proofmass.graphs.model.graph import Place
+from proofmass.graphs.model.graph import Given, Place
+from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.hints import syntax_hint
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 from proofmass.graphs.model.values import read_values
 
 _COMPARED = 1000  # files of a folder
+_OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # what wires and signals are judged by
 _ANY_RATE = "1 kHz"  # at which wires are looked at where the rate cannot be read
+
+
+GraphSource = Value | str | Path  # a graph, its file, or "library:NAME"
+
+
+def graph_from(source: Given | str | Path) -> Given | Graph:
+    """Return a graph itself, or the graph of its file or of "library:NAME"; raises `ModelError`."""
+    if not isinstance(source, str | Path):
+        return source
+    text = str(source)
+    return read_graph((library_path(text) if text.startswith(LIBRARY) else None) or source)
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
@@ -82,6 +95,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         own, place, files, depth, lambda table, inner: graph_of_table(table, inner, own, files, depth + 1), formulas
     )
     reader.read(data.get("blocks", {}))
+    reader.doubtful |= {key for key, entry in data.items() if key not in TOP_KEYS and _is_block(entry)}
     reader.doubtful |= formulas.waiting
     problems += formulas.problems
     settings = {
@@ -112,9 +126,12 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
 
 def _meant(key: str, entry: object) -> str:
     """What an unknown key at the top of a file was meant to be."""
-    if isinstance(entry, dict) and "kind" in entry and not nearest(key, TOP_KEYS):
-        return f"a block stands under blocks: write [blocks.{key}]"
-    return did_you_mean(key, TOP_KEYS, "the keys")
+    block = _is_block(entry) and not nearest(key, TOP_KEYS)
+    return f"a block stands under blocks: write [blocks.{key}]" if block else did_you_mean(key, TOP_KEYS, "the keys")
+
+
+def _is_block(entry: object) -> bool:
+    return isinstance(entry, dict) and "kind" in entry
 
 
 def _wiring_beside(
@@ -123,13 +140,13 @@ def _wiring_beside(
     """What else is wrong with the wiring, apart from what could not be read."""
     wrong = {problem.path[0] for problem in problems if problem.path}
     rates = {name: rate for name, rate in reader.rates.items() if not wrong & {"blocks", "rate"}}
-    readable = {key: value for key, value in settings.items() if key in ("name", "exports") and key not in wrong}
+    readable: dict[str, Any] = {}
     for key, read in (("wires", read_wire), ("probes", read_probe)):
         readable[key] = list(_readable(settings.get(key, []), read))
     whole = len(readable["wires"]) == len(settings.get("wires", []))
-    more = {key: settings[key] for key in ("rate", "measures", "loops", "values") if key in settings and key not in wrong}
+    readable |= {key: settings[key] for key in _OTHERS if key in settings and key not in wrong}
     try:
-        graph = Graph(blocks=reader.blocks, rates=rates, place=place, **{"rate": _ANY_RATE, **readable, **more})
+        graph = Graph(blocks=reader.blocks, rates=rates, place=place, **{"rate": _ANY_RATE, **readable})
     except ModelError:
         return []  # what is wrong with the blocks themselves is told already
     found = check_apart_from(graph, reader.doubtful)

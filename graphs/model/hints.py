@@ -5,7 +5,7 @@ import re
 
 _LONGEST_LINE = 400  # characters
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\.?\d.*[A-Za-zµμΩ%]")
-_CURLY_QUOTES = "\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}\N{LEFT SINGLE QUOTATION MARK}\N{RIGHT SINGLE QUOTATION MARK}"
+_CURLY_QUOTES = "\u201c\u201d\u2018\u2019"
 _WORD = re.compile(r"[A-Za-z_][\w ./-]*")
 
 

@@ -196,6 +196,10 @@ def bad_numbers(study: Study) -> Iterator[Problem]:
     if size > LARGEST_STUDY:
         expected = f"at most {LARGEST_STUDY:g} runs, points and epochs multiplied"
         yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
+    if study.drift and not any(study.epochs):
+        hint = 'add [epochs] and below it ages = ["0 s", "10 years"]'
+        message = "nothing drifts without epochs: the age of all sensors is 0"
+        yield Problem(message=message, key="drift", hint=hint, path=("drift",))
     if not study.graph.measures and not study.margins:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
         hint += ', or margins = "0 s" to the study of a graph with loops'

@@ -57,9 +57,7 @@ def cli(traceback: bool) -> None:
 @cli.command()
 @graph_argument
 @duration_option
-@click.option(
-    "--samples", type=Whole(1), help="Run this many ticks of the base rate, instead of for a duration."
-)
+@click.option("--samples", type=Whole(1), help="Run this many ticks of the base rate, instead of for a duration.")
 @seed_option("the graph")
 @engine_option()
 @set_option

@@ -28,7 +28,9 @@ def _message(error: Exception) -> str:
     if isinstance(error, RunError):
         return f"the run failed\n{error}"
     if isinstance(error, FileNotFoundError) and error.filename and not Path(str(error.filename)).parent.is_dir():
-        return f"cannot write {error.filename}\n  hint:     there is no folder {Path(str(error.filename)).parent}: make it"
+        return (
+            f"cannot write {error.filename}\n  hint:     there is no folder {Path(str(error.filename)).parent}: make it"
+        )
     if isinstance(error, OSError):
         return f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}"
     if isinstance(error, MemoryError):

@@ -78,9 +78,7 @@ _GRAPH_OPTIONS = (
         show_default=True,
         help="Count large residuals fully, less, or hardly at all.",
     ),
-    click.option(
-        "--tries", type=Whole(1, 1000), default=1, show_default=True, help="Start from this many points."
-    ),
+    click.option("--tries", type=Whole(1, 1000), default=1, show_default=True, help="Start from this many points."),
     click.option("--skip", default="0 s", show_default=True, metavar="TIME", help="Compare from this time on."),
     click.option(
         "--gaps",

@@ -18,6 +18,7 @@ from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
+from proofmass.runner.run.saturation_notes import saturation_notes
 from proofmass.runner.run.simulate import simulate
 
 
@@ -67,7 +68,7 @@ def run_graph(request: RunRequest) -> int:
     if request.swept:
         return _swept(graph, request)
     result = _simulated(graph, request)
-    print_text(map(str, notes_of_a_run(flatten(graph))), err=True)
+    print_text(map(str, (*notes_of_a_run(flatten(graph)), *saturation_notes(result))), err=True)
     show_run(result, request.as_json)
     if result.interrupted:
         return _interrupted(result, request.out)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.rates import read_duration
@@ -33,7 +34,7 @@ CHUNK_BYTES = 32 << 20  # of rows
 
 
 def simulate(
-    graph: Graph,
+    graph: GraphSource,
     *,
     duration: str | float | Fraction | None = None,
     samples: int | None = None,
@@ -55,6 +56,7 @@ def simulate(
     whose overflow is "refuse".
     """
     options = RunOptions(duration, samples, seed, engine, folder, progress, resume)
+    graph = graph_from(graph)
     return simulate_plan(plan(graph), graph, options)
 
 
