@@ -53,7 +53,7 @@ _KINDS = {
     ("abs",): "Absolute",
     ("mux", "vectorconcatenate"): "VectorJoin",
     ("demux", "selector"): "VectorElement",
-    ("filter",): "LowPass, HighPass, Butterworth or TransferFunction; `proofmass blocks --find filter` lists more",
+    ("filter",): "LowPass, Butterworth or TransferFunction; `proofmass blocks --find filter` lists more",
     ("mass", "spring", "damper", "dashpot"): "MassSpringDamper: mass, damper and spring together",
     ("opamp", "operationalamplifier"): "InstrumentationAmplifier",
     ("sqrt",): "SquareRoot",

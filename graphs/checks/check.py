@@ -31,7 +31,6 @@ from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_
 from proofmass.graphs.model.statistics import STATISTICS
 
 _OF_VALUES = ("the units", "the shapes", "the types", "the formats")  # what problems of parameters change
-_SIMPLE = 1000  # largest denominator of a ratio of rates that is proposed
 
 
 def check(graph: Graph) -> list[Problem]:
@@ -148,9 +147,9 @@ def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
     if not known or common_base_rate(known) is not None:
         return
     shown = [f"{owners[rate]} at {write_rate(rate)}" for rate in known]
-    main = graph.rate if graph.rate in owners else known[-1]
-    odd = next((rate for rate in known if rate != main and common_base_rate([rate, main]) is None), known[0])
-    near = main * (odd / main).limit_denominator(_SIMPLE) or main / _SIMPLE
+    odd = max((rate for rate in known if rate != graph.rate), key=lambda rate: (rate.denominator, rate.numerator))
+    main = graph.rate if graph.rate in owners else next(rate for rate in known if rate != odd)
+    near = main * round(odd / main) if odd > main else main / round(main / odd)
     yield Problem(
         message="the rates have no common base rate within reach",
         key="rate",

@@ -146,7 +146,7 @@ def _wiring_beside(
     whole = len(readable["wires"]) == len(settings.get("wires", []))
     readable |= {key: settings[key] for key in _OTHERS if key in settings and key not in wrong}
     try:
-        graph = Graph(blocks=reader.blocks, rates=rates, place=place, **{"rate": _ANY_RATE, **readable})
+        graph = Graph(blocks=reader.blocks, rates=rates, place=place, **{"name": "", "rate": _ANY_RATE, **readable})
     except ModelError:
         return []  # what is wrong with the blocks themselves is told already
     found = check_apart_from(graph, reader.doubtful)

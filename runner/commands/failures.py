@@ -27,10 +27,9 @@ def _message(error: Exception) -> str:
 
     if isinstance(error, RunError):
         return f"the run failed\n{error}"
-    if isinstance(error, FileNotFoundError) and error.filename and not Path(str(error.filename)).parent.is_dir():
-        return (
-            f"cannot write {error.filename}\n  hint:     there is no folder {Path(str(error.filename)).parent}: make it"
-        )
+    folder = Path(str(getattr(error, "filename", None) or ".")).parent
+    if isinstance(error, FileNotFoundError) and not folder.is_dir():
+        return f"cannot write {error.filename}\n  hint:     there is no folder {folder}: make it"
     if isinstance(error, OSError):
         return f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}"
     if isinstance(error, MemoryError):

@@ -167,7 +167,7 @@ class NoSuchSignal(KeyError):  # noqa: N818  # what it says
         return f"{signal!r} was not recorded; {hint}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """A finished or interrupted run; `result["block.port"]` is a trace."""
 
@@ -192,6 +192,11 @@ class Result:
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.traces)
+
+    def __repr__(self) -> str:
+        """Graph, ticks and signals, in a line."""
+        done = f"{self.ticks:,} of {self.planned_ticks:,} ticks" if self.interrupted else f"{self.ticks:,} ticks"
+        return f"<Result of {self.graph.name}: {done}; {', '.join((*self.traces, *self.measures)) or 'no probes'}>"
 
     @property
     def interrupted(self) -> bool:
