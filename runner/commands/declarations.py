@@ -71,7 +71,8 @@ def cli(traceback: bool) -> None:
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
 @click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
-@click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
+@click.option("--resume", is_flag=True, help="Only continue an interrupted run in --out, which a run does by itself.")
+@click.option("--restart", is_flag=True, help="Remove an interrupted run in --out and start at tick 0.")
 @click.option(
     "--sweep",
     "swept",
@@ -105,9 +106,10 @@ def run(**options: Any) -> int:
 
 @cli.command()
 @graph_argument
+@set_option
 @blocks_option
 @json_option
-def check(graph: Path, own: Path | None, as_json: bool) -> int:
+def check(graph: Path, changes: tuple[str, ...], own: Path | None, as_json: bool) -> int:
     """List everything that is wrong with a graph or a study.
 
     Files that it names are read, and it is planned as for a run. Exit code 1 if it cannot run, or if a loop misses a
@@ -119,7 +121,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.check_command import check_graph
 
-    return check_graph(graph, own, as_json)
+    return check_graph(graph, changes, own, as_json)
 
 
 @cli.command()
@@ -196,8 +198,9 @@ def margins(**options: Any) -> int:
     type=click.Choice(["svg", "mermaid", "dot"]),
     help="Choose the format (default: by the file's ending, else svg).",
 )
+@set_option
 @blocks_option
-def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -> int:
+def draw(graph: Path, output: Path | None, form: str | None, changes: tuple[str, ...], own: Path | None) -> int:
     """Draw the block diagram of a graph.
 
     \b
@@ -207,7 +210,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.draw_command import draw_graph
 
-    return draw_graph(graph, output, form, own)
+    return draw_graph(graph, output, form, changes, own)
 
 
 @cli.command()
@@ -215,6 +218,7 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
 @click.option("--runs", type=Whole(1, 2**32), help="Simulate this many sensors (default: as the study says).")
 @seed_option("the study")
 @engine_option(studies=True)
+@set_option
 @out_option("Write ledger, tables and report to this folder; a study that is there already is continued.")
 @click.option("--threads", type=Whole(1, 1024), help="Use this many threads (default: one per processor).")
 @click.option(

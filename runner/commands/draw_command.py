@@ -13,11 +13,11 @@ _FORMATS = {"svg": diagram.svg, "mermaid": diagram.mermaid, "dot": diagram.dot}
 _BY_ENDING = {".svg": "svg", ".mmd": "mermaid", ".mermaid": "mermaid", ".dot": "dot", ".gv": "dot"}
 
 
-def draw_graph(path: Path, output: Path | None, form: str | None, own: Path | None) -> int:
+def draw_graph(path: Path, output: Path | None, form: str | None, changes: tuple[str, ...], own: Path | None) -> int:
     """Write the diagram of a graph to a file, or print it, and return the exit code."""
     ending = output.suffix.lower() if output else ".svg"
     if form is None and ending not in _BY_ENDING:
         raise click.UsageError(f"{ending or 'a name without an ending'} is no kind of diagram: {', '.join(_BY_ENDING)}")
     form = form or _BY_ENDING[ending]
-    write_or_print(_FORMATS[form](graph_of(path, own)), output)
+    write_or_print(_FORMATS[form](graph_of(path, own, changes)), output)
     return DONE

@@ -55,9 +55,9 @@ class PictureFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path of the file; refused before anything is computed."""
-        path = super().convert(value, param, ctx)
-        if Path(path).suffix.lower() not in PICTURES:
-            self.fail(f"{Path(path).name} ends in none of {', '.join(PICTURES)}", param, ctx)
+        path = Path(str(super().convert(value, param, ctx)))
+        if path.suffix.lower() not in PICTURES:
+            self.fail(f"{path.name} ends in none of {', '.join(PICTURES)}", param, ctx)
         return path
 
 
