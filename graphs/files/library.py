@@ -18,16 +18,19 @@ def library_files() -> dict[str, Path]:
     return {file.name: file for file in sorted(files, key=lambda file: file.name)}
 
 
-def library_path(text: str) -> Path | None:
-    """Return the file that `library:NAME` names, with `.toml` or without; None where there is none.
-
-    >>> library_path("library:closed_loop_accelerometer").name
-    'closed_loop_accelerometer.toml'
-    """
-    name, files = text.removeprefix(LIBRARY), library_files()
-    return files.get(name) or files.get(f"{name}.toml")
-
-
 def library_file(name: str) -> Path:
     """Return the file of a name; raises KeyError where the library has none."""
     return library_files()[name]
+
+
+def file_of(name: str | Path) -> Path:
+    """Return the file of a path, or of the library for "library:NAME", whose `.toml` may be left out.
+
+    >>> file_of("library:closed_loop_accelerometer").name
+    'closed_loop_accelerometer.toml'
+    """
+    if not str(name).startswith(LIBRARY):
+        return Path(name)
+    wanted = str(name).removeprefix(LIBRARY)
+    files = library_files()
+    return files.get(wanted) or files.get(f"{wanted}.toml") or Path(name)

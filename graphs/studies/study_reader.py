@@ -7,6 +7,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
 from proofmass.graphs.model.graph import Graph, Place
@@ -26,11 +27,18 @@ def unchanged(graph: Graph) -> Graph:
 
 
 def read_study(path: str | Path, own: Own | None = None, change: Change = unchanged) -> Study:
-    """The study of a file, of its graph with a `change`.
+    """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key.
 
-    Raises `ModelError` with every problem that can be seen, each with file, line and key.
+    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name; the study is that of
+    its graph after a `change`.
+
+    >>> from proofmass import read_study
+    >>> study = read_study("library:scale_factor_drift")
+    >>> study.runs, len(study.epochs), list(study.limits)
+    (200, 6, ['scale_factor', 'noise'])
     """
-    return _study_of_file(*read_table(Path(path)), own, change, Path(path))
+    path = file_of(path)
+    return _study_of_file(*read_table(path), own, change, path)
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:

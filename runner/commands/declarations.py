@@ -71,6 +71,13 @@ def cli(traceback: bool) -> None:
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
 @click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
+@click.option(
+    "--noise",
+    "budgets",
+    multiple=True,
+    metavar="OUTPUT",
+    help="Put the noise budget of this output into the report, and into noise.json; repeatable.",
+)
 @click.option("--resume", is_flag=True, help="Only continue an interrupted run in --out, which a run does by itself.")
 @click.option("--restart", is_flag=True, help="Remove an interrupted run in --out and start at tick 0.")
 @click.option(

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 import click
 
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.graphs.files.library import LIBRARY, library_files, library_path
+from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.run.engine_table import engine_choices
 
@@ -28,11 +28,11 @@ class LibraryFile(click.Path):
         """Return the path of the file."""
         if not str(value).startswith(LIBRARY):
             return super().convert(value, param, ctx)
-        found = library_path(str(value))
-        if found is None:
+        path = file_of(value)
+        if path == Path(value):
             name, stems = str(value).removeprefix(LIBRARY), [Path(file).stem for file in library_files()]
             self.fail(f"there is no such graph: {name}; {did_you_mean(name, stems, 'the library')}", param, ctx)
-        return found
+        return path
 
 
 class Whole(click.IntRange):
@@ -105,7 +105,7 @@ def engine_option(studies: bool = False) -> Decorator:
         type=click.Choice(engine_choices(studies)),
         default="auto",
         show_default=True,
-        help="Choose an engine; auto picks the one that it expects to finish first. The bits are the same.",
+        help="Choose an engine; auto takes plain Python, and machine code once that is ready. The bits are the same.",
     )
 
 

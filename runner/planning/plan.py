@@ -1,4 +1,4 @@
-"""From a graph to the plan that both engines read: checked, flat, scheduled, with constants, starts and solvers."""
+"""Planning: a graph is checked, made flat, scheduled, and given constants, initial states and solvers."""
 
 import dataclasses
 import math
@@ -35,7 +35,7 @@ def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_
     """Check, schedule and prepare a graph; raises `ModelError`.
 
     With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
-    `recordings` are buffers of blocks that play them, by block and buffer, in place of what their files hold.
+    `recordings` are played in place of those in files, by block and buffer.
     """
     graph = graph_from(graph)
     flat = flatten(graph)
@@ -67,7 +67,7 @@ def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_
 
 
 def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
-    """The plan with some blocks of the same kinds, but other numbers; order, wiring and methods stay.
+    """Return the plan with other numbers in some blocks; order, wiring and methods stay.
 
     `Plan.same_sizes` says whether one loop runs both. Raises `ModelError` where constants cannot be computed.
     """
@@ -86,9 +86,9 @@ def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
 
 
 class _Made(NamedTuple):
-    """What a block brings into a plan."""
+    """The numbers that a block brings into a plan."""
 
-    as_set: Any  # constants of the parameters as they are set, of blocks with driven parameters too
+    as_set: Any  # constants for the parameters as set, also of blocks with driven parameters
     constants: Any
     start: Any
     buffers: Mapping[Endpoint, tuple[float, ...]]

@@ -28,15 +28,11 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
     """
     if wanted != "auto":
         return wanted
-    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
     if any(block.wide for block in planned.digital.values()):
         return "python"
-    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
-    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
-    seconds = ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
+    seconds, compiling = interpreting_seconds(planned, ticks), compiling_seconds(planned)
     key = _likeness(planned)
     spent = _spent.get(key, 0.0) + seconds
-    compiling = COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
     if seconds > INTERPRETED_PART * compiling or spent > compiling:
         return "compiled"
     if spent > _KNOWING_SECONDS:
@@ -47,6 +43,19 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
             return "compiled"
     _spent[key] = spent
     return "python"
+
+
+def interpreting_seconds(planned: Plan, ticks: int) -> float:
+    """What a run takes in plain Python, about."""
+    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
+    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
+    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
+    return ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
+
+
+def compiling_seconds(planned: Plan) -> float:
+    """What compiling a plan takes, about."""
+    return COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
 
 
 def _interpreted(solver: Solver) -> float:

@@ -210,6 +210,8 @@ class _FunctionOfC:
             return f"{read[0]} {INFIX[operation]} {read[1]}"
         if operation == "select":
             return f"{read[0]} ? {read[1]} : {read[2]}"
+        if operation == "likely":
+            return read[0]
         if operation == "negate":
             return f"-({read[0]})" if read[0].startswith("-") else f"-{read[0]}"
         if operation in HELPERS:

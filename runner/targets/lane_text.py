@@ -11,15 +11,9 @@ from typing import Any, NamedTuple
 from proofmass.runner.program import form
 from proofmass.runner.program.varying import ArrayOf, Lanes, Varying, Way
 from proofmass.runner.targets.lane_ways import LaneWays
-from proofmass.runner.targets.llvm_operations import TYPES, select, splat, templates
-from proofmass.runner.targets.llvm_text import (
-    ATTRIBUTES,
-    BYTES,
-    ENTRY,
-    declared,
-    power_of_two,
-    symbol_of,
-)
+from proofmass.runner.targets.llvm_functions import ATTRIBUTES, declared, symbol_of
+from proofmass.runner.targets.llvm_operations import TYPES, power_of_two, select, splat, templates
+from proofmass.runner.targets.llvm_text import BYTES, ENTRY
 
 
 class LanesOf(NamedTuple):
@@ -128,6 +122,9 @@ class _LaneFunction(LaneWays):
         """Compute."""
         if s.result not in self.varying.numbers:
             super().compute(s)
+            return
+        if s.operation == "likely":
+            self.names[s.result] = self._all(s.operands[0])
             return
         if s.operation == "select":
             apart = self.varying.differs(s.operands[0])

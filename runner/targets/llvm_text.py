@@ -8,38 +8,24 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from proofmass.runner.program import form
-from proofmass.runner.program.walk import statements
-from proofmass.runner.targets.llvm_operations import NATIVE, TYPES, ZEROS, Template, constant, select
+from proofmass.runner.targets.llvm_functions import ATTRIBUTES, attributes_of, declared, result_type, symbol_of
+from proofmass.runner.targets.llvm_operations import (
+    NATIVE,
+    TYPES,
+    ZEROS,
+    Template,
+    cannot_overflow,
+    constant,
+    power_of_two,
+    select,
+)
 
 ENTRY = "proofmass_program"
 STORED = {form.FLOAT: "double", form.INTEGER: "i64", form.TRUTH: "i8"}  # in arrays
 BYTES = {form.FLOAT: 8, form.INTEGER: 8, form.TRUTH: 1}
 _SELECTS = {kind: select(kind) for kind in (form.FLOAT, form.INTEGER, form.TRUTH)}
+_LIKELY = '!0 = !{!"branch_weights", i32 2000, i32 1}'
 _LONGEST = 1000  # statements of a region in one block of instructions
-ATTRIBUTES = (
-    "attributes #0 = { nounwind }",
-    "attributes #1 = { alwaysinline nounwind }",
-    "attributes #2 = { nounwind willreturn memory(none) }",
-    "attributes #3 = { nounwind }",
-    "attributes #4 = { nounwind willreturn memory(inaccessiblemem: readwrite) }",
-    "attributes #5 = { noinline nounwind }",
-)
-
-
-def attributes_of(function: form.Function) -> str:
-    """What LLVM is told of a function that another calls."""
-    return "#1" if function.inline else "#5" if function.apart else "#0"
-
-
-def symbol_of(external: form.External) -> str:
-    """The name that LLVM calls a function by; one of a library has a name of which LLVM knows nothing."""
-    return external.symbol if external.address is not None else f"proofmass_{external.symbol}"
-
-
-def externals(program: form.Program) -> dict[str, form.External]:
-    """Functions of other libraries by the name that LLVM calls them by."""
-    calls = (s.function for f in program.functions.values() for s in statements(f.body) if isinstance(s, form.Call))
-    return {symbol_of(function): function for function in calls if isinstance(function, form.External)}
 
 
 def llvm_text(
@@ -69,6 +55,7 @@ class FunctionText:
         self.count = 0
         self.block = "entry"  # the label of the block that is being written; "" behind a jump
         self.loops: list[tuple[str, str]] = []  # labels of where Continue and Break go
+        self.expected: set[form.Operand] = set()  # conditions that hold as a rule
 
     def text(self) -> str:
         """Definition of the function."""
@@ -144,8 +131,12 @@ class FunctionText:
             self.lines.append(f"br label %{label}")
             self.block = ""
 
-    def _branch(self, condition: str, yes: str, no: str) -> None:
-        self.lines.append(f"br i1 {condition}, label %{yes}, label %{no}")
+    def _branch(self, condition: str, yes: str, no: str, likely: bool = False) -> None:
+        weights = ""
+        if likely:
+            self._need((_LIKELY,))
+            weights = ", !prof !0"
+        self.lines.append(f"br i1 {condition}, label %{yes}, label %{no}{weights}")
         self.block = ""
 
     # -- statements ------------------------------------------------------------------------------------------------
@@ -160,6 +151,13 @@ class FunctionText:
     def compute(self, s: form.Compute) -> None:
         """Compute."""
         read = [self._operand(operand) for operand in s.operands]
+        if s.operation == "likely":
+            self.names[s.result] = read[0]
+            self.expected.add(s.result)
+            return
+        if s.operation == "select" and s.operands[0] in self.expected:
+            self._branch_to_first(s.result, *read)
+            return
         if s.operation == "select":
             text = _SELECTS[s.result.kind]
         elif s.operation in ("floor_divide", "modulo") and (shift := power_of_two(s.operands[1])) is not None:
@@ -170,6 +168,16 @@ class FunctionText:
             if needs:
                 self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))
+
+    def _branch_to_first(self, result: form.Value, condition: str, first: str, second: str) -> None:
+        """The first of two numbers, which machine code goes on with before the condition is known."""
+        other, end, begun = self._label(), self._label(), self.block
+        self._branch(condition, end, other, likely=True)
+        self._begin(other)
+        self._jump(end)
+        self._begin(end)
+        kind = TYPES[result.kind]
+        self.lines.append(f"{self._named(result)} = phi {kind} [ {first}, %{begun} ], [ {second}, %{other} ]")
 
     def get(self, s: form.Get) -> None:
         """Get."""
@@ -234,7 +242,7 @@ class FunctionText:
     def if_(self, s: form.If) -> None:
         """If."""
         yes, no, end = self._label(), self._label(), self._label()
-        self._branch(self._operand(s.condition), yes, no if s.otherwise else end)
+        self._branch(self._operand(s.condition), yes, no if s.otherwise else end, s.condition in self.expected)
         reached = not s.otherwise
         for label, region in ((yes, s.then), (no, s.otherwise)):
             if region or label == yes:
@@ -344,30 +352,3 @@ _WRITERS: dict[type[form.Statement], Callable[[FunctionText, Any], None]] = {
     form.Continue: FunctionText.continue_,
     form.Return: FunctionText.return_,
 }
-
-
-def result_type(results: tuple[form.Kind, ...]) -> str:
-    """The type of what a function returns."""
-    if not results:
-        return "void"
-    kinds = [TYPES[kind] for kind in results]
-    return kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}"
-
-
-def declared(external: form.External) -> str:
-    returned = "void" if external.result is None else TYPES[external.result]
-    kinds = ", ".join(TYPES[kind] for kind in external.parameters)
-    return f"declare {returned} @{symbol_of(external)}({kinds}) {'#2' if external.pure else '#3'}"
-
-
-def power_of_two(operand: form.Operand) -> int | None:
-    """The exponent of a constant that is a power of two."""
-    value = operand.value if isinstance(operand, form.Constant) else 0
-    return int(value).bit_length() - 1 if value > 0 and not int(value) & (int(value) - 1) else None
-
-
-def cannot_overflow(loop: form.For) -> bool:
-    """Whether 64 bits surely hold the first counter that is not below the last."""
-    if loop.step in (1, -1):
-        return True
-    return isinstance(loop.last, form.Constant) and abs(loop.last.value + loop.step) < 2**63

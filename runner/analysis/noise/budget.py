@@ -27,7 +27,7 @@ from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 _DECADES = 5.0  # below half the rate that are shown
@@ -55,21 +55,27 @@ class Source:
 
 @dataclass(frozen=True)
 class NoiseBudget:
-    """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz."""
+    """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz.
 
-    output: str
-    unit: str
+    >>> from proofmass import noise, read_graph
+    >>> budget = noise(read_graph("library:recorded_motion"), "mean.mean", input="motion.output")
+    >>> f"{budget.rms:.5f} {budget.unit}", budget.density.shape == budget.frequencies.shape
+    ('0.00205 m/s^2', True)
+    """
+
+    output: str  # "block.port"
+    unit: str  # of the output
     rate: float  # values of the output a second
     band: tuple[float, float]  # Hz
-    sources: tuple[Source, ...]
+    sources: tuple[Source, ...]  # the largest first
     rms: float  # in the band
-    frequencies: Array
-    density: Array
-    input: str
-    input_unit: str
+    frequencies: Array  # Hz
+    density: Array  # one-sided at the output, at these frequencies, in unit^2/Hz
+    input: str  # "block.port", or ""
+    input_unit: str  # of the input
     gain: Complex  # from the input; empty without one
     period: float  # of the schedule, in seconds
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # what the budget leaves out or takes for granted
     derivatives: Sensitivity | None = None  # of the rms by parameters, where wanted
     steps: tuple[OneMore, ...] = ()  # of integer parameters of quantisers, where wanted
 
@@ -167,12 +173,19 @@ def noise(
     number of a quantiser does to it, such as one more bit.
 
     Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
+
+    `graph` is linearised; `output` and `input` are "block.port".
+
+    >>> from proofmass import noise, read_graph
+    >>> budget = noise(read_graph("library:recorded_motion"), "mean.mean", input="motion.output")
+    >>> [(source.block, f"{source.share:.0%}") for source in budget.sources]
+    [('amplifier', '66%'), ('gas', '26%'), ('adc', '7%')]
     """
     planned = plan(graph)
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
-    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(without_noise(planned), at)
+    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
     whole = map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives)
     to_output = noise_map(whole, target)
     _refuse_growth(planned, output, to_output)
@@ -184,7 +197,7 @@ def noise(
     densities = to_output.densities(shown)
     moved = {dither.block: dither for dither in dithers(whole)}
     total = float(np.sum(squares))
-    made = [
+    sources_made = [
         Source(
             block=name,
             kind=QUANTISATION if part == ROUNDING else type(planned.blocks[name]).__name__,
@@ -200,7 +213,7 @@ def noise(
         unit=_unit(planned, target),
         rate=to_output.rate,
         band=limits,
-        sources=tuple(sorted(made, key=lambda source: (-source.rms, source.block, source.kind))),
+        sources=tuple(sorted(sources_made, key=lambda source: (-source.rms, source.block, source.kind))),
         rms=math.sqrt(total),
         frequencies=shown,
         density=np.sum(densities, axis=1),
@@ -208,12 +221,12 @@ def noise(
         input_unit=_unit(planned, sources[0]) if sources else "",
         gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=to_output.period,
-        notes=(*whole.notes, *_notes(planned, whole, made, to_output, band)),
+        notes=(*whole.notes, *_notes(planned, whole, sources_made, to_output, band)),
     )
     if not derivatives:
         return budget
     counted = limits if band is not None or not to_output.settles else None
-    rounding = [source.block for source in made if source.kind == QUANTISATION]
+    rounding = [source.block for source in sources_made if source.kind == QUANTISATION]
 
     def again(changed: Graph) -> float:
         return noise(changed, output, band=band, at=at, frequencies=shown[:1].tolist()).rms
