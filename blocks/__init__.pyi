@@ -44,9 +44,14 @@ from proofmass.blocks.electronics.temperature_sensor import TemperatureSensor as
 from proofmass.blocks.electronics.voltage_to_current import VoltageToCurrent as VoltageToCurrent
 from proofmass.blocks.filters.all_pass import AllPass as AllPass
 from proofmass.blocks.filters.bessel import Bessel as Bessel
+from proofmass.blocks.filters.bessel_band import BesselBand as BesselBand
 from proofmass.blocks.filters.butterworth import Butterworth as Butterworth
+from proofmass.blocks.filters.butterworth_band import ButterworthBand as ButterworthBand
 from proofmass.blocks.filters.cascaded_integrator_comb import CascadedIntegratorComb as CascadedIntegratorComb
 from proofmass.blocks.filters.chebyshev_type1 import ChebyshevType1 as ChebyshevType1
+from proofmass.blocks.filters.chebyshev_type1_band import ChebyshevType1Band as ChebyshevType1Band
+from proofmass.blocks.filters.chebyshev_type2 import ChebyshevType2 as ChebyshevType2
+from proofmass.blocks.filters.chebyshev_type2_band import ChebyshevType2Band as ChebyshevType2Band
 from proofmass.blocks.filters.complementary_filter import ComplementaryFilter as ComplementaryFilter
 from proofmass.blocks.filters.decimating_filter import DecimatingFilter as DecimatingFilter
 from proofmass.blocks.filters.decimator import Decimator as Decimator
@@ -54,6 +59,8 @@ from proofmass.blocks.filters.differentiator import Differentiator as Differenti
 from proofmass.blocks.filters.digital_demodulator import DigitalDemodulator as DigitalDemodulator
 from proofmass.blocks.filters.discrete_state_space import DiscreteStateSpace as DiscreteStateSpace
 from proofmass.blocks.filters.discrete_transfer_function import DiscreteTransferFunction as DiscreteTransferFunction
+from proofmass.blocks.filters.elliptic import Elliptic as Elliptic
+from proofmass.blocks.filters.elliptic_band import EllipticBand as EllipticBand
 from proofmass.blocks.filters.finite_impulse_response import FiniteImpulseResponse as FiniteImpulseResponse
 from proofmass.blocks.filters.gated_average import GatedAverage as GatedAverage
 from proofmass.blocks.filters.integrator import Integrator as Integrator
@@ -140,6 +147,7 @@ from proofmass.blocks.registers.fixed_product import FixedProduct as FixedProduc
 from proofmass.blocks.registers.fixed_quantiser import FixedQuantiser as FixedQuantiser
 from proofmass.blocks.registers.fixed_range_reducer import FixedRangeReducer as FixedRangeReducer
 from proofmass.blocks.registers.fixed_second_order_section import FixedSecondOrderSection as FixedSecondOrderSection
+from proofmass.blocks.registers.fixed_sine_table import FixedSineTable as FixedSineTable
 from proofmass.blocks.registers.fixed_slope_estimator import FixedSlopeEstimator as FixedSlopeEstimator
 from proofmass.blocks.registers.fixed_state_space import FixedStateSpace as FixedStateSpace
 from proofmass.blocks.registers.fixed_stiffness_controller import FixedStiffnessController as FixedStiffnessController
