@@ -17,7 +17,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
-from proofmass.graphs.model.names import is_value
+from proofmass.graphs.model.names import is_rate, is_value
 
 Path = tuple[str, ...]
 
@@ -264,7 +264,10 @@ def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, obj
 
 def _misplaced(name: str, part: Graph, key: str) -> str:
     """What to do about a key of a subgraph that is no parameter it exports; empty where it is one."""
-    exports = exported(flatten(part))
+    flat = flatten(part)
+    exports, rates = exported(flat), [n for n, signal in flat.exports.items() if is_rate(flat, signal)]
+    if key in rates:
+        return ""
     if key in exports:
         if not isinstance(exports[key][1], Port):
             return ""
@@ -273,7 +276,7 @@ def _misplaced(name: str, part: Graph, key: str) -> str:
         return f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
     if key in part.values or is_value(part, part.exports.get(key, key)):
         return ""
-    names = [*(n for n, (_, what) in exports.items() if not isinstance(what, Port)), *part.values, *PART_KEYS]
+    names = [*(n for n, (_, what) in exports.items() if not isinstance(what, Port)), *rates, *part.values, *PART_KEYS]
     return (
         did_you_mean(key, names, "its values and the parameters that it exports")
         + ' One inside: "block.parameter" = ...'
