@@ -57,6 +57,7 @@ from proofmass.blocks.filters.decimating_filter import DecimatingFilter as Decim
 from proofmass.blocks.filters.decimator import Decimator as Decimator
 from proofmass.blocks.filters.differentiator import Differentiator as Differentiator
 from proofmass.blocks.filters.digital_demodulator import DigitalDemodulator as DigitalDemodulator
+from proofmass.blocks.filters.discrete_matrix_state_space import DiscreteMatrixStateSpace as DiscreteMatrixStateSpace
 from proofmass.blocks.filters.discrete_state_space import DiscreteStateSpace as DiscreteStateSpace
 from proofmass.blocks.filters.discrete_transfer_function import DiscreteTransferFunction as DiscreteTransferFunction
 from proofmass.blocks.filters.elliptic import Elliptic as Elliptic

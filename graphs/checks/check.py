@@ -26,8 +26,9 @@ from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.names import Missing, find_output, find_target
-from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
+from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, with_offsets, write_rate, write_seconds
 from proofmass.graphs.model.statistics import STATISTICS
+from proofmass.graphs.model.targets import CLOCK_OFFSET
 
 
 def check(graph: Graph) -> list[Problem]:
@@ -124,6 +125,7 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
         yield from _without_rate(graph, without)
     rates = {graph.rates.get(name, graph.rate) for name in discrete}
     known = sorted(rate for rate in rates if rate is not None)
+    yield from _offsets(graph)
     if known and common_base_rate(known) is None:
         shown = [write_rate(rate) for rate in known]
         yield Problem(
@@ -134,6 +136,28 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
             hint="make the rates ratios of small numbers",
             path=next((("blocks", name, "rate") for name in graph.rates if name in discrete), ("rate",)),
         )
+
+
+def _offsets(graph: FlatGraph) -> Iterator[Problem]:
+    """Clock offsets of blocks without a clock, of a period or more, and those that ask for too many base ticks."""
+    rates = {name: graph.rates.get(name, graph.rate) for name in graph.offsets}
+    for name, offset in graph.offsets.items():
+        key, path, rate = f"blocks.{name}.{CLOCK_OFFSET}", ("blocks", name, CLOCK_OFFSET), rates[name]
+        if type(graph.blocks[name]).continuous():
+            hint = "give the offset to the blocks that sample this one"
+            yield Problem(message="a continuous block has no clock", key=key, hint=hint, path=path)
+        elif rate is not None and offset * rate >= 1:
+            expected = f"less than {write_seconds(1 / rate)}, its period"
+            got, hint = write_seconds(offset), "a delay of whole ticks is a Delay"
+            yield Problem(
+                message="the clock offset is too long", key=key, got=got, expected=expected, hint=hint, path=path
+            )
+        elif rate is not None and with_offsets(rate, [offset]) > LARGEST_RATIO * rate:
+            expected = f"a fraction of the period with at most {LARGEST_RATIO:,} below the line"
+            got, hint = write_seconds(offset), "choose an offset that is a simple part of the period"
+            yield Problem(
+                message="the clock offset meets no tick", key=key, got=got, expected=expected, hint=hint, path=path
+            )
 
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:

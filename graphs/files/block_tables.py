@@ -18,6 +18,7 @@ from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
 from proofmass.graphs.model.names import is_rate, is_value
+from proofmass.graphs.model.targets import CLOCK_OFFSET
 
 Path = tuple[str, ...]
 
@@ -39,6 +40,7 @@ class BlockTables:
         self.kinds: dict[str, type[Block] | None] = {}
         self.blocks: dict[str, Block | Graph] = {}
         self.rates: dict[str, Any] = {}
+        self.offsets: dict[str, Any] = {}
         self.doubtful: set[str] = set()
         self.problems: list[Problem] = []
         self.inside = 0  # blocks of all subgraphs
@@ -77,6 +79,8 @@ class BlockTables:
                 return
         if "rate" in table:
             self.rates[name] = table["rate"]
+        if CLOCK_OFFSET in table:
+            self.offsets[name] = table[CLOCK_OFFSET]
 
     def _read_table(self, name: str, table: dict[str, Any]) -> None:
         """A subgraph that stands in the file itself."""
@@ -86,7 +90,10 @@ class BlockTables:
             self._refuse(Problem(message=message, key=f"blocks.{name}"), "blocks", name)
             return
         try:
-            self._add(name, self.read_table(table, replace(self.place, top=(*self.place.top, "blocks", name))))
+            inner = {key: value for key, value in table.items() if key != CLOCK_OFFSET}
+            if CLOCK_OFFSET in table:
+                self.offsets[name] = table[CLOCK_OFFSET]
+            self._add(name, self.read_table(inner, replace(self.place, top=(*self.place.top, "blocks", name))))
         except ModelError as error:
             self.doubtful.add(name)
             for problem in error.problems:
@@ -119,6 +126,9 @@ class BlockTables:
             if "rate" in table:
                 note_line(self.place, ("blocks", copy, "rate"), (*path, "rate"))
                 self.rates[copy] = table["rate"]
+            if CLOCK_OFFSET in table:
+                note_line(self.place, ("blocks", copy, CLOCK_OFFSET), (*path, CLOCK_OFFSET))
+                self.offsets[copy] = table[CLOCK_OFFSET]
             self.blocks[copy] = part
 
     def _names(self, name: str, table: dict[str, Any], tables: Mapping[str, object]) -> Iterator[str]:

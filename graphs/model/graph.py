@@ -92,6 +92,7 @@ class Graph:
     blocks: Mapping[str, Block]
     subgraphs: "Mapping[str, Graph]"  # the blocks that are graphs
     rates: Mapping[str, Fraction]
+    offsets: Mapping[str, Fraction]  # of clocks, in seconds; those of subgraphs count for all that is inside
     wires: tuple[Wire, ...]
     probes: tuple[Probe, ...]
     measures: Mapping[str, Measure]

@@ -71,6 +71,17 @@ def common_base_rate(rates: Iterable[Fraction]) -> Fraction | None:
     return base
 
 
+def with_offsets(base: Fraction, offsets: Iterable[Fraction]) -> Fraction:
+    """The slowest multiple of a base rate whose ticks meet offsets in seconds.
+
+    >>> with_offsets(Fraction(10_000), [Fraction(25, 10**6)])
+    Fraction(40000, 1)
+    """
+    for offset in offsets:
+        base *= (base * offset).denominator
+    return base
+
+
 def write_rate(rate: Fraction) -> str:
     """A rate as text that reads back to the same fraction.
 
@@ -82,6 +93,19 @@ def write_rate(rate: Fraction) -> str:
         if rate >= factor and Fraction(text) * factor == rate:
             return f"{text} {unit}"
     return f"{rate} Hz"
+
+
+def write_seconds(duration: Fraction) -> str:
+    """A duration as text, in the prefix that makes it a number of few digits.
+
+    >>> write_seconds(Fraction(25, 10**6)), write_seconds(Fraction(1, 3))
+    ('25 us', '1/3 s')
+    """
+    for factor, unit in ((1, "s"), (10**3, "ms"), (10**6, "us"), (10**9, "ns"), (10**12, "ps")):
+        text = f"{float(duration * factor):g}"
+        if duration * factor >= 1 and Fraction(text) == duration * factor:
+            return f"{text} {unit}"
+    return f"{duration} s"
 
 
 def simplest(value: float) -> Fraction:

@@ -17,7 +17,7 @@ from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.rates import simplest
 from proofmass.graphs.model.values import Value
 
-RATE, DURATION = "rate", "duration"
+RATE, DURATION, CLOCK_OFFSET = "rate", "duration", "clock_offset"
 LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
 
 
