@@ -1,4 +1,4 @@
-"""One SHA-256 over all measures of a study, however it is computed: `python benchmarks/study_digests.py`.
+"""One SHA-256 over all measures of a study, however it is computed: `python -m benchmarks.study_digests`.
 
 Threads, lanes, chunks of runs, their order, the engine, workers of Dask, hash seeds of Python, interruptions. Exit code
 1 when one digest differs.
@@ -19,31 +19,13 @@ from proofmass import Study, read_study, run_study
 from proofmass.runner.studies.outcome.outcomes import Outcomes, together
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 from proofmass.runner.studies.whole import study as studies
+from tests.by_hand.study_texts import STUDY
 
 RUNS = 1024
 FEW = 96  # of which plain Python is asked
-GRAPH = """\
-name = "a converter that ages"
-rate = "1 kHz"
-samples = 60
-wires = [
-    "source.output -> sum.first",
-    "noise.output -> sum.second",
-    "sum.output -> filter.input",
-    "filter.output -> adc.voltage",
-]
-
-[measures]
-bias = { signal = "adc.number", statistic = "mean", from = "20 ms" }
-noise = { signal = "adc.code", statistic = "std", from = "20 ms" }
-
-[blocks]
-source = { kind = "Constant", value = "1 V", unit = "V" }
-noise = { kind = "WhiteNoise", density = "1 mV/sqrt(Hz)", unit = "V" }
-sum = { kind = "Sum", unit = "V" }
-filter = { kind = "LowPass", corner_frequency = "100 Hz", input_unit = "V", output_unit = "V" }
-adc = { kind = "AnalogToDigital", bits = 12, reference = "5 V" }
-
+GRAPH = (
+    STUDY.partition("[study]")[0]
+    + """\
 [study]
 seed = 11
 
@@ -57,6 +39,7 @@ ages = ["0 h", "1 year"]
 [study.drift]
 "adc.reference" = { ramp = "20 ppm/year", random_walk = "9 ppm/sqrt(year)", relative = true }
 """
+)
 
 
 def digests(study: Study, path: Path) -> Iterator[tuple[str, int, str]]:

@@ -44,6 +44,30 @@ def clip(value: float, low: float, high: float) -> float:
     return above if above < high else high
 
 
+def likely(condition: bool) -> bool:
+    """The condition, which is true as a rule.
+
+    Machine code of one run branches on it and goes on with what it expects, where it would else wait for the numbers
+    that are compared and choose between both sides.
+
+    >>> likely(1.0 < 2.0)
+    True
+    """
+    return condition
+
+
+def saturated(value: float, low: float, high: float) -> float:
+    """As `clip`, for bounds that are seldom reached, such as the codes of a converter.
+
+    The two differ in speed alone: what follows does not wait for the bounds in machine code.
+
+    >>> saturated(3.0, -1.0, 2.0)
+    2.0
+    """
+    above = value if likely(value > low) else low
+    return above if likely(above < high) else high
+
+
 def wrapped(mantissa: int, low_bits: int, sign: int) -> int:
     """The low bits of an integer, as two's complement where `sign` is the highest of them, 0 for none.
 

@@ -6,7 +6,7 @@ the reference by that of the feedback gain.
 
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import clip
+from proofmass.blocks.arithmetic.rounding import saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -39,4 +39,4 @@ def value(p: CompensationRegister, x: State) -> float:
 def update(p: CompensationRegister, x: State, deviation: float, load: bool) -> State:
     if not load:
         return x
-    return State(clip(x.factor / (1.0 + clip(deviation, -p.limit, p.limit)), 1.0 - p.limit, 1.0 + p.limit))
+    return State(saturated(x.factor / (1.0 + saturated(deviation, -p.limit, p.limit)), 1.0 - p.limit, 1.0 + p.limit))

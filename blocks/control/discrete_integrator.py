@@ -6,7 +6,7 @@ Where it is limited, y stops at the limit and leaves it as soon as the input has
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import clip
+from proofmass.blocks.arithmetic.rounding import saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -63,5 +63,5 @@ def output(c: Constants, x: State) -> float:
 def update(c: Constants, x: State, input: float) -> State:
     total = x.total + c.step * input
     if c.limited:
-        total = clip(total, c.lowest, c.highest)
+        total = saturated(total, c.lowest, c.highest)
     return State(total)

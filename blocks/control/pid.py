@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import exponential
-from proofmass.blocks.arithmetic.rounding import clip
+from proofmass.blocks.arithmetic.rounding import saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -70,7 +70,7 @@ def output(c: Constants, x: State, error: float) -> float:
     derivative = c.decay * x.derivative + c.derivative * (error - x.error)
     wanted = c.proportional * error + integral + derivative
     if c.limited:
-        return clip(wanted, c.lowest, c.highest)
+        return saturated(wanted, c.lowest, c.highest)
     return wanted
 
 

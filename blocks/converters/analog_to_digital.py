@@ -7,7 +7,7 @@ Rounding is to the nearest code, ties to even; saturation at -2^(bits-1) and 2^(
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
-from proofmass.blocks.arithmetic.rounding import clip, round_half_even
+from proofmass.blocks.arithmetic.rounding import round_half_even, saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -44,10 +44,10 @@ def constants(p: AnalogToDigital, period: float) -> Constants:
 @AnalogToDigital.output("1")
 def code(c: Constants, voltage: float) -> int:
     """Output code, for digital blocks."""
-    return int(round_half_even(clip(c.codes_per_volt * voltage + c.offset, c.lowest, c.highest)))
+    return int(round_half_even(saturated(c.codes_per_volt * voltage + c.offset, c.lowest, c.highest)))
 
 
 @AnalogToDigital.output("1")
 def number(c: Constants, voltage: float) -> float:
     """Output code as a number, for blocks that compute with numbers."""
-    return round_half_even(clip(c.codes_per_volt * voltage + c.offset, c.lowest, c.highest))
+    return round_half_even(saturated(c.codes_per_volt * voltage + c.offset, c.lowest, c.highest))

@@ -5,7 +5,7 @@
 
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import clip, round_half_even
+from proofmass.blocks.arithmetic.rounding import round_half_even, saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -33,10 +33,10 @@ def constants(p: DigitalToAnalog, period: float) -> Constants:
 @DigitalToAnalog.output("1")
 def code(c: Constants, number: float) -> int:
     """Code that is converted."""
-    return int(round_half_even(clip(number, c.lowest, c.highest)))
+    return int(round_half_even(saturated(number, c.lowest, c.highest)))
 
 
 @DigitalToAnalog.output("V")
 def voltage(c: Constants, number: float) -> float:
     """Voltage of the code."""
-    return round_half_even(clip(number, c.lowest, c.highest)) * c.lsb
+    return round_half_even(saturated(number, c.lowest, c.highest)) * c.lsb

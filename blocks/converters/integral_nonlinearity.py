@@ -6,7 +6,7 @@ sheets show; lsb = reference / 2^(bits-1). The best-fit line is not taken off (I
 
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import clip
+from proofmass.blocks.arithmetic.rounding import saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -36,7 +36,7 @@ def constants(p: IntegralNonlinearity, period: float) -> Constants:
 @IntegralNonlinearity.output("V")
 def output(c: Constants, voltage: float) -> float:
     """The voltage with its error; beyond the span there is none."""
-    x = clip(voltage / c.reference, -1.0, 1.0)
+    x = saturated(voltage / c.reference, -1.0, 1.0)
     return voltage + (1.0 - x * x) * (c.bow + c.s_shape * x)
 
 

@@ -5,7 +5,7 @@ As DA0 of the digital quartz accelerometer, V = N_VREF K_DA0 with K_DA0 = refere
 
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import clip, round_half_even
+from proofmass.blocks.arithmetic.rounding import round_half_even, saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -32,10 +32,10 @@ def constants(p: UnipolarDigitalToAnalog, period: float) -> Constants:
 @UnipolarDigitalToAnalog.output("1")
 def code(c: Constants, number: float) -> int:
     """Code that is converted."""
-    return int(round_half_even(clip(number, 0.0, c.highest)))
+    return int(round_half_even(saturated(number, 0.0, c.highest)))
 
 
 @UnipolarDigitalToAnalog.output("V")
 def voltage(c: Constants, number: float) -> float:
     """Voltage of the code."""
-    return round_half_even(clip(number, 0.0, c.highest)) * c.lsb
+    return round_half_even(saturated(number, 0.0, c.highest)) * c.lsb

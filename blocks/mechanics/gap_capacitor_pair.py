@@ -4,7 +4,7 @@ For small x the difference is C1 - C2 = k1 displacement with k1 = 2 C0 lever / g
 over the whole gap (Sarraf et al. 2012, section 3.2; digital quartz accelerometer, section II.B.2).
 """
 
-from proofmass.blocks.arithmetic.rounding import clip
+from proofmass.blocks.arithmetic.rounding import saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 CONTACT = 1.0 - 2.0**-40  # of the gap: the capacitance of a plate that touches stays a number
@@ -23,7 +23,7 @@ class GapCapacitorPair(Block):
 
 def part_of_gap(p: GapCapacitorPair, displacement: float) -> float:
     """Way of the plate over the gap, at most to the fixed plates."""
-    return clip(p.lever * displacement / p.gap, -CONTACT, CONTACT)
+    return saturated(p.lever * displacement / p.gap, -CONTACT, CONTACT)
 
 
 @GapCapacitorPair.output("F")

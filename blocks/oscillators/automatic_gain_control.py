@@ -7,7 +7,7 @@ The mean of |y| is 2 / pi of a sine's amplitude A, so that g tends to setpoint /
 import math
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import clip
+from proofmass.blocks.arithmetic.rounding import saturated
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -61,4 +61,4 @@ def gain(c: Constants, x: State) -> float:
 @AutomaticGainControl.update
 def update(c: Constants, x: State, input: float) -> State:
     error = 1.0 - c.rectified * abs(x.gain * input)
-    return State(clip(x.gain * (1.0 + c.part * error), c.lowest, c.highest))
+    return State(saturated(x.gain * (1.0 + c.part * error), c.lowest, c.highest))

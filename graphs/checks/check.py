@@ -32,16 +32,16 @@ from proofmass.graphs.model.targets import CLOCK_OFFSET
 
 
 def check(graph: Graph) -> list[Problem]:
-    """All problems of a graph, each with its place; only notes are left when the graph can run.
+    """Return all problems of a graph, each with its place; a graph that can run has only notes.
 
-    A graph with exports may be a part of others, which give it a rate and drive its inputs: for `check` it is a note
-    where these are missing, and `checked` refuses it alone.
+    A graph with exports may be a part of others, which give it a rate and drive its inputs. If these are missing,
+    `check` gives a note, and `checked` refuses to run the graph alone.
     """
     return _looked_at(flatten(graph))[0]
 
 
 def checked(graph: Given) -> Given:
-    """The graph itself when it can run; raises `ModelError` with every problem otherwise."""
+    """Return the graph if it can run; raises `ModelError` with every problem otherwise."""
     scheduled(flatten(graph))
     return graph
 
@@ -57,7 +57,7 @@ def scheduled(flat: FlatGraph) -> Schedule:
 
 
 def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
-    """All problems with their places, and the schedule where wires and rates are right."""
+    """All problems with their places, and the schedule if wires and rates are right."""
     order = None
     problems = list(_size(flat))
     if not problems:
@@ -78,7 +78,7 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
 
 
 def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
-    """The problems that do not touch blocks which could not be read, and so are not what they should be."""
+    """Problems apart from those of blocks that could not be read, which have default parameters."""
 
     def touched(problem: Problem) -> set[str]:
         where, *rest = (*problem.path, "")
@@ -161,34 +161,34 @@ def _offsets(graph: FlatGraph) -> Iterator[Problem]:
 
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
-    """Blocks without a rate; those of a subgraph once, where the graph holds it: its file may serve other graphs."""
-    for own, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
+    """Yield blocks without a rate; once for all of a subgraph, at its table: its file may serve other graphs."""
+    for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
         inside = [name.partition(".")[2] for name in of_own]
         shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
         hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
         yield Problem(
             message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
-            key=f"blocks.{own}",
+            key=f"blocks.{block}",
             got=shortened,
             hint=hint,
             note=bool(graph.exports),
-            path=("blocks", own),
+            path=("blocks", block),
         )
 
 
 class _Wiring:
-    """Every wire against the ports at its two ends, and every input without one."""
+    """Checks every wire against the ports at its two ends, and finds inputs without a wire."""
 
     def __init__(self, graph: FlatGraph) -> None:
         self.graph, self.root = graph, graph.root
-        self.meant: set[str] = set()  # inputs that a misspelt wire meant: they are not reported twice
+        self.meant: set[str] = set()  # inputs that a misspelt wire was meant for: they are not reported twice
 
     def problems(self) -> Iterator[Problem]:
         return chain(self._wires(), self._unconnected())
 
     def _wires(self) -> Iterator[Problem]:
         driven_by: dict[str, str] = {}
-        absent: set[str] = set()  # blocks that are not there: each is told once, however many wires name it
+        absent: set[str] = set()  # missing blocks: each is reported once, however many wires name it
         for wire in sorted(self.graph.wires, key=lambda wire: self.graph.find(("wires", str(wire)))[1]):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
@@ -237,7 +237,7 @@ class _Wiring:
                 )
 
     def _fitting(self, block: Block, port: Port, path: str) -> list[str]:
-        """Outputs that fit, of the blocks of the graph of that path, as they are named there."""
+        """Fitting outputs of the graph with that path, by their names within it."""
         try:
             key = path, unit(unit_of(block, port)), _kind(block, port), shape_of(block, port)
         except UnitError:
@@ -315,20 +315,20 @@ def _type(kind: type) -> str:
     return "fixed" if kind is FixedValue else kind.__name__
 
 
-def _same_type(source: Block, given: type, kind: type) -> str:
+def _same_type(source: Block, source_kind: type, kind: type) -> str:
     """A hint for a wire of the wrong type: nothing is converted in silence."""
     fitting = [name for name, port in type(source).outputs.items() if port.dtype is kind]
     if fitting:
         return f"its output {fitting[0]} has that type"
-    if kind is FixedValue and given is float:
+    if kind is FixedValue and source_kind is float:
         return "a FixedQuantiser makes fixed-point values of numbers"
-    if given is FixedValue and kind is float:
+    if source_kind is FixedValue and kind is float:
         return "a FixedToNumber makes numbers of fixed-point values"
     return "an AnalogToDigital makes codes of numbers" if kind is int else "choose an output of that type"
 
 
 def _facts(block: Block, port: Port) -> str:
-    """Unit, type and shape of a port in words, as far as they are out of the common."""
+    """Unit, type and shape of a port in words, if they are unusual."""
     measure = unit_of(block, port)
     if port.dtype is FixedValue:
         measure = f"{format_of(block, port.name)} fixed-point" + (f" in {measure}" if measure != "1" else "")
@@ -349,12 +349,12 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
         yield Problem(message=message, key=f"blocks.{MEASURES}", hint=hint, path=("blocks", MEASURES))
     for name, measure in graph.measures.items():
         path, key = ("measures", name), f"measures.{name}.signal"
-        found = find_output(graph, measure.signal)
-        if isinstance(found, Missing):
-            yield Problem(message=found.message, key=key, hint=found.hint, path=(*path, "signal"))
+        output = find_output(graph, measure.signal)
+        if isinstance(output, Missing):
+            yield Problem(message=output.message, key=key, hint=output.hint, path=(*path, "signal"))
             continue
-        shape = shape_of(found[0], found[1])
-        if found[1].dtype is FixedValue:
+        shape = shape_of(output[0], output[1])
+        if output[1].dtype is FixedValue:
             message, hint = "a fixed-point value cannot be measured", "measure the number that it is converted to"
             yield Problem(message=message, key=key, hint=hint, path=(*path, "signal"))
         if shape:
@@ -362,7 +362,7 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
             message = "a vector cannot be measured"
             yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
         try:
-            measure.reducer(unit_of(found[0], found[1]), Fraction(1))
+            measure.reducer(unit_of(output[0], output[1]), Fraction(1))
         except ModelError as error:
             counted_later = {
                 option.samples for option in STATISTICS[measure.statistic].times.values()
@@ -372,15 +372,15 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
 
 
 def _probes(graph: FlatGraph) -> Iterator[Problem]:
-    seen = set()
+    probed = set()
     for index, (signal, _) in enumerate(graph.probes):
         path, key = ("probes", str(index)), f"probes: {graph.root.probes[index].signal}"
-        found = find_output(graph, signal)
-        if isinstance(found, Missing):
-            yield Problem(message=found.message, key=key, hint=found.hint, path=path)
-        if signal in seen:
+        output = find_output(graph, signal)
+        if isinstance(output, Missing):
+            yield Problem(message=output.message, key=key, hint=output.hint, path=path)
+        if signal in probed:
             yield Problem(message="probed twice", key=key, hint="remove one of the probes", path=path)
-        seen.add(signal)
+        probed.add(signal)
 
 
 def _notes(graph: FlatGraph) -> Iterator[Problem]:

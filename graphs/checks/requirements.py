@@ -1,4 +1,4 @@
-"""Requirements against the graph that they are made of: quantities that are there, limits in their units."""
+"""Checks of requirements against their graph: quantities must exist, limits must have their units."""
 
 import math
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ _VERDICT = "stable"
 
 
 class Asked(NamedTuple):
-    """What a requirement asks: limits in the unit of its quantity, infinite where it asks nothing."""
+    """Limits of a requirement in the unit of its quantity, infinite if it has none."""
 
     unit: str
     at_least: float
@@ -47,11 +47,11 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
 
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
-    """Requirements of what is not there, and limits that do not suit it."""
+    """Yield requirements of missing quantities, and limits that do not suit their quantity."""
     broken = (flat.measures.keys() | flat.root.derived.keys()) - measure_units(flat).keys()
     for name, requirement in flat.root.requirements.items():
         if requirement.quantity in broken:
-            continue  # what is wrong with a measure is said where it is
+            continue  # problems of a measure are reported at the measure
         try:
             asked(flat, requirement)
         except Refusal as error:
@@ -86,19 +86,19 @@ def _unit(flat: FlatGraph, quantity: str) -> str:
     raise Refusal(f"there is no quantity {shown(quantity)[1:-1]}", did_you_mean(quantity, names, "the quantities"))
 
 
-def _limit(requirement: Requirement, key: str, given: float | str, unit: str) -> float:
+def _limit(requirement: Requirement, key: str, written: float | str, unit: str) -> float:
     try:
-        if split(requirement.quantity)[1] == _VERDICT and isinstance(given, str):
-            return _verdict(given)
+        if split(requirement.quantity)[1] == _VERDICT and isinstance(written, str):
+            return _verdict(written)
         if unit == "dB":
-            return read_requirement(given, unit)
-        number = convert(given, unit) if isinstance(given, str) else float(given)
+            return read_requirement(written, unit)
+        number = convert(written, unit) if isinstance(written, str) else float(written)
     except Refusal as error:
-        raise error.under(key, given, f"a quantity in {unit}") from None
+        raise error.under(key, written, f"a quantity in {unit}") from None
     except OverflowError:
-        raise Refusal("is too large for a number", key=key, got=shown(given)) from None
+        raise Refusal("is too large for a number", key=key, got=shown(written)) from None
     if math.isnan(number):
-        raise Refusal("must be a number", key=key, got=shown(given))
+        raise Refusal("must be a number", key=key, got=shown(written))
     return number
 
 

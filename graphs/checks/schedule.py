@@ -1,26 +1,24 @@
-"""When and in which order everything happens: base rate, divisors, topological order over direct feedthrough."""
+"""The schedule: base rate, divisors, and the topological order of outputs by direct feedthrough."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.digraph import alphabetical, loops
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.rates import base_rate, with_offsets
-
-if TYPE_CHECKING:
-    import networkx
 
 _NAMED = 40  # wires of a loop
 
 
 class ConstantsOf(NamedTuple):
-    """The constants of a block with driven parameters, made anew in each of its ticks; before all of its outputs."""
+    """The constants of a block with driven parameters, computed in each of its ticks before its outputs."""
 
     block: str
 
@@ -40,7 +38,7 @@ Step: TypeAlias = Endpoint | ConstantsOf  # of a tick
 
 
 class Torn(NamedTuple):
-    """Steps that need each other: once the `tears` are known, the `others` follow one after the other."""
+    """Steps that need each other: from the `tears` the `others` follow one after the other."""
 
     tears: tuple[Step, ...]
     others: tuple[Step, ...]
@@ -69,12 +67,12 @@ class AlgebraicLoop:
 
 @dataclass(frozen=True)
 class Schedule:
-    """What both engines follow.
+    """The order of work in a tick, which all engines follow.
 
-    `divisors` gives the base ticks per tick of each block, `phases` its first one where that is not 0; `order` the
-    outputs in the order of a tick, with the constants of blocks that are made anew from driven parameters, and the
-    nodes of a loop one behind the other; `drivers` the output behind each input and driven parameter; `loops` what is
-    solved within a tick. Without noise, all random numbers are zero.
+    `divisors` gives the base ticks per tick of each block, `phases` its first one where that is not 0. `order` has the
+    outputs in the order of a tick, with the constants of blocks with driven parameters; the nodes of a loop follow each
+    other. `drivers` gives the output that drives each input and driven parameter; `loops` are solved within a tick.
+    `without_noise` makes all random numbers zero.
     """
 
     base_rate: Fraction
@@ -93,7 +91,7 @@ class Schedule:
 def schedule(graph: FlatGraph) -> Schedule:
     """Schedule a graph whose wires are right; raises `ModelError` for a loop without delay that is not to be solved.
 
-    Alphabetical among what may come in any order, so that the order of declaration changes nothing.
+    Steps that may come in any order are in alphabetical order, so the order of declaration changes nothing.
     """
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
     rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not type(block).continuous()}
@@ -116,12 +114,12 @@ def outputs_of(steps: Iterable[Step]) -> tuple[Endpoint, ...]:
 
 
 def loop_of(cycle: Torn) -> AlgebraicLoop:
-    """Return a cycle that Newton's method can solve: constants are not in it."""
+    """Return the algebraic loop of a cycle without an obstacle: such a cycle contains outputs alone."""
     return AlgebraicLoop(outputs_of(cycle.tears), outputs_of(cycle.others))
 
 
 def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[Step, list[Step]]:
-    """What must be known before each output, and before the constants of each block with driven parameters."""
+    """Steps that must come before each output, and before the constants of each block with driven parameters."""
     needs: dict[Step, list[Step]] = {}
     for name, block in graph.blocks.items():
         constants: list[Step] = []
@@ -136,49 +134,33 @@ def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[Step, li
 
 
 def last_name(path: str) -> tuple[str, str]:
-    """What terms of a sum and unknowns are ordered by: their bits do not depend on the subgraphs that blocks lie in."""
+    """Sort key of terms of a sum and of unknowns, by which bits do not depend on the nesting of subgraphs."""
     return path.rpartition(".")[2], path
 
 
 def in_order(needs: Mapping[Step, Sequence[Step]]) -> tuple[tuple[Step, ...], tuple[Torn, ...]]:
     """The alphabetically first order in which each step comes after all that it needs, and the cycles in it."""
-    import networkx  # here, since it is the largest part of what a check takes
-
-    wiring: networkx.DiGraph[Step] = networkx.DiGraph()
-    wiring.add_nodes_from(needs)
-    wiring.add_edges_from((before, after) for after, befores in needs.items() for before in befores)
-    loops = sorted((_torn(wiring.subgraph(part)) for part in _cyclic(wiring)), key=lambda loop: loop.tears)
-    if not loops:
-        return tuple(networkx.lexicographical_topological_sort(wiring)), ()
-    merged = networkx.relabel_nodes(wiring, {node: loop.tears[0] for loop in loops for node in loop.steps})
-    merged.remove_edges_from(list(networkx.selfloop_edges(merged)))
-    whole = {loop.tears[0]: loop.steps for loop in loops}
-    order = networkx.lexicographical_topological_sort(merged)
-    return tuple(node for first in order for node in whole.get(first, (first,))), tuple(loops)
+    cycles = sorted((_torn(needs, part) for part in loops(needs)), key=lambda cycle: cycle.tears)
+    if not cycles:
+        return tuple(alphabetical(needs)), ()
+    first = {node: cycle.tears[0] for cycle in cycles for node in cycle.steps}
+    merged: dict[Step, set[Step]] = {}
+    for node, befores in needs.items():
+        one = first.get(node, node)
+        merged.setdefault(one, set()).update(other for b in befores if (other := first.get(b, b)) != one)
+    whole = {cycle.tears[0]: cycle.steps for cycle in cycles}
+    return tuple(node for one in alphabetical(merged) for node in whole.get(one, (one,))), tuple(cycles)
 
 
-def _cyclic(wiring: "networkx.DiGraph[Step]") -> list[set[Step]]:
-    """Sets of steps that all need each other."""
-    # start-up time: networkx takes 0.1 s
-    import networkx
-
-    parts = networkx.strongly_connected_components(wiring)
-    return [part for part in parts if len(part) > 1 or wiring.has_edge(*part, *part)]
-
-
-def _torn(wiring: "networkx.DiGraph[Step]") -> Torn:
-    """A cycle whose tears are, of each set of steps that still need each other, the alphabetically first."""
-    # start-up time: networkx takes 0.1 s
-    import networkx
-
-    left, tears = wiring.copy(), set[Step]()
-    while parts := _cyclic(left):
-        for part in parts:
-            first = min(part, key=_by_last_name)
-            tears.add(first)
-            left.remove_edges_from(list(left.out_edges(first)))
-    order = networkx.lexicographical_topological_sort(left)
-    return Torn(tuple(sorted(tears, key=_by_last_name)), tuple(node for node in order if node not in tears))
+def _torn(needs: Mapping[Step, Sequence[Step]], part: set[Step]) -> Torn:
+    """Tear a cycle: the alphabetically first step of each set of steps that still need each other."""
+    left, tears = {node: [before for before in needs[node] if before in part] for node in part}, set[Step]()
+    while parts := loops(left):
+        new = {min(part, key=_by_last_name) for part in parts}
+        tears |= new
+        left = {node: [before for before in befores if before not in new] for node, befores in left.items()}
+    others = (node for node in alphabetical(left) if node not in tears)
+    return Torn(tuple(sorted(tears, key=_by_last_name)), tuple(others))
 
 
 def _by_last_name(step: Step) -> tuple[str, str, str]:
@@ -222,7 +204,7 @@ def _cycle(cycle: Torn, needs: Mapping[Step, Sequence[Step]]) -> list[Step]:
 
 
 def _loop(graph: FlatGraph, cycle: list[Step], drivers: dict[Endpoint, Endpoint], obstacle: str) -> Problem:
-    """The loop named port by port, from its alphabetically first wire on; the first and last node are the same."""
+    """The ports of a loop in order, from its alphabetically first wire on; the first and last are the same."""
     wires = []
     for source, target in pairwise(cycle):
         if isinstance(source, ConstantsOf):

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from proofmass.graphs.model.digraph import alphabetical, loops, turned
+
 Edge = tuple[str, str]
 
 
@@ -52,9 +54,6 @@ class _Wiring:
     """Blocks and edges, with feedback edges separated."""
 
     def __init__(self, names: list[str], links: list[Link], noises: frozenset[str]) -> None:
-        # start-up time: networkx takes 0.1 s
-        import networkx
-
         self.noises = noises
         self.edges = sorted({(link.source, link.target) for link in links})
         self.into: dict[str, list[Edge]] = {name: [] for name in names}
@@ -64,27 +63,17 @@ class _Wiring:
         self.back: set[Edge] = {edge for edge in self.edges if edge[0] == edge[1]}
         self.cores: dict[frozenset[str], str] = {}  # loops that hang together, with the block each starts at
         self._cut(names)
-        forward: networkx.DiGraph[str] = networkx.DiGraph()
-        forward.add_nodes_from(names)
-        forward.add_edges_from(edge for edge in self.edges if edge not in self.back)
-        self.order: list[str] = list(networkx.lexicographical_topological_sort(forward))
-        self.before = {name: sorted(forward.predecessors(name)) for name in names}
-        self.after = {name: sorted(forward.successors(name)) for name in names}
+        self.before = {name: sorted(edge[0] for edge in self.into[name] if edge not in self.back) for name in names}
+        self.after = {name: sorted(after) for name, after in turned(self.before).items()}
+        self.order: list[str] = list(alphabetical(self.before))
 
     def _cut(self, names: list[str]) -> None:
         """Separate feedback edges, those into the block where a signal enters a loop, until no loop is left."""
-        # start-up time: networkx takes 0.1 s
-        import networkx
-
         stack = [frozenset(names)]
         while stack:
             nodes = stack.pop()
-            graph: networkx.DiGraph[str] = networkx.DiGraph()
-            graph.add_edges_from(e for n in sorted(nodes) for e in self.into[n] if e not in self.back and e[0] in nodes)
-            for found in networkx.strongly_connected_components(graph):
-                core = frozenset(found)
-                if len(core) < 2:
-                    continue
+            before = {n: [e[0] for e in self.into[n] if e not in self.back and e[0] in nodes] for n in sorted(nodes)}
+            for core in map(frozenset, loops(before)):
                 head = min(core, key=lambda name: self._as_start(name, core))
                 if len(nodes) == len(names):
                     self.cores[core] = head

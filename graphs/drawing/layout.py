@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from proofmass.graphs.drawing.layers import Layers, Link, assign_layers
 from proofmass.graphs.drawing.routing import GRID, Bar, Point, Tree, add_line, channel, corners, walked
+from proofmass.graphs.model.digraph import connected
 
 SWEEPS = 12
 LARGEST_POLISHED = 3000  # items (blocks, and wires past blocks) that get every sweep
@@ -74,13 +75,8 @@ def lay_out(shapes: Mapping[str, Shape], links: Sequence[Link], widest: int = 12
 
 
 def _connected(names: Sequence[str], links: Sequence[Link]) -> list[tuple[list[str], list[Link]]]:
-    # start-up time: networkx takes 0.1 s
-    import networkx
-
-    graph: networkx.Graph[str] = networkx.Graph()
-    graph.add_nodes_from(names)
-    graph.add_edges_from((link.source, link.target) for link in links)
-    parts = sorted((sorted(part) for part in networkx.connected_components(graph)), key=lambda p: (-len(p), p))
+    joined = connected(names, ((link.source, link.target) for link in links))
+    parts = sorted(map(sorted, joined), key=lambda p: (-len(p), p))
     number = {name: i for i, part in enumerate(parts) for name in part}
     own: list[list[Link]] = [[] for _ in parts]
     for link in sorted(links):
@@ -283,9 +279,11 @@ class _Part:
         x = 0
         bars: list[tuple[int, dict[tuple[str, str], list[Bar]]]] = []
         for gap, nets in enumerate(gaps):
-            tracks, own = channel({n: ([p.y for p in net.left], [p.y for p in net.right]) for n, net in nets.items()})
+            tracks, net_bars = channel(
+                {n: ([p.y for p in net.left], [p.y for p in net.right]) for n, net in nets.items()}
+            )
             x += self._room(gap - 1, False) + (GRID if nets else 0)
-            bars.append((x, own))
+            bars.append((x, net_bars))
             x += GRID * tracks + self._room(gap, True) + (GRID if nets else 0)
             column = self.columns[gap] if gap < len(self.columns) else []
             width = max((item.width for item in column), default=0)
@@ -294,9 +292,9 @@ class _Part:
                 item.x = x + (width - item.width) // 2 // GRID * GRID
             x += width
         trees: dict[tuple[str, str], Tree] = {}
-        for nets, (left, own) in zip(gaps, bars, strict=True):
+        for nets, (left, net_bars) in zip(gaps, bars, strict=True):
             for name, net in nets.items():
-                _grow(trees.setdefault(name, {}), net, own.get(name, []), left)
+                _grow(trees.setdefault(name, {}), net, net_bars.get(name, []), left)
         return self._traced(x, max((item.top + item.height for item in items), default=0), trees)
 
     def _room(self, layer: int, on_left: bool) -> int:

@@ -8,6 +8,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
 from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
@@ -20,22 +21,35 @@ SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
 def write_graph(graph: Graph) -> str:
-    """The text of a graph file: only what differs from the defaults, numbers with their units, subgraphs as tables."""
+    """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables.
+
+    `graph` is any graph. What `read_graph` makes of the text is equal to it.
+
+    >>> from proofmass import Graph, write_graph
+    >>> from proofmass.blocks import Step
+    >>> print(write_graph(Graph(name="a step", rate="1 kHz", samples=3, blocks={"step": Step(amplitude=2.0)})), end="")
+    #:schema proofmass-graph.json
+    name = "a step"
+    rate = "1 kHz"
+    samples = 3
+    <BLANKLINE>
+    [blocks.step]
+    kind = "Step"
+    amplitude = 2.0
+    """
     return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
 
 
 def _graph(graph: Graph, path: str) -> Iterator[str]:
     """Everything but the name of a graph; `path` stands before the names of its tables."""
-    if graph.description:
-        yield f"description = {_long_text(graph.description)}"
+    texts = ((key, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Text))
+    yield from (f"{key} = {_long_text(text)}" for key, text in texts if text and key != "name")
     if graph.rate is not None:
         yield f"rate = {quoted(_formula(graph, RATE) or write_rate(graph.rate))}"
     if graph.duration is not None:
         yield f"duration = {quoted(_formula(graph, DURATION) or f'{graph.duration} s')}"
-    if graph.samples is not None:
-        yield f"samples = {graph.samples}"
-    if graph.seed:
-        yield f"seed = {graph.seed}"
+    integers = ((key, form, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Integer))
+    yield from (f"{key} = {value}" for key, form, value in integers if value != form.default)
     yield from _list("wires", [quoted(str(wire)) for wire in graph.wires])
     yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:
@@ -77,7 +91,7 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
 
 
 def _formula(graph: Graph, target: str, entry: str = "") -> str:
-    """The formula of a rate, a duration or a parameter as it is written; empty where it has none."""
+    """The formula of a rate, a duration or a parameter as written; empty if it has none."""
     formula = graph.formulas.get(target + entry)
     return formula.text if formula else ""
 
@@ -92,7 +106,7 @@ def _block_of(target: str) -> str:
 
 
 def _value(value: Value) -> str:
-    """A value as it is written: a plain number, or a text with a unit or a formula."""
+    """A value as TOML: a plain number, or a text with a unit or a formula."""
     plain = value.formula is None and split_quantity(value.written)[1] == "" and "/" not in value.written
     return value.written if plain else quoted(value.written)
 

@@ -1,4 +1,4 @@
-"""Parameters and named values that may vary: what they are in a graph, and what follows from other numbers."""
+"""Parameters and named values that may vary: their nominal numbers, and all that follows from other numbers."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -22,7 +22,7 @@ class Adjustable:
         return name in self.dependence.numbers
 
     def nominal(self, name: str) -> float:
-        """What a parameter or value is in the graph."""
+        """Number of a parameter or value in the graph."""
         if self.is_value(name):
             return self.dependence.numbers[name]
         block, parameter = split(name)
@@ -43,7 +43,7 @@ class Adjustable:
         return type(self.flat.blocks[block]).parameters[parameter].inside(number)
 
     def settings(self, values: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
-        """The parameters that belong to parameters and values; the numbers may be arrays, of which `apply` knows."""
+        """Parameters that follow from numbers of parameters and values; these may be arrays if `apply` takes them."""
         every = {**values, **self.dependence.followed(values, apply)}
         return {name: value for name, value in every.items() if not self.is_value(name)}
 
@@ -52,9 +52,9 @@ class Adjustable:
         if not self.is_value(name):
             return {name: 1.0}
         numbers = {**self.dependence.numbers, **values, **self.dependence.followed(values)}
-        known = {name: 1.0}
+        slopes = {name: 1.0}
         for step in self.dependence.followers([name]):
             if step.target not in values:
                 by_name = step.slopes(numbers)
-                known[step.target] = sum(slope * known[other] for other, slope in by_name.items() if other in known)
-        return {target: slope for target, slope in known.items() if not self.is_value(target)}
+                slopes[step.target] = sum(slope * slopes[other] for other, slope in by_name.items() if other in slopes)
+        return {target: slope for target, slope in slopes.items() if not self.is_value(target)}

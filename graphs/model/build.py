@@ -1,10 +1,10 @@
-"""What a person writes as a graph, read into one: texts, tables or values, with all that is wrong with them at once."""
+"""Build a graph from texts, tables or values, and report all their problems at once."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
@@ -15,9 +15,10 @@ from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Pr
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
-from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, LARGEST_SEED, NAME, WIRES
+from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_measures
+from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
@@ -26,8 +27,6 @@ from proofmass.graphs.model.values import read_values
 
 if TYPE_CHECKING:
     import networkx
-
-LONGEST_TEXT = 10_000  # characters of name and description
 
 Entry = TypeVar("Entry")
 
@@ -43,7 +42,7 @@ class Graph(Value):
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
     `rates` gives blocks a rate of their own; all others run at `rate`. `offsets` are how much later than tick 0 blocks
     tick first, {"controller": "25 us"}. `duration` (or `samples`, in base ticks) and
-    `seed` are what a run takes when nothing else is said; `integration` says how continuous blocks are integrated.
+    `seed` are the defaults of a run; `integration` says how continuous blocks are integrated.
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
     `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
     parameters, `{"sensor.mass": "= mass"}`; rates and the duration may be formulas too.
@@ -53,9 +52,27 @@ class Graph(Value):
     `{"scale_factor": "= (plus - minus) / 2"}`.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
+
+    `name` and `description` are for people. `blocks` are by name. `probes` are the signals to record, "block.output".
+    `place` is the file that a graph comes from. `subgraphs` and `derived` come from readers of files: in Python graphs
+    stand among the blocks, and formulas among the measures.
+
+    >>> from proofmass import Graph, simulate
+    >>> from proofmass.blocks import LowPass, Step
+    >>> graph = Graph(
+    ...     name="a lag",
+    ...     rate="1 kHz",
+    ...     blocks={"step": Step(), "lag": LowPass(corner_frequency="10 Hz")},
+    ...     wires=["step.output -> lag.input"],
+    ...     probes=["lag.output"],
+    ... )
+    >>> round(float(simulate(graph, duration="1 s")["lag.output"].values[-1]), 9)
+    1.0
+    >>> graph.with_parameters({"lag.corner_frequency": "20 Hz"}).blocks["lag"].corner_frequency
+    20.0
     """
 
-    drawn: ClassVar[Callable[[Value], str] | None] = None  # what draws a graph in a notebook; the root package sets it
+    drawn: ClassVar[Callable[[Value], str] | None] = None  # draws a graph in a notebook; the root package sets it
 
     def __init__(
         self,
@@ -85,7 +102,8 @@ class Graph(Value):
         reader = _Reader()
         blocks = {**subgraphs, **blocks}
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
-        reader.problems += [*_bad_texts(name, description), *_bad_run(samples, duration, seed)]
+        plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
+        reader.problems += [*wrong_values(plain), *_two_lengths(samples, duration)]
         reader.problems += _bad_blocks(blocks, rates, offsets)
         own_requirements, wrong = read_requirements(requirements)
         reader.problems += wrong
@@ -117,12 +135,9 @@ class Graph(Value):
         if reader.problems:
             raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in reader.problems])
         super().__init__(
-            name=name,
-            description=description,
+            **plain,
             rate=own_rate,
             duration=own_duration,
-            samples=samples,
-            seed=seed,
             blocks={block: made for block, made in blocks.items() if isinstance(made, Block)},
             subgraphs=parts,
             rates={block: made for block, made in own_rates.items() if made is not None},
@@ -143,9 +158,9 @@ class Graph(Value):
             super().__init__(**thawed(_settled(self)))
 
     def with_parameters(self, changes: Mapping[str, object]) -> Self:
-        """The same graph with values and parameters changed, `{"mass": "60 ug", "adc.reference": "5 V"}`.
+        """Return the graph with values and parameters changed, `{"mass": "60 ug", "adc.reference": "5 V"}`.
 
-        What follows from a value by formulas moves with it. A parameter of a subgraph is named by its path,
+        Whatever follows from a value by formulas moves with it. A parameter of a subgraph is named by its path,
         `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text that begins with an equals sign is
         a new formula; a number takes one away. Raises `ModelError`.
         """
@@ -169,7 +184,7 @@ class Graph(Value):
 
 
 class _Reader:
-    """Values read one by one; what is wrong with them is collected."""
+    """Reads values one by one and collects their problems."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
@@ -232,16 +247,6 @@ def _is_path(text: str) -> bool:
     return text.count(".") <= DEPTH + 1 and all(NAME.fullmatch(part) for part in text.split("."))
 
 
-def _bad_texts(name: object, description: object) -> Iterator[Problem]:
-    for key, text in (("name", name), ("description", description)):
-        if not isinstance(text, str):
-            yield Problem(message="must be a string", key=key, got=shown(text), path=(key,))
-        elif len(text) > LONGEST_TEXT:
-            yield Problem(message=f"longer than {LONGEST_TEXT} characters", key=key, got=shown(text), path=(key,))
-        elif not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
-            yield Problem(message="holds half a character", key=key, got=shown(text), path=(key,))
-
-
 def _bad_blocks(
     blocks: Mapping[str, Block | Value], rates: Mapping[str, object], offsets: Mapping[str, object]
 ) -> Iterator[Problem]:
@@ -293,14 +298,14 @@ def _bad_exports(exports: object, values: Collection[str]) -> Iterator[Problem]:
 
 
 def _taken(exports: object) -> dict[str, str]:
-    """What names of values mean already."""
+    """Names that values cannot have, with their present meaning."""
     taken = dict.fromkeys({**TOP_KEYS, **PART_KEYS, **BLOCK_KEYS}, "a key of graph files")
     names = exports.items() if isinstance(exports, Mapping) else ()
     return taken | {name: f"exported for {signal}" for name, signal in names if name != signal}
 
 
 def _settled(graph: Graph) -> Graph:
-    """A new graph with the numbers of its formulas in their places; raises `ModelError`."""
+    """Return the graph with the numbers of its formulas in their places; raises `ModelError`."""
     paths = {of: inside(graph, graph.exports.get(of, of)) for of in graph.formulas}
     try:
         return settled(graph.changed(formulas={paths[of]: formula for of, formula in graph.formulas.items()}), {})
@@ -312,27 +317,27 @@ def _settled(graph: Graph) -> Graph:
         raise ModelError([graph.placed(problem) for problem in own]) from None
 
 
-def _split_measures(given: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
-    """Measures of signals, and those that are formulas of others."""
+def _split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
+    """Split measures into those of signals and those that are formulas of others."""
     formulas, problems = dict(derived), list[Problem]()
-    if not isinstance(given, Mapping):
-        return given, formulas, problems
-    for name, entry in given.items():
+    if not isinstance(measures, Mapping):
+        return measures, formulas, problems
+    for name, entry in measures.items():
         if is_formula(entry) and isinstance(name, str) and NAME.fullmatch(name):
             try:
                 formulas[name] = Formula(entry)
             except Refusal as error:
                 problems.append(error.problem(f"measures.{name}", entry, path=("measures", name)))
-    return {n: e for n, e in given.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
+    return {n: e for n, e in measures.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
 
 
-def _read_formulas(given: object) -> tuple[dict[str, Formula], list[Problem]]:
+def _read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
     hint = 'write formulas = { "x_axis.mass" = "= mass" }'
-    if not isinstance(given, Mapping):
-        return {}, [Problem(message="must be a table", key="formulas", got=shown(given), hint=hint, path=("formulas",))]
+    if not isinstance(table, Mapping):
+        return {}, [Problem(message="must be a table", key="formulas", got=shown(table), hint=hint, path=("formulas",))]
     formulas: dict[str, Formula] = {}
     problems: list[Problem] = []
-    for target, text in given.items():
+    for target, text in table.items():
         try:
             if not isinstance(text, Formula) and not is_formula(text):
                 raise Refusal("must be a text that begins with =", hint)
@@ -343,7 +348,7 @@ def _read_formulas(given: object) -> tuple[dict[str, Formula], list[Problem]]:
 
 
 def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collection[object]) -> Iterator[Problem]:
-    """Limits of what subgraphs hold, looked at before anything of it is made."""
+    """Check the size of all subgraphs together, before any of them is built."""
     size = size_of(len(blocks) - len(parts), parts, len(wires)) if parts else Size(0, 0, 0)
     for count, largest, what in ((size.blocks, BLOCKS, "blocks"), (size.wires, WIRES, "wires")):
         if count > largest:
@@ -355,26 +360,11 @@ def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collec
 
 
 def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
-    """A subgraph as it stands inside another: at the rate of its place, its files named from there."""
+    """Return a subgraph as a part of another graph: at the rate given there, with files named from there."""
     return moved(part if rate is None else part.changed(rate=rate), place.folder)
 
 
-def _bad_run(samples: object, duration: object, seed: object) -> Iterator[Problem]:
-    for key, value, lowest, largest in (("samples", samples, 1, LARGEST_RUN), ("seed", seed, 0, LARGEST_SEED)):
-        if value is None and key == "samples":
-            continue
-        expected = f"an integer from {lowest} to {largest:g}"
-        if isinstance(value, bool) or not isinstance(value, int):
-            hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
-            yield Problem(
-                message="must be an integer", key=key, got=shown(value), expected=expected, hint=hint, path=(key,)
-            )
-        elif not lowest <= value <= largest:
-            yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+def _two_lengths(samples: object, duration: object) -> Iterator[Problem]:
     if samples is not None and duration is not None:
         hint = "remove one of them"
         yield Problem(message="give samples or duration, not both", key="samples", hint=hint, path=("samples",))
-
-
-def _is_whole(value: object) -> TypeGuard[float]:
-    return isinstance(value, float) and value.is_integer() and 0 <= value <= LARGEST_SEED

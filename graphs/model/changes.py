@@ -1,4 +1,4 @@
-"""A graph changed into another: values and parameters anywhere inside it, and files named from another folder."""
+"""Changes of a graph: values and parameters anywhere inside it, and files named from another folder."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
@@ -19,10 +19,10 @@ from proofmass.graphs.model.values import Value, quantity_of, read_values
 
 
 def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
-    """The graph with values and parameters changed, each named by its path or as it is exported.
+    """Return the graph with values and parameters changed, each named by its path or its exported name.
 
-    What follows from a value moves with it. A number in place of a formula takes the formula away, and a text with an
-    equals sign is a new one: `{"sensor.mass": "= 2 * mass"}`.
+    Whatever follows from a value moves with it. A number removes the formula of its parameter, and a text with an
+    equals sign is a new formula: `{"sensor.mass": "= 2 * mass"}`.
     """
     values, formulas = dict[str, object](graph.values), dict(graph.formulas)
     numbers: dict[str, object] = {}
@@ -48,10 +48,10 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
 
 
 def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
-    """The graph with these parameters, and those that its formulas give; raises `ModelError`."""
+    """Return the graph with these parameters, and with those of its formulas; raises `ModelError`."""
     problems: list[Problem] = []
     rates: dict[str, Any] = {}
-    given = dict(numbers)
+    parameters = dict(numbers)
     for target, formula in graph.formulas.items():
         name, entry = split(target)
         path = ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
@@ -61,12 +61,12 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
             elif target == DURATION:
                 rates[target] = read_duration(Fraction(repr(number_of(formula, graph.values, Target("s")))))
             else:
-                given[target] = number_of(formula, graph.values, target_at(graph, target))
+                parameters[target] = number_of(formula, graph.values, target_at(graph, target))
         except Refusal as error:
             problems.append(error.problem(target, formula.text, path=path))
     if problems:
         raise ModelError(problems)
-    return _with_numbers(_with_rates(graph, rates), given)
+    return _with_numbers(_with_rates(graph, rates), parameters)
 
 
 def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
@@ -79,7 +79,7 @@ def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
 
 
 def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
-    """The graph with parameters and values of subgraphs changed; no formula of its own is looked at."""
+    """Return the graph with parameters and values of subgraphs changed; its own formulas are not evaluated."""
     blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
     problems: list[Problem] = []
     by_block: dict[str, dict[str, object]] = {}
@@ -135,15 +135,15 @@ def change_part(part: Given, values: Mapping[str, object]) -> Given:
     return with_parameters(part, values)
 
 
-def read_formulas(target: str, given: object) -> tuple[object, dict[str, Formula], list[Problem]]:
-    """The numbers and formulas of what is given for a parameter; None where a formula gives all of it.
+def read_formulas(target: str, value: object) -> tuple[object, dict[str, Formula], list[Problem]]:
+    """Return the numbers and formulas in a parameter's value; None if one formula gives all of it.
 
     Entries of a list that are formulas are 0 among the numbers, until they are resolved.
     """
     formulas: dict[str, Formula] = {}
     problems: list[Problem] = []
-    listed = isinstance(given, list | tuple)
-    entries: list[object] = list(given) if isinstance(given, list | tuple) else [given]
+    listed = isinstance(value, list | tuple)
+    entries: list[object] = list(value) if isinstance(value, list | tuple) else [value]
     for index, entry in enumerate(entries):
         if is_formula(entry):
             key = f"{target}[{index}]" if listed else target
@@ -153,7 +153,7 @@ def read_formulas(target: str, given: object) -> tuple[object, dict[str, Formula
                 problems.append(error.problem(key, entry))
             entries[index] = 0.0
     if not formulas:
-        return given, {}, problems
+        return value, {}, problems
     return (entries if listed else None), formulas, problems
 
 

@@ -1,4 +1,4 @@
-"""What follows from the values of a graph and its subgraphs: every formula, in an order in which each can be computed.
+"""Dependence on the values of a graph and its subgraphs: all formulas, in an order in which each can be computed.
 
 Numbers are in coherent SI units for values, and in their own units for parameters; all may be arrays.
 """
@@ -19,16 +19,16 @@ from proofmass.graphs.model.targets import DURATION, RATE, target_at
 
 @dataclass(frozen=True)
 class Step:
-    """A formula and what it sets, by paths of the flat graph."""
+    """A formula and its target, by paths of the flat graph."""
 
     target: str
     formula: Formula
     names: Mapping[str, str]  # values in the formula, by their paths
-    unit: str  # of what it sets
+    unit: str  # of the target
     of_value: bool
 
     def number(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
-        """Return what the formula gives, from the values by their paths."""
+        """Return the number of the formula, from the values by their paths."""
         own = {name: numbers[path] for name, path in self.names.items()}
         return in_unit(evaluated(self.formula.tree, own, apply), self.unit)
 
@@ -53,52 +53,52 @@ class Dependence:
 
     @cached_property
     def steps(self) -> tuple[Step, ...]:
-        """The formulas in order; those of rates and the duration set what no run can vary."""
+        """The formulas in order; also those of rates and of the duration, which no run can vary."""
         steps = {step.target: step for path, part in parts(self.root) for step in self._steps(path, part)}
         needs = {step.target: {path for path in step.names.values() if path in steps} for step in steps.values()}
         return tuple(steps[target] for target in TopologicalSorter(needs).static_order())
 
     @cached_property
     def places(self) -> Mapping[str, int]:
-        """The place of what follows from formulas in their order."""
+        """The place of each target in the order of the formulas."""
         return {step.target: place for place, step in enumerate(self.steps)}
 
     def followers(self, names: Collection[str]) -> list[Step]:
         """Return the formulas that move with one of some values, in order."""
-        moved, found = set(names), list[Step]()
+        moved, followers = set(names), list[Step]()
         for step in self.steps:
             if not moved.isdisjoint(step.names.values()):
                 moved.add(step.target)
-                found.append(step)
-        return found
+                followers.append(step)
+        return followers
 
     def followed(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
-        """Return what follows from some numbers: values and parameters for which no number is given."""
-        known: dict[str, Any] = {**self.numbers, **numbers}
-        moved, found = set(numbers), dict[str, Any]()
+        """Return the values and parameters that follow from some numbers; those given are left out."""
+        all_numbers: dict[str, Any] = {**self.numbers, **numbers}
+        moved, follow = set(numbers), dict[str, Any]()
         for step in self.steps:
             if step.target not in numbers and not moved.isdisjoint(step.names.values()):
-                found[step.target] = known[step.target] = step.number(known, apply)
+                follow[step.target] = all_numbers[step.target] = step.number(all_numbers, apply)
                 moved.add(step.target)
-        return found
+        return follow
 
     def slopes(self, value: str) -> dict[str, float]:
         """Return the exact derivatives by one value of all parameters that follow from it."""
-        known: dict[str, float] = {value: 1.0}
+        slopes: dict[str, float] = {value: 1.0}
         for step in self.followers([value]):
             by_name = step.slopes(self.numbers)
-            known[step.target] = sum(slope * known[name] for name, slope in by_name.items() if name in known)
-        return {target: slope for target, slope in known.items() if target not in self.numbers}
+            slopes[step.target] = sum(slope * slopes[name] for name, slope in by_name.items() if name in slopes)
+        return {target: slope for target, slope in slopes.items() if target not in self.numbers}
 
     def _steps(self, path: str, part: Graph) -> Iterator[Step]:
-        own = {name: path + name for name in part.values}
+        paths = {name: path + name for name in part.values}
         for name, value in part.values.items():
             if value.formula is not None:
-                yield self._step(path + name, value.formula, own, coherent_unit(value.dimension), of_value=True)
+                yield self._step(path + name, value.formula, paths, coherent_unit(value.dimension), of_value=True)
         for target, formula in part.formulas.items():
             whole, of_value = path + target, path + target in self.numbers
             unit = self.units[whole] if of_value else _unit(part, target)
-            yield self._step(whole, formula, own, unit, of_value=of_value)
+            yield self._step(whole, formula, paths, unit, of_value=of_value)
 
     def _step(self, target: str, formula: Formula, own: Mapping[str, str], unit: str, *, of_value: bool) -> Step:
         return Step(target, formula, {name: own[name] for name in sorted(formula.names) if name in own}, unit, of_value)

@@ -28,7 +28,7 @@ class Derived:
     factors: Mapping[str, float]
 
     def value(self, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
-        """Return its value, from those of the others: numbers, or arrays of which `apply` knows; NaN of NaN."""
+        """Return its value from those of the others: numbers, or arrays if `apply` takes them; NaN from NaN."""
         numbers = {name: measures[name] * factor for name, factor in self.factors.items()}
         return evaluated(self.formula.tree, numbers, apply)
 
@@ -40,12 +40,12 @@ def measure_units(flat: FlatGraph) -> dict[str, str]:
 
 
 def derived_measures(flat: FlatGraph) -> tuple[Derived, ...]:
-    """Return the measures of formulas of a graph that is right, each after those that it needs."""
+    """Return the measures given by formulas of a correct graph, each after those that it needs."""
     return tuple(derived for derived in _derived(flat, _units(flat)) if isinstance(derived, Derived))
 
 
 def bad_derived(flat: FlatGraph) -> Iterator[Problem]:
-    """Yield what is wrong with measures of formulas."""
+    """Yield the problems of measures given by formulas."""
     return (derived for derived in _derived(flat, _units(flat)) if isinstance(derived, Problem))
 
 
@@ -60,9 +60,9 @@ def _units(flat: FlatGraph) -> dict[str, str]:
 
 def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Problem]:
     formulas = flat.root.derived
-    known = {name: unit(text).exponents for name, text in units.items()}
+    dimensions = {name: unit(text).exponents for name, text in units.items()}
     factors = {name: float(unit(text).factor) for name, text in units.items()}
-    unknown = (flat.measures.keys() | formulas.keys()) - known.keys()
+    unknown = (flat.measures.keys() | formulas.keys()) - dimensions.keys()
     needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
     while chain := circle(needs):
         message = f"the measure depends on itself: {' -> '.join(chain)}"
@@ -71,24 +71,24 @@ def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Pr
     for name in TopologicalSorter(needs).static_order():
         formula = formulas[name]
         if formula.names & unknown:
-            continue  # what is wrong is said where it is
+            continue  # the problem is reported at the measure
         try:
-            dimension = _dimension(flat, formula, known)
+            dimension = _dimension(flat, formula, dimensions)
         except Refusal as error:
             yield _problem(str(error), name, got=shown(formula.text), hint=error.hint)
             continue
         yield Derived(name, formula, coherent_unit(dimension), {n: factors[n] for n in formula.names if n in factors})
         unknown = unknown - {name}
-        known[name], factors[name] = dimension, 1.0
+        dimensions[name], factors[name] = dimension, 1.0
 
 
-def _dimension(flat: FlatGraph, formula: Formula, known: Mapping[str, Dimension]) -> Dimension:
-    values = formula.names & flat.root.values.keys() - known.keys()
+def _dimension(flat: FlatGraph, formula: Formula, dimensions: Mapping[str, Dimension]) -> Dimension:
+    values = formula.names & flat.root.values.keys() - dimensions.keys()
     if values:
         name = min(values)
         hint = f"measure a signal that has it, or write {name} as a number"
         raise Refusal(f"{name} is a value: a measure follows from measures alone", hint)
-    return dimension_of(formula.tree, known)
+    return dimension_of(formula.tree, dimensions)
 
 
 def _problem(message: str, name: str, **more: Any) -> Problem:

@@ -1,4 +1,4 @@
-"""How two graphs differ in meaning: blocks, parameters, wires, rates, values, and what else a run depends on.
+"""Differences of meaning between two graphs: blocks, parameters, wires, rates, values, and all else a run depends on.
 
 Order, comments, layout, nesting and the way a quantity is written make no difference. Blocks, wires and rates are those
 of the flat graphs.
@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.units import same_unit, short_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten, parts
 from proofmass.graphs.model.graph import Graph, Wire, split
+from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.values import Value
@@ -21,7 +22,7 @@ from proofmass.graphs.model.values import Value
 
 @dataclasses.dataclass(frozen=True)
 class Difference:
-    """One thing that differs: a key as in a graph file, and what stands there in each graph, empty where nothing does.
+    """One difference: a key as in a graph file, and its text in each graph, empty if the graph does not have it.
 
     `follows` names the values of which this is a consequence.
     """
@@ -45,20 +46,20 @@ class Difference:
 
 
 def differences(first: Graph, second: Graph) -> list[Difference]:
-    """Return how a graph differs from another, in the order of a graph file; nothing where they mean the same."""
+    """Return the differences of two graphs in the order of a graph file; none if they mean the same."""
     before, after = flatten(first), flatten(second)
     names = _Names(_renamed(before, after))
     followed = _followed(first, second, names)
-    found = [*_top(before, after), *_values(first, second, names, followed)]
-    found += [Difference("blocks", old, new) for old, new in names.blocks.items()]
+    changes = [*_top(before, after), *_values(first, second, names, followed)]
+    changes += [Difference("blocks", old, new) for old, new in names.blocks.items()]
     formulas = {names.signal(target): text for target, text in _formulas(first).items()}, _formulas(second)
     before = names.flat(before)
-    found += _blocks(before, after, formulas, followed)
-    return [*found, *_wires(before, after), *_rest(before, after)]
+    changes += _blocks(before, after, formulas, followed)
+    return [*changes, *_wires(before, after), *_rest(before, after)]
 
 
 class _Names:
-    """Blocks that bear other names, and the subgraphs of which that is true of all blocks alike."""
+    """Renamed blocks, and subgraphs all of whose blocks are renamed alike."""
 
     def __init__(self, blocks: Mapping[str, str]) -> None:
         self.blocks = blocks
@@ -86,12 +87,16 @@ class _Names:
 
 
 def _top(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
-    for key in ("name", "description"):
+    texts = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Text)]
+    integers = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Integer) and key != "samples"]
+    for key in texts:
         yield from _changed(key, getattr(before.root, key), getattr(after.root, key))
     yield from _changed("rate", _rate(before.rate), _rate(after.rate))
     lengths = [f"{g.samples} ticks" if g.samples is not None else _seconds(g.duration) for g in (before, after)]
     yield from _changed("duration", *lengths)
-    yield from _changed("seed", str(before.seed), str(after.seed))
+    for key in integers:
+        old, new = (getattr(flat.root, key) for flat in (before, after))
+        yield from _changed(key, "" if old is None else str(old), "" if new is None else str(new))
 
 
 def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[Difference]:
@@ -108,17 +113,17 @@ def _written(graph: Graph) -> dict[str, Value]:
 
 
 def _formulas(graph: Graph) -> dict[str, str]:
-    """Return formulas by what they set; those of entries of a list are those of the list."""
-    found: dict[str, str] = {}
+    """Return formulas by their targets; the formulas of the entries of a list belong to the list."""
+    texts: dict[str, str] = {}
     for path, part in parts(graph):
         for target, formula in part.formulas.items():
             whole = (path + target).partition("[")[0]
-            found[whole] = f"{found[whole]}, {formula.text}" if whole in found else formula.text
-    return found
+            texts[whole] = f"{texts[whole]}, {formula.text}" if whole in texts else formula.text
+    return texts
 
 
 def _followed(first: Graph, second: Graph, names: _Names) -> dict[str, str]:
-    """Return for each parameter that follows from values which have changed the names of these."""
+    """Return the names of the changed values from which each parameter follows."""
     dependence = Dependence(second)
     numbers = {names.signal(name): number for name, number in Dependence(first).numbers.items()}
     causes = {name: {name} for name, number in dependence.numbers.items() if numbers.get(name, number) != number}
@@ -198,15 +203,15 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
 
 
 def _loops(flat: FlatGraph) -> dict[str, str]:
-    found = {}
+    entries = {}
     for name, loop in flat.loops.items():
-        found[f"{name}.open_at"] = loop.open_at
-        found |= {f"{name}.{key}": f"{value:g} {REQUIREMENTS[key]}" for key, value in loop.requirements.items()}
-    return found
+        entries[f"{name}.open_at"] = loop.open_at
+        entries |= {f"{name}.{key}": f"{value:g} {REQUIREMENTS[key]}" for key, value in loop.requirements.items()}
+    return entries
 
 
 def line_of(table: Mapping[str, Any]) -> str:
-    """Return a table in one line, without what says nothing."""
+    """Return a table in one line, without empty entries."""
     return ", ".join(f"{key} {_plain(value)}" for key, value in table.items() if value not in ((), 0))
 
 
@@ -237,7 +242,7 @@ def number_text(block: Block, name: str) -> str:
 
 
 def _own_rate(flat: FlatGraph, name: str) -> str:
-    """The rate of a block that has another than the graph."""
+    """The rate of a block if it differs from the graph's."""
     rate = flat.rates.get(name)
     return "" if rate == flat.rate else _rate(rate)
 
@@ -260,5 +265,5 @@ def _changed(key: str, before: str, after: str, follows: str = "") -> Iterator[D
 
 
 def _both(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[tuple[str, tuple[Any, Any]]]:
-    """Yield names of either table with what each has, None where it has nothing."""
+    """Yield the names of both tables with the entry of each, None if it has none."""
     return ((name, (first.get(name), second.get(name))) for name in sorted({*first, *second}))

@@ -14,7 +14,7 @@ from proofmass.graphs.model.measures import Measure
 
 
 class Origin(NamedTuple):
-    """The wire that a wire of the flat graph comes from, as it is written in its graph."""
+    """Origin of a wire of the flat graph: the wire as written in its graph."""
 
     place: Place
     path: str  # of the graph, with a dot behind it
@@ -23,7 +23,7 @@ class Origin(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class FlatGraph:
-    """A graph without subgraphs: what of its `root` holds names, under the names that these have here.
+    """A graph without subgraphs: those fields of its `root` that hold names, with the names of the flat graph.
 
     Everything else is the root's: a field that is added to `Graph` and holds no name needs nothing here.
     """
@@ -100,10 +100,10 @@ class FlatGraph:
 
 
 def flatten(graph: Graph) -> FlatGraph:
-    """The graph without subgraphs: their blocks bear their paths as names, wires end at the blocks inside.
+    """Return the graph without subgraphs: blocks inside are named by their paths, and wires end at them.
 
-    What a wire, a probe or an export names and what is not there stays as it is written; `check` speaks about it.
-    Exports are those of the graph itself; loops inside bear their paths.
+    Names of missing blocks or ports stay as written; `check` reports them. Exports are those of the graph itself;
+    loops inside are named by their paths.
     """
     blocks: dict[str, Block] = {}
     rates: dict[str, Fraction] = {}
@@ -147,7 +147,7 @@ def _flat(fields: dict[str, Any]) -> FlatGraph:
 
 
 def inside(graph: Graph, signal: str) -> str:
-    """The signal of a block for a signal that may go through exports; as it is where there is none.
+    """Return the signal of a block for a signal that may go through exports; unchanged if it does not exist.
 
     `"x_axis.code"` is `"x_axis.adc.code"` where the subgraph `x_axis` exports `code` of its `adc`.
     """
@@ -161,7 +161,7 @@ def inside(graph: Graph, signal: str) -> str:
 
 
 def has_own_rate(flat: FlatGraph, name: str) -> bool:
-    """Whether a block has a clock offset, or a rate of its own and not that of the graph or subgraph it lies in."""
+    """Return whether a block has a clock offset, or a rate of its own instead of that of the graph around it."""
     if name in flat.offsets:
         return True
     graph = flat.root
@@ -173,14 +173,14 @@ def has_own_rate(flat: FlatGraph, name: str) -> bool:
 
 
 def parts(graph: Graph) -> Iterator[tuple[str, Graph]]:
-    """Every graph inside, itself first, with its path and a dot behind it."""
+    """Return all graphs inside, itself first, each with its path and a dot."""
     return ((path, part) for path, part, _, _ in _parts(graph, "", None, Fraction(0)))
 
 
 def _parts(
     graph: Graph, path: str, rate: Fraction | None, later: Fraction
 ) -> Iterator[tuple[str, Graph, Fraction | None, Fraction]]:
-    """Every graph inside with its path, the rate of its blocks where that is not the outermost one's, and offset."""
+    """Yield every graph inside with its path, the rate of its blocks, if it differs from the root's, and offset."""
     yield path, graph, rate, later
     for name, part in graph.subgraphs.items():
         own = part.rate if part.rate is not None else rate

@@ -1,4 +1,4 @@
-"""What formulas set: parameters, values of subgraphs, rates and the duration; and the numbers that they give."""
+"""Targets of formulas: parameters, values of subgraphs, rates and the duration; and the numbers for them."""
 
 import math
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
 
 
 class Target(NamedTuple):
-    """What a formula sets: its unit, and whether it takes whole numbers only, or is a rate."""
+    """Target of a formula: its unit, and whether it takes whole numbers only, or is a rate."""
 
     unit: str
     whole: bool = False
@@ -30,7 +30,7 @@ class Target(NamedTuple):
 
 
 def number_of(formula: Formula, values: Mapping[str, Value], target: Target) -> float | int | Fraction:
-    """Return the number that a formula gives in the unit of what it sets; raises `Refusal`."""
+    """Return the number of a formula in the unit of its target; raises `Refusal`."""
     if target.rate:
         return rate_of(formula, values)
     dimensions = {name: value.dimension for name, value in values.items()}

@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeVar
 import click
 
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.graphs.files.library import LIBRARY, library_files
+from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.run.engine_table import engine_choices
 
@@ -27,12 +27,11 @@ class LibraryFile(click.Path):
         """Return the path of the file."""
         if not str(value).startswith(LIBRARY):
             return super().convert(value, param, ctx)
-        name, files = str(value).removeprefix(LIBRARY), library_files()
-        found = files.get(name) or files.get(f"{name}.toml")
-        if found is None:
-            stems = [Path(file).stem for file in files]
+        path = file_of(value)
+        if path == Path(value):
+            name, stems = str(value).removeprefix(LIBRARY), [Path(file).stem for file in library_files()]
             self.fail(f"there is no such graph: {name}; {did_you_mean(name, stems, 'the library')}", param, ctx)
-        return found
+        return path
 
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
@@ -77,7 +76,7 @@ def engine_option(studies: bool = False) -> Decorator:
         type=click.Choice(engine_choices(studies)),
         default="auto",
         show_default=True,
-        help="Choose an engine; auto picks the one that it expects to finish first. The bits are the same.",
+        help="Choose an engine; auto takes plain Python, and machine code once that is ready. The bits are the same.",
     )
 
 

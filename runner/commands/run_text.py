@@ -32,6 +32,8 @@ def run_lines(result: Result) -> Iterator[str]:
     tick = time_text(result.seconds / max(result.ticks, 1))
     yield f"{result.graph.name}: {count(result.ticks, 'tick')} at {rate} ({time_text(seconds)}), {engine} engine"
     yield f"prepared in {time_text(result.preparation)}, ran in {time_text(result.seconds)}: {tick} a tick"
+    if "handed_over" in result.provenance:
+        yield f"machine code took over from {result.provenance['handed_over'].removeprefix('by ')}"
     integration = result.provenance.get("integration")
     if integration:
         yield f"continuous blocks {_shortened(integration)}"

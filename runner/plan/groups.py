@@ -1,9 +1,7 @@
-"""Groups of continuous blocks that are integrated together: who belongs to one, and what is evaluated within it."""
+"""Groups of continuous blocks that are integrated together: their members, and all that is evaluated in them."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-
-import networkx
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
@@ -18,6 +16,7 @@ from proofmass.graphs.checks.schedule import (
     loop_of,
     outputs_of,
 )
+from proofmass.graphs.model.digraph import connected
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.bindings import Wire, bindings
@@ -25,13 +24,12 @@ from proofmass.runner.plan.bindings import Wire, bindings
 
 @dataclass(frozen=True)
 class Group:
-    """Continuous blocks that act on each other, and what lies between them.
+    """Continuous blocks that act on each other, and the blocks between them.
 
-    `states` are the fields of the blocks' states, modes included; `nodes` what is evaluated at every instant, in
-    order: outputs, and the constants of blocks that a signal within the group drives. `loops` are
-    solved at every instant. `inputs` are the outputs of other blocks that act on the group, held over the tick; those
-    in `ramps` move on a straight line to their next value. `events` are those of its blocks, `corners` those of all
-    its members.
+    `states` are the fields of the blocks' states, modes included. `nodes` are evaluated at every instant, in order:
+    outputs, and the constants of blocks that a signal within the group drives. `loops` are solved at every instant.
+    `inputs` are the outputs of other blocks that act on the group, held over the tick; those in `ramps` move on a
+    straight line to their next value. `events` are those of its blocks, `corners` those of all its members.
     """
 
     blocks: tuple[str, ...]
@@ -46,35 +44,34 @@ class Group:
 
     @property
     def watched(self) -> int:
-        """How many events and corners steps end at."""
+        """Number of events and corners at which steps end."""
         return len(self.events) + len(self.corners)
 
     @property
     def members(self) -> tuple[str, ...]:
-        """All blocks whose functions are called, in the order of their names."""
+        """All blocks whose functions the group calls, in the order of their names."""
         return tuple(sorted({*self.blocks, *(node[0] for node in self.nodes)}))
 
     @property
     def guesses(self) -> tuple[Endpoint, ...]:
-        """Outputs that the solutions of the loops start from, as they are at the start of the tick."""
+        """Outputs whose values at the start of the tick are the initial guesses for the loops."""
         return tuple(tear for loop in self.loops for tear in loop.tears)
 
 
 def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
     """All groups of a flat graph, in alphabetical order."""
     wiring = _Wiring(graph, schedule)
-    joined: networkx.Graph[str] = networkx.Graph()
     continuous = [name for name, block in graph.blocks.items() if type(block).continuous()]
-    joined.add_nodes_from(continuous)
+    joined: list[tuple[str, str]] = []
     for name in continuous:
         reached = {node[0] for node in wiring.needed([name]) if node in wiring.moving}
-        joined.add_edges_from((name, other) for other in reached if type(graph.blocks[other]).continuous())
-    members = sorted(tuple(sorted(part, key=last_name)) for part in networkx.connected_components(joined))
+        joined += ((name, other) for other in reached if type(graph.blocks[other]).continuous())
+    members = sorted(tuple(sorted(part, key=last_name)) for part in connected(continuous, joined))
     return tuple(_group(graph, schedule, wiring, blocks) for blocks in members)
 
 
 def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
-    """Outputs that follow from the time alone, in order: their value in the next tick is known in this one."""
+    """Outputs that follow from the time alone, in order: their next value is known one tick ahead."""
     sources: dict[Endpoint, None] = {}
     for node in outputs_of(schedule.order):
         follows = _analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
@@ -84,7 +81,7 @@ def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
 
 
 def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Endpoint, ...]:
-    """Outputs of sources that ramps follow from, in order: they are known one tick ahead."""
+    """Outputs of sources from which ramps follow, in order: they are known one tick ahead."""
     left: list[Step] = [node for group in groups for node in group.ramps]
     needed_steps = set[Step]()
     while left:
@@ -96,13 +93,13 @@ def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tupl
 
 
 class _Wiring:
-    """Which outputs move between ticks, and what the derivatives of a block need of them."""
+    """Finds the outputs that move between ticks, and those that the derivatives of a block need."""
 
     def __init__(self, graph: FlatGraph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Endpoint]()
         able = {name for name, block in graph.blocks.items() if type(block).continuous() or _analogue(graph, name)}
-        follow: dict[Step, list[Step]] = {}  # what moves with a node
+        follow: dict[Step, list[Step]] = {}  # outputs that move with a node
         for node in schedule.order:
             if node[0] in able:
                 for before in _needs(graph, schedule, node):
@@ -117,7 +114,7 @@ class _Wiring:
                 left += follow.get(node, ())
 
     def needed(self, blocks: Iterable[str]) -> set[Step]:
-        """Everything that the derivatives and events of blocks depend on within an instant, and its inputs."""
+        """All nodes on which derivatives and events of blocks depend within an instant, and the inputs."""
         left = [node for name in blocks for node in self._of_block(name)]
         needed_steps = set[Step]()
         while left:
@@ -164,12 +161,12 @@ def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[
 
 
 def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Step]) -> bool:
-    """Whether all that a corner reads is among what its group knows."""
+    """Return whether the group knows all that a corner reads."""
     return known.issuperset(_wires(schedule, block, name, type(block).corners[corner]))
 
 
 def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Endpoint]:
-    """The outputs that a function of a block reads."""
+    """Outputs that a function of a block reads."""
     given = bindings(schedule, block, name, "", behaviour)
     return [binding.node for binding in given if isinstance(binding, Wire)]
 
@@ -181,7 +178,7 @@ def state_fields(block: Block) -> list[tuple[str, type]]:
 
 
 def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
-    """What an output, or the constants of a block, depends on within an instant."""
+    """Nodes on which an output, or the constants of a block, depend within an instant."""
     name, block, drivers = step[0], graph.blocks[step[0]], schedule.drivers
     driven: list[Step] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
     if isinstance(step, ConstantsOf):
@@ -191,7 +188,7 @@ def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
 
 
 def _analogue(graph: FlatGraph, name: str) -> bool:
-    """Whether a block has no memory, deals in numbers alone and follows its inputs at every instant.
+    """Return whether a block has no memory, only numbers, and follows its inputs at every instant.
 
     Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.
     """

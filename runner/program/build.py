@@ -8,7 +8,7 @@
     builder.give(builder.get(total))
     function = builder.function()
 
-A number of Python stands for the constant that it is. Formulas that are written for numbers run on `Number`.
+A Python number stands for a constant. Formulas written for numbers run on `Number` and are written down.
 """
 
 import math
@@ -16,40 +16,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeAlias
 
-from proofmass.runner.program.form import (
-    FLOAT,
-    INTEGER,
-    OPERATIONS,
-    TRUTH,
-    Array,
-    Break,
-    Call,
-    Compute,
-    Constant,
-    Continue,
-    External,
-    For,
-    Function,
-    Get,
-    If,
-    Kind,
-    Line,
-    Load,
-    Operand,
-    Region,
-    Return,
-    Set,
-    Statement,
-    Store,
-    Value,
-    Variable,
-    View,
-    While,
-)
+from proofmass.runner.program import form
 from proofmass.runner.program.operations import EVALUATE
 from proofmass.runner.program.structure import Lowered, like, mapped, named
 
-Given: TypeAlias = Operand | float | int | bool  # what builders take for a value
+Given: TypeAlias = form.Operand | float | int | bool  # what builders take for a value
 
 
 class Builder:
@@ -57,43 +28,43 @@ class Builder:
 
     def __init__(self, name: str, origin: str = "", inline: bool = False) -> None:
         self.name, self.origin, self.inline = name, origin, inline
-        self.line: Line | None = None  # of what is written next
-        self.parameters: list[Value | Array] = []
-        self._variables: list[Variable] = []
-        self._results: tuple[Kind, ...] | None = None
-        self._region: Region = []
+        self.line: form.Line | None = None  # of what is written next
+        self.parameters: list[form.Value | form.Array] = []
+        self._variables: list[form.Variable] = []
+        self._results: tuple[form.Kind, ...] | None = None
+        self._region: form.Region = []
         self._body = self._region
-        self.wholes: dict[Value, tuple[str, Operand]] = {}  # integers: how a number was rounded to which they are
+        self.wholes: dict[form.Value, tuple[str, form.Operand]] = {}  # integers: the rounding and the number rounded
         self.lowered: dict[Any, Any] = {}  # functions of Python for functions of this program, shared with `beside`
 
     # -- what a function has ---------------------------------------------------------------------------------------
 
-    def parameter(self, kind: Kind, name: str) -> Value:
+    def parameter(self, kind: form.Kind, name: str) -> form.Value:
         """One more parameter."""
-        value = Value(kind, name)
+        value = form.Value(kind, name)
         self.parameters.append(value)
         return value
 
-    def array(self, entry: Kind, length: int | None, name: str, writable: bool = False) -> Array:
+    def array(self, entry: form.Kind, length: int | None, name: str, writable: bool = False) -> form.Array:
         """One more parameter that is an array."""
-        array = Array(entry, length, writable, name)
+        array = form.Array(entry, length, writable, name)
         self.parameters.append(array)
         return array
 
-    def variable(self, kind: Kind, name: str = "", value: Given | None = None) -> Variable:
+    def variable(self, kind: form.Kind, name: str = "", value: Given | None = None) -> form.Variable:
         """A variable, and its first value where that is given."""
-        variable = Variable(kind, name)
+        variable = form.Variable(kind, name)
         self._variables.append(variable)
         if value is not None:
             self.set(variable, value)
         return variable
 
-    def function(self) -> Function:
-        """The function as it is written; one that gives results ends by giving zeros, if it can end at all."""
+    def function(self) -> form.Function:
+        """Return the function. One with results returns zeros at its end, if that end can be reached."""
         results = self._results or ()
         if results and not always_returns(self._body):
-            self._body.append(Return(tuple(zero(kind) for kind in results), self.line))
-        return Function(
+            self._body.append(form.Return(tuple(zero(kind) for kind in results), self.line))
+        return form.Function(
             self.name, tuple(self.parameters), results, self._body, self._variables, self.origin, self.inline
         )
 
@@ -105,68 +76,76 @@ class Builder:
 
     # -- statements ------------------------------------------------------------------------------------------------
 
-    def compute(self, operation: str, *operands: Given, name: str = "") -> Operand:
+    def compute(self, operation: str, *operands: Given, name: str = "") -> form.Operand:
         """An operation on values, folded where all of them are constants."""
-        given = tuple(map(operand, operands))
-        folded = _folded(operation, given)
+        values = tuple(map(operand, operands))
+        folded = _folded(operation, values)
         if folded is not None:
             return folded
-        kind = OPERATIONS[operation].result or kind_of(given[-1])
-        return self._computed(Value(kind, name), lambda result: Compute(result, operation, given, self.line))
+        kind = form.OPERATIONS[operation].result or kind_of(values[-1])
+        return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
 
-    def get(self, variable: Variable) -> Value:
-        """What a variable is now."""
-        return self._computed(Value(variable.kind, variable.name), lambda result: Get(result, variable, self.line))
+    def likely(self, condition: Given, value: Given, other: Given) -> form.Operand:
+        """Choose one of two numbers; the first is the likely one."""
+        return self.compute("select", self.compute("likely", condition), value, other)
 
-    def set(self, variable: Variable, value: Given) -> None:
-        """A variable becomes a value."""
-        self.add(Set(variable, operand(value), self.line))
+    def get(self, variable: form.Variable) -> form.Value:
+        """Current value of a variable."""
+        return self._computed(
+            form.Value(variable.kind, variable.name), lambda result: form.Get(result, variable, self.line)
+        )
 
-    def load(self, array: Array, index: Given, name: str = "") -> Value:
+    def set(self, variable: form.Variable, value: Given) -> None:
+        """Set a variable."""
+        self.add(form.Set(variable, operand(value), self.line))
+
+    def load(self, array: form.Array, index: Given, name: str = "") -> form.Value:
         """An entry of an array."""
-        return self._computed(Value(array.entry, name), lambda result: Load(result, array, operand(index), self.line))
+        return self._computed(
+            form.Value(array.entry, name), lambda result: form.Load(result, array, operand(index), self.line)
+        )
 
-    def store(self, array: Array, index: Given, value: Given) -> None:
-        """An entry of an array becomes a value."""
-        self.add(Store(array, operand(index), operand(value), self.line))
+    def store(self, array: form.Array, index: Given, value: Given) -> None:
+        """Set an entry of an array."""
+        self.add(form.Store(array, operand(index), operand(value), self.line))
 
-    def view(self, whole: Array, first: Given, length: int | None, name: str = "") -> Array:
+    def view(self, whole: form.Array, first: Given, length: int | None, name: str = "") -> form.Array:
         """A part of an array."""
-        part = Array(whole.entry, length, whole.writable, name or whole.name)
-        self.add(View(part, whole, operand(first), self.line))
+        part = form.Array(whole.entry, length, whole.writable, name or whole.name)
+        self.add(form.View(part, whole, operand(first), self.line))
         return part
 
     def call(
-        self, function: Function | External, *arguments: Given | Array, names: Sequence[str] = ()
-    ) -> tuple[Value, ...]:
-        """What a function returns."""
-        if isinstance(function, External):
-            kinds: tuple[Kind, ...] = () if function.result is None else (function.result,)
+        self, function: form.Function | form.External, *arguments: Given | form.Array, names: Sequence[str] = ()
+    ) -> tuple[form.Value, ...]:
+        """Call a function and return its results."""
+        if isinstance(function, form.External):
+            kinds: tuple[form.Kind, ...] = () if function.result is None else (function.result,)
         else:
             kinds = function.results
-        results = tuple(Value(kind, name) for kind, name in zip(kinds, [*names, *[""] * len(kinds)], strict=False))
-        given = tuple(each if isinstance(each, Array) else operand(each) for each in arguments)
-        self.add(Call(results, function, given, self.line))
+        results = tuple(form.Value(kind, name) for kind, name in zip(kinds, [*names, *[""] * len(kinds)], strict=False))
+        given = tuple(each if isinstance(each, form.Array) else operand(each) for each in arguments)
+        self.add(form.Call(results, function, given, self.line))
         return results
 
     def give(self, *values: Given) -> None:
-        """Leave the function with these results."""
-        given = tuple(map(operand, values))
+        """Return from the function with these results."""
+        results = tuple(map(operand, values))
         if self._results is None:
-            self._results = tuple(map(kind_of, given))
-        assert self._results == tuple(map(kind_of, given)), "results of different kinds"
-        self.add(Return(given, self.line))
+            self._results = tuple(map(kind_of, results))
+        assert self._results == tuple(map(kind_of, results)), "results of different kinds"
+        self.add(form.Return(results, self.line))
 
     def leave(self) -> None:
         """Leave the innermost loop."""
-        self.add(Break(self.line))
+        self.add(form.Break(self.line))
 
     def next_turn(self) -> None:
-        """Go on with the next turn of the innermost loop."""
-        self.add(Continue(self.line))
+        """Continue with the next turn of the innermost loop."""
+        self.add(form.Continue(self.line))
 
-    def add(self, statement: Statement) -> None:
-        """A statement in the place where the builder is; nothing is written where it never comes."""
+    def add(self, statement: form.Statement) -> None:
+        """Append a statement here; write nothing where control never arrives."""
         if not self.ended:
             self._region.append(statement)
 
@@ -174,56 +153,56 @@ class Builder:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing that is written here would ever be reached."""
+        """Return whether control never arrives here."""
         return bool(self._region) and never_ends(self._region[-1])
 
     @contextmanager
     def when(self, condition: Given) -> Iterator[None]:
-        """What is done under a condition; `otherwise` may follow."""
-        node = If(operand(condition), [], [], self.line)
+        """Write the statements for a condition that holds; `otherwise` may follow."""
+        node = form.If(operand(condition), [], [], self.line)
         with self.within(node.then):
             yield
         self.add(node)
 
     @contextmanager
     def otherwise(self) -> Iterator[None]:
-        """What is done where the condition just before does not hold."""
+        """Write the statements for the condition just before, where it does not hold."""
         node = self._region.pop()
-        assert isinstance(node, If), "otherwise stands behind when"
+        assert isinstance(node, form.If), "otherwise stands behind when"
         with self.within(node.otherwise):
             yield
         self._region.append(node)
 
     @contextmanager
-    def counted(self, first: Given, last: Given, step: int = 1, name: str = "") -> Iterator[Value]:
-        """The turns of a counter."""
-        counter = Value(INTEGER, name)
-        node = For(counter, operand(first), operand(last), step, [], self.line)
+    def counted(self, first: Given, last: Given, step: int = 1, name: str = "") -> Iterator[form.Value]:
+        """Write a loop that counts, and yield its counter."""
+        counter = form.Value(form.INTEGER, name)
+        node = form.For(counter, operand(first), operand(last), step, [], self.line)
         with self.within(node.body):
             yield counter
         self.add(node)
 
     @contextmanager
     def repeated(self, condition: Callable[[], Given]) -> Iterator[None]:
-        """The turns of a loop as long as the condition holds, which is written by a function."""
-        test, body, line = Region(), Region(), self.line
+        """Write a loop that runs as long as a condition holds; a function writes the condition."""
+        test, body, line = form.Region(), form.Region(), self.line
         with self.within(test):
             holds = operand(condition())
         with self.within(body):
             yield
-        self.add(While(test, holds, body, line))
+        self.add(form.While(test, holds, body, line))
 
     @contextmanager
-    def within(self, region: Region) -> Iterator[Region]:
-        """Statements written into a region of the caller's."""
+    def within(self, region: form.Region) -> Iterator[form.Region]:
+        """Write into a region of the caller's."""
         before, self._region = self._region, region
         try:
             yield region
         finally:
             self._region = before
 
-    def splice(self, region: Region) -> None:
-        """The statements of a region that was written apart."""
+    def splice(self, region: form.Region) -> None:
+        """Append the statements of a region that was written separately."""
         for statement in region:
             self.add(statement)
 
@@ -231,15 +210,15 @@ class Builder:
         """A value to compute with in a formula."""
         return Number(self, operand(value))
 
-    def _computed(self, result: Value, made: Callable[[Value], Statement]) -> Value:
+    def _computed(self, result: form.Value, made: Callable[[form.Value], form.Statement]) -> form.Value:
         self.add(made(result))
         return result
 
 
 class Number:
-    """A value of a function that is being written: arithmetic with it is written down, not done."""
+    """A value of a function that is being written: arithmetic with it writes operations and computes nothing."""
 
-    def __init__(self, builder: Builder, value: Operand) -> None:
+    def __init__(self, builder: Builder, value: form.Operand) -> None:
         self.builder, self.value = builder, value
 
     def __add__(self, other: "Number | float") -> "Number":
@@ -275,89 +254,89 @@ class Number:
 
 
 def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
-    """Parameters of a function for a value of its caller."""
+    """Parameters of a function, of the same structure as a value of its caller."""
     if isinstance(value, tuple):
         return like(value, [parameters_like(builder, f"{name}_{of}", part) for of, part in named(value)])
-    if isinstance(value, Array):
+    if isinstance(value, form.Array):
         return builder.array(value.entry, value.length, name, value.writable)
     return mapped(value, lambda leaf: builder.parameter(leaf.kind, name))
 
 
-def operand(value: Given) -> Operand:
-    """A value of a program; a number of Python as the constant that it is."""
-    if isinstance(value, Value | Constant):
+def operand(value: Given) -> form.Operand:
+    """Return a value of a program; a Python number becomes a constant."""
+    if isinstance(value, form.Value | form.Constant):
         return value
     if isinstance(value, bool):
-        return Constant(TRUTH, value)
-    return Constant(INTEGER, value) if isinstance(value, int) else Constant(FLOAT, float(value))
+        return form.Constant(form.TRUTH, value)
+    return form.Constant(form.INTEGER, value) if isinstance(value, int) else form.Constant(form.FLOAT, float(value))
 
 
-def kind_of(value: Operand) -> Kind:
+def kind_of(value: form.Operand) -> form.Kind:
     """The kind of a value."""
     return value.kind
 
 
-def zero(kind: Kind) -> Constant:
+def zero(kind: form.Kind) -> form.Constant:
     """The zero of a kind."""
-    return Constant(kind, {FLOAT: 0.0, INTEGER: 0, TRUTH: False}[kind])
+    return form.Constant(kind, {form.FLOAT: 0.0, form.INTEGER: 0, form.TRUTH: False}[kind])
 
 
-def always_returns(region: Region) -> bool:
-    """Whether the end of a region is never reached."""
+def always_returns(region: form.Region) -> bool:
+    """Return whether control never reaches the end of a region."""
     return bool(region) and never_ends(region[-1])
 
 
-def never_ends(statement: Statement) -> bool:
-    """Whether what stands behind a statement is never reached."""
+def never_ends(statement: form.Statement) -> bool:
+    """Return whether control never gets past a statement."""
     match statement:
-        case Return() | Break() | Continue():
+        case form.Return() | form.Break() | form.Continue():
             return True
-        case If(_, then, otherwise):
+        case form.If(_, then, otherwise):
             return always_returns(then) and always_returns(otherwise)
-        case While(_, Constant(_, True), body):
+        case form.While(_, form.Constant(_, True), body):
             return not _leaves(body)
     return False
 
 
-def _leaves(region: Region) -> bool:
-    """Whether a region may leave the loop that it is the body of."""
+def _leaves(region: form.Region) -> bool:
+    """Return whether a region, the body of a loop, may leave the loop."""
     for statement in region:
         match statement:
-            case Break():
+            case form.Break():
                 return True
-            case If(_, then, otherwise) if _leaves(then) or _leaves(otherwise):
+            case form.If(_, then, otherwise) if _leaves(then) or _leaves(otherwise):
                 return True
     return False
 
 
-def _folded(operation: str, given: tuple[Operand, ...]) -> Operand | None:
-    """What an operation gives without computing it; only what is exact, and no NaN, whose bits machines differ in."""
-    if all(isinstance(each, Constant) for each in given):
-        value: Any = EVALUATE[operation](*(each.value for each in given if isinstance(each, Constant)))
-        kind = OPERATIONS[operation].result or kind_of(given[-1])
-        return None if isinstance(value, float) and math.isnan(value) else Constant(kind, value)
+def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand | None:
+    """Result of an operation if it is known beforehand: exact, and not NaN, whose bits differ between machines."""
+    if all(isinstance(operand, form.Constant) for operand in operands):
+        value: Any = EVALUATE[operation](*(operand.value for operand in operands if isinstance(operand, form.Constant)))
+        kind = form.OPERATIONS[operation].result or kind_of(operands[-1])
+        return None if isinstance(value, float) and math.isnan(value) else form.Constant(kind, value)
     if operation == "select":
-        test, a, b = given
-        if isinstance(test, Constant):
+        test, a, b = operands
+        if isinstance(test, form.Constant):
             return a if test.value else b
         return a if a is b else None
-    return _neutral(operation, *given) if len(given) == 2 else None
+    return _neutral(operation, *operands) if len(operands) == 2 else None
 
 
-def _neutral(operation: str, a: Operand, b: Operand) -> Operand | None:
-    """What an operation of integers or truth values gives of which one operand is known."""
-    for known, other, first in ((a, b, True), (b, a, False)):
-        if not isinstance(known, Constant):
+def _neutral(operation: str, a: form.Operand, b: form.Operand) -> form.Operand | None:
+    """Result of an operation on integers or truth values that one constant operand decides."""
+    for constant, other, first in ((a, b, True), (b, a, False)):
+        if not isinstance(constant, form.Constant):
             continue
-        match operation, known.value:
+        match operation, constant.value:
             case ("both", True) | ("either", False):
                 return other
             case ("both", False) | ("either", True):
-                return known
+                return constant
             case ("add_integers" | "or" | "xor", 0) | ("multiply_integers", 1):
                 return other
             case ("multiply_integers", 0):
-                return known
+                return constant
             case ("subtract_integers" | "shift_left" | "shift_right", 0) if not first:
                 return other
     return None

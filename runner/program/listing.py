@@ -1,35 +1,11 @@
-"""A program as text for readers, with the lines of Python that it comes from beside it."""
+"""A program as text for readers, beside the lines of Python that it comes from."""
 
 import linecache
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import PurePath
 
-from proofmass.runner.program.form import (
-    Array,
-    Break,
-    Call,
-    Compute,
-    Constant,
-    Continue,
-    External,
-    For,
-    Function,
-    Get,
-    If,
-    Line,
-    Load,
-    Operand,
-    Program,
-    Region,
-    Return,
-    Set,
-    Statement,
-    Store,
-    Value,
-    View,
-    While,
-)
+from proofmass.runner.program import form
 from proofmass.runner.program.names import Names
 from proofmass.runner.program.walk import statements, used_once
 
@@ -45,25 +21,25 @@ _CALLED = {
     "absolute": "abs", "square_root": "sqrt", "round_half_even": "round", "float_of_integer": "float",
     "integer_of_float": "int", "integer_of_truth": "int", "float_of_truth": "float",
 }  # fmt: skip
-_LONGEST = 72  # characters of an expression that takes in others
+_LONGEST = 72  # characters of an expression, up to which it contains others
 _COLUMN = 88  # where the lines of Python stand
 
 
-def listing(program: Program) -> str:
+def listing(program: form.Program) -> str:
     """All functions of a program, the entry last."""
     return "\n\n".join("\n".join(_Listed(function).lines()) for function in program.functions.values()) + "\n"
 
 
 class _Listed:
-    """One function; what is read once becomes a part of the expression that reads it."""
+    """Text of one function; a value that is read once is written inside the expression that reads it."""
 
-    def __init__(self, function: Function) -> None:
+    def __init__(self, function: form.Function) -> None:
         self.function = function
-        called = {s.function for s in statements(function.body) if isinstance(s, Call)}
-        self.names = Names({f.symbol if isinstance(f, External) else f.name for f in called})
+        called = {s.function for s in statements(function.body) if isinstance(s, form.Call)}
+        self.names = Names({f.symbol if isinstance(f, form.External) else f.name for f in called})
         self.parts = used_once(function.body)
-        self.written: dict[Value, str] = {}  # expressions that wait for the statement that reads them
-        self.told: Line | None = None
+        self.written: dict[form.Value, str] = {}  # expressions that wait for the statement that reads them
+        self.told: form.Line | None = None
 
     def lines(self) -> Iterator[str]:
         """Head and body."""
@@ -75,61 +51,61 @@ class _Listed:
         body = list(chain(*(self._statement(s) for s in function.body)))
         yield from (f"    {line}" for line in body or ["pass"])
 
-    def _statement(self, statement: Statement) -> Iterator[str]:
-        if isinstance(statement, Compute) and self._waits(statement):
+    def _statement(self, statement: form.Statement) -> Iterator[str]:
+        if isinstance(statement, form.Compute) and self._waits(statement):
             return
         beside, lines = self._python(statement.line), self._lines(statement)
         for line in lines:
             yield _beside(line, beside, 4)
             beside = ""
 
-    def _waits(self, statement: Compute) -> bool:
-        """Whether an operation is written where it is read; its text is kept for there."""
+    def _waits(self, statement: form.Compute) -> bool:
+        """Return whether an operation is written where it is read; keep its text until then."""
         text = self._operation(statement.operation, statement.operands)
         if statement.result not in self.parts or len(text) > _LONGEST:
             return False
         self.written[statement.result] = text if statement.operation not in _INFIX else f"({text})"
         return True
 
-    def _lines(self, statement: Statement) -> Iterator[str]:
+    def _lines(self, statement: form.Statement) -> Iterator[str]:
         match statement:
-            case Compute(result, operation, operands):
+            case form.Compute(result, operation, operands):
                 text = self._operation(operation, operands)
                 yield f"{self.names[result]} = {text}"
-            case Get(result, variable):
+            case form.Get(result, variable):
                 yield f"{self.names[result]} = {self.names[variable]}"
-            case Set(variable, value):
+            case form.Set(variable, value):
                 yield f"{self.names[variable]} := {self._operand(value)}"
-            case Load(result, array, index):
+            case form.Load(result, array, index):
                 yield f"{self.names[result]} = {self.names[array]}[{self._operand(index)}]"
-            case Store(array, index, value):
+            case form.Store(array, index, value):
                 yield f"{self.names[array]}[{self._operand(index)}] := {self._operand(value)}"
-            case View(part, whole, first):
+            case form.View(part, whole, first):
                 length = "" if part.length is None else f" + {part.length}"
                 start = self._operand(first)
                 yield f"{self.names[part]} = {self.names[whole]}[{start} : {start}{length}]"
-            case Call(results, function, arguments):
+            case form.Call(results, function, arguments):
                 yield self._call(results, function, arguments)
-            case If(condition, then, otherwise):
+            case form.If(condition, then, otherwise):
                 yield f"if {self._operand(condition)}:"
                 yield from self._region(then)
                 if otherwise:
                     yield "else:"
                     yield from self._region(otherwise)
-            case For(counter, first, last, step, body):
+            case form.For(counter, first, last, step, body):
                 steps = "" if step == 1 else f", {step}"
                 yield f"for {self.names[counter]} in range({self._operand(first)}, {self._operand(last)}{steps}):"
                 yield from self._region(body)
-            case While(test, condition, body):
+            case form.While(test, condition, body):
                 yield from self._while(test, condition, body)
-            case Break():
+            case form.Break():
                 yield "break"
-            case Continue():
+            case form.Continue():
                 yield "continue"
-            case Return(values):
+            case form.Return(values):
                 yield f"return {', '.join(map(self._operand, values))}".rstrip()
 
-    def _while(self, test: Region, condition: Operand, body: Region) -> Iterator[str]:
+    def _while(self, test: form.Region, condition: form.Operand, body: form.Region) -> Iterator[str]:
         tested = list(self._region(test)) if test else []
         if not tested:
             yield f"while {self._operand(condition)}:"
@@ -139,19 +115,22 @@ class _Listed:
             yield f"    if not {self._operand(condition)}: break"
         yield from self._region(body)
 
-    def _region(self, region: Region) -> Iterator[str]:
+    def _region(self, region: form.Region) -> Iterator[str]:
         lines = list(chain(*(self._statement(s) for s in region)))
         yield from (f"    {line}" for line in lines or ["pass"])
 
     def _call(
-        self, results: tuple[Value, ...], function: Function | External, arguments: tuple[Operand | Array, ...]
+        self,
+        results: tuple[form.Value, ...],
+        function: form.Function | form.External,
+        arguments: tuple[form.Operand | form.Array, ...],
     ) -> str:
-        name = function.symbol if isinstance(function, External) else function.name
-        read = ", ".join(self.names[a] if isinstance(a, Array) else self._operand(a) for a in arguments)
+        name = function.symbol if isinstance(function, form.External) else function.name
+        read = ", ".join(self.names[a] if isinstance(a, form.Array) else self._operand(a) for a in arguments)
         returned = ", ".join(self.names[result] for result in results)
         return f"{returned and returned + ' = '}{name}({read})"
 
-    def _operation(self, operation: str, operands: tuple[Operand, ...]) -> str:
+    def _operation(self, operation: str, operands: tuple[form.Operand, ...]) -> str:
         read = [self._operand(operand) for operand in operands]
         if operation in _INFIX:
             return f"{read[0]} {_INFIX[operation]} {read[1]}"
@@ -161,13 +140,13 @@ class _Listed:
             return f"({read[1]} if {read[0]} else {read[2]})"
         return f"{_CALLED.get(operation, operation)}({', '.join(read)})"
 
-    def _operand(self, operand: Operand) -> str:
-        if isinstance(operand, Constant):
+    def _operand(self, operand: form.Operand) -> str:
+        if isinstance(operand, form.Constant):
             return repr(operand.value)
         return self.written.get(operand) or self.names[operand]
 
-    def _python(self, line: Line | None) -> str:
-        """The line of Python, where it is another than that of the statement before."""
+    def _python(self, line: form.Line | None) -> str:
+        """The line of Python, if it differs from that of the statement before."""
         if line is None or line == self.told:
             return ""
         self.told = line
@@ -175,8 +154,8 @@ class _Listed:
         return f"{PurePath(line.file).name}:{line.number}  {text}".rstrip()
 
 
-def _kind(item: Value | Array) -> str:
-    if isinstance(item, Value):
+def _kind(item: form.Value | form.Array) -> str:
+    if isinstance(item, form.Value):
         return item.kind.value
     length = "" if item.length is None else item.length
     return f"{'' if item.writable else 'fixed '}{item.entry.value}[{length}]"

@@ -7,6 +7,7 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from proofmass.blocks.arithmetic.rounding import likely
 from proofmass.blocks.language import arithmetic
 from proofmass.blocks.language.refusals import refuse
 from proofmass.runner.fixed.step_formats import held_as
@@ -17,7 +18,7 @@ from proofmass.runner.program.structure import Lowered, is_record, is_scalar, le
 
 KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 
-# Functions of numbers that a machine or the C library has, under the names that C gives them.
+# Functions of numbers of the machine or the C library, by their names in C.
 _OPERATIONS: dict[Any, str] = {math.sqrt: "square_root", math.fabs: "absolute", math.copysign: "copy_sign"}
 _WHOLE: dict[Any, str] = {math.floor: "floor", math.ceil: "ceiling", math.trunc: "truncate", round: "round_half_even"}
 LIBRARY: dict[Any, External] = {
@@ -43,7 +44,7 @@ class Calls(Expressions):
     """Reads calls."""
 
     def called(self, node: ast.AST, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
-        """What a function that is lowered too gives."""
+        """Call a function that is lowered too."""
         raise NotImplementedError
 
     def _call(self, node: ast.Call) -> Lowered:
@@ -51,40 +52,40 @@ class Calls(Expressions):
             owner = self.expression(node.func.value)
             return owner._replace(**{str(k.arg): self.expression(k.value) for k in node.keywords})
         target = self.expression(node.func)
-        given: list[Lowered] = []
+        arguments: list[Lowered] = []
         for part in node.args:
             if isinstance(part, ast.Starred):
-                given += self.expression(part.value)
+                arguments += self.expression(part.value)
             else:
-                given.append(self.expression(part))
+                arguments.append(self.expression(part))
         named = {str(keyword.arg): self.expression(keyword.value) for keyword in node.keywords}
         if named and not is_record(target):
-            given = self._in_order(node, target, given, named)
+            arguments = self._in_order(node, target, arguments, named)
         elif is_record(target):
-            return self._record(node, target, given, named)
-        return self.call(node, target, given)
+            return self._record(node, target, arguments, named)
+        return self.call(node, target, arguments)
 
     def _in_order(
-        self, node: ast.Call, target: Any, given: Sequence[Lowered], named: dict[str, Lowered]
+        self, node: ast.Call, target: Any, arguments: Sequence[Lowered], named: dict[str, Lowered]
     ) -> list[Lowered]:
-        """Arguments in the order in which the function has them, those that it has a value for filled in."""
+        """Put arguments into the order of the function's parameters, and fill in defaults."""
         try:
-            bound = inspect.signature(target).bind(*given, **named)
+            bound = inspect.signature(target).bind(*arguments, **named)
         except (TypeError, ValueError) as error:
             raise refuse(node, f"{ast.unparse(node.func)}: {error}") from None
         bound.apply_defaults()
         return [self.known(value) if isinstance(value, int | float) else value for value in bound.arguments.values()]
 
-    def _record(self, node: ast.AST, kind: Any, given: Sequence[Lowered], named: dict[str, Lowered]) -> Lowered:
-        values = dict(zip(kind._fields, given, strict=False)) | named
+    def _record(self, node: ast.AST, kind: Any, arguments: Sequence[Lowered], named: dict[str, Lowered]) -> Lowered:
+        values = dict(zip(kind._fields, arguments, strict=False)) | named
         for name, value in kind._field_defaults.items():
             values.setdefault(name, self.known(value))
-        if len(given) > len(kind._fields) or set(values) != set(kind._fields):
+        if len(arguments) > len(kind._fields) or set(values) != set(kind._fields):
             raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {kind._fields}")
         return kind._make(self._declared(kind.__annotations__.get(n), values[n]) for n in kind._fields)
 
     def _declared(self, declared: Any, value: Lowered) -> Lowered:
-        """A value as one of the type that its field or result is declared to have."""
+        """Convert a value to the declared type of its field or result."""
         wanted = KINDS.get(held_as(declared))
         return numbers.as_kind(self.builder, value, wanted) if wanted and is_scalar(value) else value
 
@@ -96,16 +97,18 @@ class Calls(Expressions):
         library = LIBRARY.get(function) if callable(function) and function.__hash__ else None
         if library is not None:
             return self.builder.call(library, *(self._float(node, value) for value in arguments))[0]
+        if function is likely:
+            return self.builder.compute("likely", numbers.as_kind(self.builder, self._scalar(node, *arguments), TRUTH))
         if isinstance(function, types.FunctionType):
             return self.called(node, function, arguments)
-        made = self._own(node, function, arguments) if callable(function) else None
-        if made is None:
+        result = self._own(node, function, arguments) if callable(function) else None
+        if result is None:
             name = getattr(function, "__name__", type(function).__name__)
             raise refuse(node, f"{name}() is not compiled", f"write {name} as a function of your own, of numbers")
-        return made
+        return result
 
     def _program(self, function: Function, arguments: Sequence[Lowered]) -> Lowered:
-        """A function that is one of the program already."""
+        """Call a function that belongs to the program already."""
 
         results = self.builder.call(function, *leaves(tuple(arguments)))
         return results[0] if len(results) == 1 else results or None
@@ -113,21 +116,21 @@ class Calls(Expressions):
     def _float(self, node: ast.AST, value: Lowered) -> Operand:
         return numbers.as_kind(self.builder, self._scalar(node, value), FLOAT)
 
-    def _own(self, node: ast.AST, function: Any, given: Sequence[Lowered]) -> Lowered | None:
-        """Functions of Python itself."""
-        if function in (min, max) and len(given) == 1 and isinstance(given[0], tuple):
-            given = given[0]
+    def _own(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered | None:
+        """Call one of Python's own functions."""
+        if function in (min, max) and len(arguments) == 1 and isinstance(arguments[0], tuple):
+            arguments = arguments[0]
         if function in (min, max):
-            return self._extreme("less", function is max, [self._scalar(node, value) for value in given])
-        if function is len and isinstance(given[0], tuple):
-            return self.known(len(given[0]))
-        if function is len and isinstance(given[0], Array) and given[0].length is not None:
-            return self.known(given[0].length)
-        if function is tuple and isinstance(given[0], tuple):
-            return tuple(given[0])
+            return self._extreme("less", function is max, [self._scalar(node, value) for value in arguments])
+        if function is len and isinstance(arguments[0], tuple):
+            return self.known(len(arguments[0]))
+        if function is len and isinstance(arguments[0], Array) and arguments[0].length is not None:
+            return self.known(arguments[0].length)
+        if function is tuple and isinstance(arguments[0], tuple):
+            return tuple(arguments[0])
         if function in _OPERATIONS:
-            return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in given))
-        return self._of_one(function, self._scalar(node, given[0])) if len(given) == 1 else None
+            return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in arguments))
+        return self._of_one(function, self._scalar(node, arguments[0])) if len(arguments) == 1 else None
 
     def _of_one(self, function: Any, value: Operand) -> Operand | None:
         if function in KINDS:
@@ -145,7 +148,7 @@ class Calls(Expressions):
         return looked(self, number) if looked else None
 
     def _extreme(self, less: str, largest: bool, values: Sequence[Operand]) -> Operand:
-        """The first of the least or greatest, as Python compares them."""
+        """The first of the least or greatest values, compared as Python compares them."""
         best, *others = numbers.agreed(self.builder, *values)
         operation = less if best.kind is FLOAT else f"{less}_integers"
         for other in others:

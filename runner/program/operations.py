@@ -1,4 +1,4 @@
-"""What each operation of a program gives for numbers: the meaning that folding and tests of targets share.
+"""Results of each operation for Python numbers: the meaning that folding and the tests of targets share.
 
 Where `form.OPERATIONS` leaves the value open, these functions give zero.
 """
@@ -93,6 +93,7 @@ EVALUATE: dict[str, Callable[..., Any]] = {
     "either": lambda a, b: a or b,
     "differ": operator.ne,
     "not": operator.not_,
+    "likely": lambda a: a,
     "select": lambda a, b, c: b if a else c,
     "float_of_integer": float,
     "integer_of_float": _integer_of_float,

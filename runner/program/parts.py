@@ -1,56 +1,30 @@
-"""A very long function in parts: functions that it calls one after another, on numbers that stand in memory between.
+"""A very long function split into parts, which it calls one after another; numbers between them stand in memory.
 
-Compilers take time with the square of a function's length and more. What one part computes and another reads, and
-every variable that outlives a part, has a place in memory: its own, or one among numbers to work on, where integers and
-truth values are the numbers of their bits. A loop that is long itself stays where it is, and its body is taken apart.
+The time of a compiler grows with the square of a function's length and more. A value that one part computes and another
+reads, and every variable that outlives a part, has a place in memory: its own, or one in the scratch array, where
+integers and truth values are stored by their bits. A loop that is long itself stays, and its body is split.
 """
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
+from proofmass.runner.program import form
 from proofmass.runner.program.build import Builder, zero
-from proofmass.runner.program.form import (
-    FLOAT,
-    INTEGER,
-    TRUTH,
-    Array,
-    Break,
-    Call,
-    Compute,
-    Constant,
-    Continue,
-    For,
-    Function,
-    Get,
-    If,
-    Kind,
-    Load,
-    Operand,
-    Region,
-    Return,
-    Set,
-    Statement,
-    Store,
-    Value,
-    Variable,
-    View,
-    While,
-)
 from proofmass.runner.program.walk import operands, regions, results, statements
 
-LONG = 8000  # statements of a function, from which on it is taken apart
+LONG = 8000  # statements from which on a function is split
 PART = 1500  # statements of a part, about
 
 
-Places: TypeAlias = Mapping[Variable, tuple[Array, int]]
+Places: TypeAlias = Mapping[form.Variable, tuple[form.Array, int]]
 
 
-def in_parts(function: Function, places: Places, memory: Array, first: int) -> int | None:
-    """Take a function apart if it is long; return how many places of `memory` it uses then, from `first` on.
+def in_parts(function: form.Function, places: Places, memory: form.Array, first: int) -> int | None:
+    """Split a function if it is long; return how many places of `memory` it then uses, from `first` on.
 
-    `memory` is one of its parameters, as are the arrays of `places`: variables that stand there from call to call. A
-    function that ends before its end stays whole.
+    `memory` is one of its parameters, as are the arrays of `places`, in which variables stand from call to call. A
+    function that returns early stays whole.
     """
     if sum(1 for _ in statements(function.body)) < LONG or _jumps(function.body):
         return None
@@ -61,19 +35,19 @@ def in_parts(function: Function, places: Places, memory: Array, first: int) -> i
     return len(division.shared)
 
 
-def _jumps(region: Region) -> bool:
-    """Whether statements of a region, or of a loop that may be taken apart, leave it."""
+def _jumps(region: form.Region) -> bool:
+    """Return whether statements of a region, or of a loop that may be split, leave it."""
     left = [region]
     while left:
         for statement in left.pop():
             match statement:
-                case Return() | Break() | Continue():
+                case form.Return() | form.Break() | form.Continue():
                     return True
-                case If(_, then, otherwise):
+                case form.If(_, then, otherwise):
                     left += [then, otherwise]
-                case For(body=body):
+                case form.For(body=body):
                     left.append(body)
-                case While(body=body) if any(isinstance(inner, Return) for inner in statements(body)):
+                case form.While(body=body) if any(isinstance(inner, form.Return) for inner in statements(body)):
                     return True
     return False
 
@@ -82,39 +56,43 @@ def _jumps(region: Region) -> bool:
 class _Part:
     """Statements that become a function."""
 
-    body: Region = field(default_factory=list)
+    body: form.Region = field(default_factory=list)
 
 
-Piece: TypeAlias = _Part | For  # what a region that is taken apart consists of
+Piece: TypeAlias = _Part | form.For  # a piece of a region that is split
 
 
 class _Division:
     """Which statement goes to which part, and what must have a place in memory for that."""
 
-    def __init__(self, function: Function, places: Places) -> None:
+    def __init__(self, function: form.Function, places: Places) -> None:
         self.places = places
         self.parts: list[_Part] = []
-        self.pieces: dict[int, list[Piece]] = {}  # of each region that is taken apart, by its identity
-        self.anywhere: dict[Array | Value, View | Load] = {}  # what any part can have by its own statement
+        self.pieces: dict[int, list[Piece]] = {}  # of each region that is split, by its identity
+        self.anywhere: dict[form.Array | form.Value, form.View | form.Load] = {}  # what any part can compute itself
         self.possible = True  # whether each array is known in all parts that use it
         self._divide(function.body)
-        self.homes: dict[Value | Array, _Part] = {}
-        self.shared: dict[Value | Variable, None] = {}  # what needs a place in memory
+        self.homes: dict[form.Value | form.Array, _Part] = {}
+        self.shared: dict[form.Value | form.Variable, None] = {}  # what needs a place in memory
         self._find_homes()
         self._find_shared()
 
-    def _divide(self, region: Region) -> None:
+    def _divide(self, region: form.Region) -> None:
         pieces = self.pieces[id(region)] = []
         size = PART
         for statement in region:
-            if isinstance(statement, View) and isinstance(statement.first, Constant):
+            if isinstance(statement, form.View) and isinstance(statement.first, form.Constant):
                 self.anywhere[statement.part] = statement
                 continue
-            if isinstance(statement, Load) and isinstance(statement.index, Constant) and not statement.array.writable:
+            if (
+                isinstance(statement, form.Load)
+                and isinstance(statement.index, form.Constant)
+                and not statement.array.writable
+            ):
                 self.anywhere[statement.result] = statement
                 continue
             inside = sum(1 for inner in regions(statement) for _ in statements(inner))
-            if isinstance(statement, For) and inside > PART:
+            if isinstance(statement, form.For) and inside > PART:
                 pieces.append(statement)
                 self._divide(statement.body)
                 size = PART
@@ -130,49 +108,51 @@ class _Division:
         for part in self.parts:
             for statement in statements(part.body):
                 self.homes |= dict.fromkeys(results(statement), part)
-                if isinstance(statement, View):
+                if isinstance(statement, form.View):
                     self.homes[statement.part] = part
 
     def _find_shared(self) -> None:
-        users: dict[Variable, _Part] = {}
+        users: dict[form.Variable, _Part] = {}
         for part in self.parts:
-            own = set(set_first(part.body))
+            set_here = set(set_first(part.body))
             for statement in statements(part.body):
                 for read in operands(statement):
-                    if isinstance(read, Value) and self.homes.get(read, part) is not part:
+                    if isinstance(read, form.Value) and self.homes.get(read, part) is not part:
                         self.shared[read] = None
-                    if isinstance(read, Array) and self.homes.get(read, part) is not part:
+                    if isinstance(read, form.Array) and self.homes.get(read, part) is not part:
                         self.possible = False
-                if isinstance(statement, Get | Set) and statement.variable not in self.places:
+                if isinstance(statement, form.Get | form.Set) and statement.variable not in self.places:
                     variable = statement.variable
-                    if variable not in own or users.setdefault(variable, part) is not part:
+                    if variable not in set_here or users.setdefault(variable, part) is not part:
                         self.shared[variable] = None
         for loop in self.loops():
-            self.shared |= {read: None for read in operands(loop) if isinstance(read, Value) and read in self.homes}
+            self.shared |= {
+                read: None for read in operands(loop) if isinstance(read, form.Value) and read in self.homes
+            }
 
-    def loops(self) -> Iterator[For]:
-        """Loops that are taken apart."""
-        return (piece for pieces in self.pieces.values() for piece in pieces if isinstance(piece, For))
+    def loops(self) -> Iterator[form.For]:
+        """Loops whose bodies are split."""
+        return (piece for pieces in self.pieces.values() for piece in pieces if isinstance(piece, form.For))
 
 
-def set_first(region: Region) -> Iterator[Variable]:
-    """Variables that a region sets, in any case, before all else that it does with them."""
-    touched: dict[Variable, bool] = {}
+def set_first(region: form.Region) -> Iterator[form.Variable]:
+    """Variables that a region always sets before it reads them."""
+    touched: dict[form.Variable, bool] = {}
     for statement in region:
         for inner in (s for region in regions(statement) for s in statements(region)):
-            if isinstance(inner, Get | Set):
+            if isinstance(inner, form.Get | form.Set):
                 touched.setdefault(inner.variable, False)
-        if isinstance(statement, Get | Set):
-            touched.setdefault(statement.variable, isinstance(statement, Set))
+        if isinstance(statement, form.Get | form.Set):
+            touched.setdefault(statement.variable, isinstance(statement, form.Set))
     return (variable for variable, first in touched.items() if first)
 
 
 class _Whole:
-    """Writes the function anew: calls of its parts, and the loops that are taken apart."""
+    """Rewrites the function: calls of its parts, and the loops whose bodies are split."""
 
-    def __init__(self, function: Function, division: _Division, memory: Array, first: int) -> None:
+    def __init__(self, function: form.Function, division: _Division, memory: form.Array, first: int) -> None:
         self.function, self.division, self.memory = function, division, memory
-        self.places: dict[Value | Variable, tuple[Array, int]] = {
+        self.places: dict[form.Value | form.Variable, tuple[form.Array, int]] = {
             item: (memory, first + place) for place, item in enumerate(division.shared)
         }
         self.builder = Builder(function.name)
@@ -183,14 +163,14 @@ class _Whole:
         begun = next((part.body for part in self.division.parts), [])
         settled = set(set_first(begun))
         for item in self.places:
-            if isinstance(item, Variable) and item not in settled:
+            if isinstance(item, form.Variable) and item not in settled:
                 keep(self.builder, *self.places[item], zero(item.kind))
         for variable, place in self.division.places.items():
             self.places[variable] = place
         self._region(self.function.body)
         self.function.body, self.function.variables = self.builder.function().body, []
 
-    def _region(self, region: Region) -> None:
+    def _region(self, region: form.Region) -> None:
         for piece in self.division.pieces[id(region)]:
             if isinstance(piece, _Part):
                 part = _PartWriter(self, piece, f"{self.function.name}_part_{self.parts}")
@@ -203,90 +183,90 @@ class _Whole:
                 self._region(piece.body)
             self.builder.add(node)
 
-    def _bound(self, value: Operand) -> Operand:
-        if isinstance(value, Value) and value in self.places:
+    def _bound(self, value: form.Operand) -> form.Operand:
+        if isinstance(value, form.Value) and value in self.places:
             return kept(self.builder, *self.places[value], value.kind)
-        if isinstance(value, Value) and isinstance(load := self.division.anywhere.get(value), Load):
+        if isinstance(value, form.Value) and isinstance(load := self.division.anywhere.get(value), form.Load):
             return self.builder.load(self._array(load.array), load.index, value.name)
         return value
 
-    def _array(self, array: Array) -> Array:
+    def _array(self, array: form.Array) -> form.Array:
         view = self.division.anywhere.get(array)
-        if not isinstance(view, View):
+        if not isinstance(view, form.View):
             return array
         return self.builder.view(self._array(view.whole), view.first, array.length, array.name)
 
 
 class _PartWriter:
-    """Writes the function of one part; `arguments` are what it is called with."""
+    """Writes the function of one part; `arguments` are those of its call."""
 
     def __init__(self, whole: _Whole, part: _Part, name: str) -> None:
         self.places, self.homes, self.anywhere = whole.places, whole.division.homes, whole.division.anywhere
         self.part = part
         self.builder = Builder(name, whole.function.name)
-        self.arguments: list[Operand | Array] = []
-        self.known: dict[Value | Array, Any] = {}  # by what they are outside
+        self.arguments: list[form.Operand | form.Array] = []
+        self.known: dict[form.Value | form.Array, Any] = {}  # by their values outside
 
-    def function(self) -> Function:
-        """The part as a function that stays one."""
+    def function(self) -> form.Function:
+        """Return the part as a function that targets do not inline."""
         for statement in self.part.body:
             self._read_before(statement)
             self._write(statement)
         function = self.builder.function()
-        used = {s.variable: None for s in statements(function.body) if isinstance(s, Get | Set)}
+        used = {s.variable: None for s in statements(function.body) if isinstance(s, form.Get | form.Set)}
         function.variables, function.apart = list(used), True
         return function
 
-    def _read_before(self, statement: Statement) -> None:
-        """What a statement reads of other parts, before it: there it is known wherever it is read."""
+    def _read_before(self, statement: form.Statement) -> None:
+        """Load what a statement reads of other parts, before the statement, so that all of it can use the values."""
         inner = (s for region in regions(statement) for s in statements(region))
         for read in (read for s in (statement, *inner) for read in operands(s)):
-            if isinstance(read, Array):
+            if isinstance(read, form.Array):
                 self._array(read)
-            elif isinstance(read, Value) and self.homes.get(read) is not self.part and read not in self.known:
+            elif isinstance(read, form.Value) and self.homes.get(read) is not self.part and read not in self.known:
                 self.known[read] = self._outer(read)
 
-    def _outer(self, value: Value) -> Operand:
+    def _outer(self, value: form.Value) -> form.Operand:
         if value in self.places:
             return self._kept(value)
-        if isinstance(load := self.anywhere.get(value), Load):
+        if isinstance(load := self.anywhere.get(value), form.Load):
             return self.builder.load(self._array(load.array), load.index, value.name)
         self.arguments.append(value)
         return self.builder.parameter(value.kind, value.name)
 
-    def _array(self, array: Array) -> Array:
+    def _array(self, array: form.Array) -> form.Array:
         if self.homes.get(array) is self.part:
             return array
         if array not in self.known:
             self.known[array] = self._outer_array(array)
-        here: Array = self.known[array]
+        here: form.Array = self.known[array]
         return here
 
-    def _outer_array(self, array: Array) -> Array:
-        if isinstance(view := self.anywhere.get(array), View):
+    def _outer_array(self, array: form.Array) -> form.Array:
+        if isinstance(view := self.anywhere.get(array), form.View):
             return self.builder.view(self._array(view.whole), view.first, array.length, array.name)
         self.arguments.append(array)
         return self.builder.array(array.entry, array.length, array.name, array.writable)
 
-    def _kept(self, item: Value | Variable) -> Operand:
+    def _kept(self, item: form.Value | form.Variable) -> form.Operand:
         array, index = self.places[item]
         return kept(self.builder, self._array(array), index, item.kind)
 
-    def _keep(self, item: Value | Variable, value: Operand) -> None:
+    def _keep(self, item: form.Value | form.Variable, value: form.Operand) -> None:
         array, index = self.places[item]
         keep(self.builder, self._array(array), index, value)
 
-    def _write(self, statement: Statement) -> None:
+    def _write(self, statement: form.Statement) -> None:
         self.builder.line = statement.line
         match statement:
-            case Get(result, variable) if variable in self.places:
+            case form.Get(result, variable) if variable in self.places:
                 self.known[result] = self._kept(variable)
-            case Set(variable, value) if variable in self.places:
+            case form.Set(variable, value) if variable in self.places:
                 self._keep(variable, self._operand(value))
             case _:
                 self.builder.add(self._mapped(statement))
         for result in results(statement):
-            if result in self.places and not isinstance(statement, For):
+            if result in self.places and not isinstance(statement, form.For):
                 self._keep(result, self._operand(result))
 
     def _operand(self, value: Any) -> Any:
@@ -295,54 +275,54 @@ class _PartWriter:
     def _operands(self, values: tuple[Any, ...]) -> tuple[Any, ...]:
         return tuple(map(self._operand, values))
 
-    def _mapped(self, statement: Statement) -> Statement:
-        """A statement on what this function knows."""
+    def _mapped(self, statement: form.Statement) -> form.Statement:
+        """Copy a statement with the values of this function."""
         match statement:
-            case Compute():
+            case form.Compute():
                 return replace(statement, operands=self._operands(statement.operands))
-            case Set():
+            case form.Set():
                 return replace(statement, value=self._operand(statement.value))
-            case Load(_, array, index):
+            case form.Load(_, array, index):
                 return replace(statement, array=self._operand(array), index=self._operand(index))
-            case Store(array, index, value):
+            case form.Store(array, index, value):
                 array, index, value = self._operands((array, index, value))
                 return replace(statement, array=array, index=index, value=value)
-            case View(_, whole, first):
+            case form.View(_, whole, first):
                 return replace(statement, whole=self._operand(whole), first=self._operand(first))
-            case Call():
+            case form.Call():
                 return replace(statement, arguments=self._operands(statement.arguments))
-            case If(condition, then, otherwise):
+            case form.If(condition, then, otherwise):
                 regions = self._region(then), self._region(otherwise)
                 return replace(statement, condition=self._operand(condition), then=regions[0], otherwise=regions[1])
-            case For(_, first, last):
+            case form.For(_, first, last):
                 bounds = {"first": self._operand(first), "last": self._operand(last)}
                 return replace(statement, body=self._region(statement.body), **bounds)
-            case While(test, _, body):
-                test = self._region(test)  # first: the condition is a value of it
+            case form.While(test, _, body):
+                test = self._region(test)  # first, as the condition is a value of the test
                 condition = self._operand(statement.condition)
                 return replace(statement, test=test, condition=condition, body=self._region(body))
             case _:
                 return statement
 
-    def _region(self, region: Region) -> Region:
+    def _region(self, region: form.Region) -> form.Region:
         with self.builder.within([]) as written:
             for statement in region:
                 self._write(statement)
         return written
 
 
-def keep(builder: Builder, array: Array, place: int, value: Operand) -> None:
+def keep(builder: Builder, array: form.Array, place: int, value: form.Operand) -> None:
     """Store a value of any kind in an array of numbers or of integers."""
-    if value.kind is TRUTH:
+    if value.kind is form.TRUTH:
         value = builder.compute("integer_of_truth", value)
-    if value.kind is INTEGER and array.entry is FLOAT:
+    if value.kind is form.INTEGER and array.entry is form.FLOAT:
         value = builder.compute("float_of_bits", value)
     builder.store(array, place, value)
 
 
-def kept(builder: Builder, array: Array, place: int, kind: Kind) -> Operand:
-    """Load what was stored so."""
-    value: Operand = builder.load(array, place)
-    if kind is not FLOAT and array.entry is FLOAT:
+def kept(builder: Builder, array: form.Array, place: int, kind: form.Kind) -> form.Operand:
+    """Load a value that `keep` stored."""
+    value: form.Operand = builder.load(array, place)
+    if kind is not form.FLOAT and array.entry is form.FLOAT:
         value = builder.compute("bits_of_float", value)
-    return builder.compute("not_equal_integers", value, 0) if kind is TRUTH else value
+    return builder.compute("not_equal_integers", value, 0) if kind is form.TRUTH else value

@@ -1,4 +1,4 @@
-"""Groups of continuous blocks that are moved in steps: of fixed length, or as their errors and events want it."""
+"""Groups of continuous blocks that move in steps, of fixed length or chosen by error and events."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ def group_writer(writer: Writer, solver: Solver) -> GroupWriter:
 
 
 class SteppedGroup(GroupWriter):
-    """A group that is moved in steps."""
+    """A group that moves in steps."""
 
     def begin(self) -> None:
         solver, size = self.solver, len(self.group.states)
@@ -49,15 +49,15 @@ class SteppedGroup(GroupWriter):
         return self.writer.numbers.scratch(f"{self.name}_{key}", length)
 
     def _functions(self, context: Context) -> tuple[Function, ...]:
-        """What steps the group, and what sees to its events."""
+        """Functions that step the group and handle its events."""
         rates = self.rates(context)
-        given: Lowered = context
+        context_and_work: Lowered = context
         if self.solver.method == "radau":
-            given = (context, self.largest, self.steps_work)
-            step = self._radau(given, rates)
+            context_and_work = (context, self.largest, self.steps_work)
+            step = self._radau(context_and_work, rates)
         else:
             step = self._explicit(context, rates)
-        return (step,) if self.fixed else (step, self._clearances(given), self._then(given))
+        return (step,) if self.fixed else (step, self._clearances(context_and_work), self._then(context_and_work))
 
     # -- in each tick ------------------------------------------------------------------------------------------------
 
@@ -96,7 +96,7 @@ class SteppedGroup(GroupWriter):
     # -- functions ---------------------------------------------------------------------------------------------------
 
     def _explicit(self, context: Context, rates: Function) -> Function:
-        """The formula of the method, run on values that are written down instead of numbers."""
+        """Write the formula of the method: it runs on values that record their arithmetic."""
         builder = self.builder.beside(f"{self.name}_step", inline=self.fixed)
         given, time, length, x, moved, error = self._of_step(builder, context)
 
@@ -123,11 +123,11 @@ class SteppedGroup(GroupWriter):
 
     def _rates_into(self, context: Context, rates: Function) -> Function:
         builder, size = self.builder.beside(f"{self.name}_rates_into"), len(self.group.states)
-        given = parameters_like(builder, "at", context)
+        parameters = parameters_like(builder, "at", context)
         time = builder.parameter(FLOAT, "time")
         x, out = builder.array(FLOAT, size, "x", True), builder.array(FLOAT, size, "out", True)
         states = [builder.load(x, i) for i in range(size)]
-        for i, rate in enumerate(builder.call(rates, *leaves(given), time, *states)):
+        for i, rate in enumerate(builder.call(rates, *leaves(parameters), time, *states)):
             builder.store(out, i, rate)
         return builder.function()
 
@@ -168,7 +168,7 @@ class SteppedGroup(GroupWriter):
         return builder.function()
 
     def _of_events(self, builder: Builder, given: Lowered, into: str) -> tuple[Frame | None, Array]:
-        """Parameters of a function of events, and what is known in it where there are any."""
+        """Parameters of a function of events, and the values known in it, if there are events."""
         at = parameters_like(builder, "at", given)
         time, size = builder.parameter(FLOAT, "time"), len(self.group.states)
         x = builder.array(FLOAT, size, "x", True)
@@ -187,5 +187,5 @@ def _called(frame: Frame, name: str, watched: str, behaviour: Behaviour) -> Call
 
 
 def _zero_of(held: Lowered) -> Operand:
-    """Something of the kind of a wire."""
+    """A zero of the kind and shape of a wire."""
     return operand({FLOAT: 0.0, INTEGER: 0}.get(held.kind, False))

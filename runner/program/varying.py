@@ -1,130 +1,114 @@
-"""What differs from run to run when several runs go through one program side by side, each in a lane.
+"""The numbers of a program that differ from lane to lane when several runs go through it side by side.
 
 A number differs where it follows from one that does, and a variable also where some lanes set it and others do not.
-Lanes go apart at an `If` whose condition differs, and at jumps inside it: from there on, to the end of what was left,
-only some of them are active. Functions are looked at once for each way in which they are called.
+Lanes diverge at an `If` whose condition differs, and at jumps inside it: from there to the end of the region that was
+left, only some lanes are active. Each function is analysed once for each way in which it is called.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from proofmass.runner.program.form import (
-    Array,
-    Break,
-    Call,
-    Compute,
-    Constant,
-    Continue,
-    External,
-    For,
-    Function,
-    Get,
-    If,
-    Load,
-    Operand,
-    Region,
-    Return,
-    Set,
-    Statement,
-    Store,
-    Value,
-    Variable,
-    View,
-    While,
-)
+from proofmass.runner.program import form
 
 ALL = -1  # entries of an array, as bits of an integer
 
 
 class ArrayOf(NamedTuple):
-    """How a function is given an array: `rows` of lanes or one number for all; entries that differ, as bits."""
+    """How an array is passed to a function: `rows` of lanes or one number for all; entries that differ, as bits."""
 
     rows: bool
     entries: int = 0
-    apart: bool = False  # whether it begins elsewhere in each lane
+    apart: bool = False  # whether it begins at another place in each lane
 
 
 class Way(NamedTuple):
-    """How a function is called: with some lanes inactive or not; of each parameter, what differs."""
+    """How a function is called: whether some lanes may be inactive, and what differs in each parameter."""
 
     masked: bool
     parameters: tuple["bool | ArrayOf", ...]
 
 
 class _Part(NamedTuple):
-    """Where an array lies: in which parameter, from where on (None: nobody knows), and whether it begins apart."""
+    """Where an array lies: its parameter, its first entry (None: unknown), and whether that differs by lane."""
 
-    root: Array
+    root: form.Array
     first: int | None
     apart: bool
 
 
 @dataclass
 class Varying:
-    """What differs in a function that is called in one way."""
+    """The values that differ in a function called in one way."""
 
-    function: Function
+    function: form.Function
     way: Way
-    numbers: set[Value | Variable] = field(default_factory=set)
-    entries: dict[Array, int] = field(default_factory=dict)  # of the parameters, as bits
+    numbers: set[form.Value | form.Variable] = field(default_factory=set)
+    entries: dict[form.Array, int] = field(default_factory=dict)  # of the parameters, as bits
     results: list[bool] = field(default_factory=list)
     calls: dict[int, Way] = field(default_factory=dict)  # by the identity of the statement
-    loops: set[int] = field(default_factory=set)  # that lanes leave apart from each other
-    parting: set[int] = field(default_factory=set)  # statements behind which fewer lanes are active
-    parts: dict[Array, _Part] = field(default_factory=dict)
+    loops: set[int] = field(default_factory=set)  # loops that lanes leave at different times
+    parting: set[int] = field(default_factory=set)  # statements after which fewer lanes are active
+    parts: dict[form.Array, _Part] = field(default_factory=dict)
 
-    def differs(self, operand: Operand) -> bool:
-        """Whether a number differs from lane to lane."""
-        return operand in self.numbers if not isinstance(operand, Constant) else False
+    def differs(self, operand: form.Operand) -> bool:
+        """Return whether a number differs from lane to lane."""
+        return operand in self.numbers if not isinstance(operand, form.Constant) else False
 
-    def given(self, array: Array) -> ArrayOf:
-        """How the parameter is given that an array lies in."""
+    def given(self, array: form.Array) -> ArrayOf:
+        """How the parameter in which an array lies is passed."""
         way = self.way.parameters[self.function.parameters.index(self.parts[array].root)]
         assert isinstance(way, ArrayOf)
         return way
 
-    def read_differs(self, array: Array, index: Operand) -> bool:
-        """Whether an entry that is read differs."""
+    def read_differs(self, array: form.Array, index: form.Operand) -> bool:
+        """Return whether a loaded entry differs."""
         part = self.parts[array]
         bits = self.bits(array, index, 1)
         return part.apart or self.differs(index) or bool(self.entries[part.root] & bits)
 
-    def bits(self, array: Array, index: Operand, count: int | None) -> int:
-        """Entries of the parameter that may be meant, as bits."""
+    def bits(self, array: form.Array, index: form.Operand, count: int | None) -> int:
+        """Entries of the parameter that an access may touch, as bits."""
         part = self.parts[array]
         if part.first is None or part.apart:
             return ALL
-        if isinstance(index, Constant) and count is not None:
+        if isinstance(index, form.Constant) and count is not None:
             return ((1 << count) - 1) << (part.first + int(index.value))
         return ALL if array.length is None else ((1 << array.length) - 1) << part.first
 
 
 class Lanes:
-    """Looks at functions, each once for each way in which it is called."""
+    """Analyses functions, each once for each way in which it is called."""
 
     def __init__(self) -> None:
-        self._known: dict[tuple[Function, Way], Varying] = {}
+        self._known: dict[tuple[form.Function, Way], Varying] = {}
 
-    def of(self, function: Function, way: Way) -> Varying:
-        """What differs in a function."""
+    def of(self, function: form.Function, way: Way) -> Varying:
+        """Return what differs in a function."""
         if (function, way) not in self._known:
             self._known[function, way] = _Reader(function, way, self).read()
         return self._known[function, way]
 
     def of_entry(
-        self, function: Function, differing: frozenset[Value], shared: frozenset[Array], entries: Mapping[Array, int]
+        self,
+        function: form.Function,
+        differing: frozenset[form.Value],
+        shared: frozenset[form.Array],
+        entries: Mapping[form.Array, int],
     ) -> Varying:
-        """What differs in the entry: `differing` of its numbers, entries of arrays; all lanes read `shared` arrays."""
+        """Return what differs in the program's entry, given the `differing` numbers and `entries` of arrays, as bits.
+
+        All lanes read the same `shared` arrays.
+        """
         parameters = tuple(
-            p in differing if isinstance(p, Value) else ArrayOf(p not in shared, entries.get(p, 0))
+            p in differing if isinstance(p, form.Value) else ArrayOf(p not in shared, entries.get(p, 0))
             for p in function.parameters
         )
-        while True:  # entries that are found to differ behind a call of the program do so before the next
+        while True:  # entries that differ after a call of the program differ before the next
             varying = self.of(function, Way(False, parameters))
             behind = tuple(
                 given._replace(entries=varying.entries[p])
-                if isinstance(given, ArrayOf) and isinstance(p, Array)
+                if isinstance(given, ArrayOf) and isinstance(p, form.Array)
                 else given
                 for given, p in zip(parameters, function.parameters, strict=True)
             )
@@ -144,21 +128,21 @@ class _Left(NamedTuple):
 
 
 class _Reader:
-    """Reads one function again and again until nothing more is found to differ."""
+    """Analyses one function again and again until no further value is found to differ."""
 
-    def __init__(self, function: Function, way: Way, lanes: Lanes) -> None:
+    def __init__(self, function: form.Function, way: Way, lanes: Lanes) -> None:
         self.found, self.lanes = Varying(function, way), lanes
         self.found.results = [False] * len(function.results)
-        for parameter, given in zip(function.parameters, way.parameters, strict=True):
-            if isinstance(parameter, Array):
-                assert isinstance(given, ArrayOf)
-                self.found.parts[parameter] = _Part(parameter, None if given.apart else 0, given.apart)
-                self.found.entries[parameter] = ALL if given.apart else given.entries
-            elif given:
+        for parameter, argument in zip(function.parameters, way.parameters, strict=True):
+            if isinstance(parameter, form.Array):
+                assert isinstance(argument, ArrayOf)
+                self.found.parts[parameter] = _Part(parameter, None if argument.apart else 0, argument.apart)
+                self.found.entries[parameter] = ALL if argument.apart else argument.entries
+            elif argument:
                 self.found.numbers.add(parameter)
 
     def read(self) -> Varying:
-        """All that differs."""
+        """Return all that differs."""
         before = None
         while before != (before := self._size()):
             self._region(self.found.function.body, False, False)
@@ -168,8 +152,8 @@ class _Reader:
         found = self.found
         return len(found.numbers), tuple(found.entries.values()), tuple(found.results), len(found.loops)
 
-    def _region(self, region: Region, apart: bool, apart_in_loop: bool) -> _Left:
-        """Statements; `apart` says whether lanes of the function, or of the turn of the loop, are inactive."""
+    def _region(self, region: form.Region, apart: bool, apart_in_loop: bool) -> _Left:
+        """Analyse statements; `apart` says whether lanes of the function, or of the loop's turn, may be inactive."""
         left = _Left()
         for statement in region:
             of_this = self._statement(statement, apart, apart_in_loop)
@@ -179,105 +163,106 @@ class _Reader:
             left |= of_this
         return left
 
-    def _statement(self, s: Statement, apart: bool, apart_in_loop: bool) -> _Left:
-        found = self.found
+    def _statement(self, s: form.Statement, apart: bool, apart_in_loop: bool) -> _Left:
+        varying = self.found
         match s:
-            case Compute(result, _, operands):
-                self._note(result, any(map(found.differs, operands)))
-            case Get(result, variable):
-                self._note(result, variable in found.numbers)
-            case Set(variable, value):
-                self._note(variable, apart or found.differs(value))
-            case Load(result, array, index):
-                self._note(result, found.read_differs(array, index))
-            case Store(array, index, value):
-                if apart or found.way.masked or found.differs(value) or found.differs(index):
-                    self._spoil(array, found.bits(array, index, 1))
-                elif found.parts[array].apart:
+            case form.Compute(result, _, operands):
+                self._note(result, any(map(varying.differs, operands)))
+            case form.Get(result, variable):
+                self._note(result, variable in varying.numbers)
+            case form.Set(variable, value):
+                self._note(variable, apart or varying.differs(value))
+            case form.Load(result, array, index):
+                self._note(result, varying.read_differs(array, index))
+            case form.Store(array, index, value):
+                if apart or varying.way.masked or varying.differs(value) or varying.differs(index):
+                    self._spoil(array, varying.bits(array, index, 1))
+                elif varying.parts[array].apart:
                     self._spoil(array, ALL)
-            case View(part, whole, first):
+            case form.View(part, whole, first):
                 self._view(part, whole, first)
-            case Call():
+            case form.Call():
                 self._call(s, apart)
-            case If(condition, then, otherwise):
-                differs = found.differs(condition)
+            case form.If(condition, then, otherwise):
+                differs = varying.differs(condition)
                 regions = (then, otherwise)
                 parted = [self._region(r, apart or differs, apart_in_loop or differs) for r in regions]
                 return parted[0] | parted[1]
-            case For():
+            case form.For():
                 return self._for(s, apart)
-            case While(test, condition, body):
-                if found.differs(condition):
-                    found.loops.add(id(s))
-                self._region(test, apart or id(s) in found.loops, False)
+            case form.While(test, condition, body):
+                if varying.differs(condition):
+                    varying.loops.add(id(s))
+                self._region(test, apart or id(s) in varying.loops, False)
                 return self._loop(s, body, apart)
-            case Break() | Continue():
+            case form.Break() | form.Continue():
                 return _Left(loop=apart_in_loop)
-            case Return(values):
-                found.results = [
-                    before or apart or found.differs(value) for before, value in zip(found.results, values, strict=True)
+            case form.Return(values):
+                varying.results = [
+                    before or apart or varying.differs(value)
+                    for before, value in zip(varying.results, values, strict=True)
                 ]
                 return _Left(function=apart)
         return _Left()
 
-    def _note(self, item: Value | Variable, differs: bool) -> None:
+    def _note(self, item: form.Value | form.Variable, differs: bool) -> None:
         if differs:
             self.found.numbers.add(item)
 
-    def _spoil(self, array: Array, bits: int) -> None:
+    def _spoil(self, array: form.Array, bits: int) -> None:
         self.found.entries[self.found.parts[array].root] |= bits
 
-    def _view(self, part: Array, whole: Array, first: Operand) -> None:
+    def _view(self, part: form.Array, whole: form.Array, first: form.Operand) -> None:
         around = self.found.parts[whole]
         at = None
-        if around.first is not None and isinstance(first, Constant):
+        if around.first is not None and isinstance(first, form.Constant):
             at = around.first + int(first.value)
         self.found.parts[part] = _Part(around.root, at, around.apart or self.found.differs(first))
 
-    def _for(self, s: For, apart: bool) -> _Left:
+    def _for(self, s: form.For, apart: bool) -> _Left:
         if self.found.differs(s.first) or self.found.differs(s.last):
             self.found.numbers.add(s.counter)
             self.found.loops.add(id(s))
         return self._loop(s, s.body, apart)
 
-    def _loop(self, s: For | While, body: Region, apart: bool) -> _Left:
+    def _loop(self, s: form.For | form.While, body: form.Region, apart: bool) -> _Left:
         left = self._region(body, apart or id(s) in self.found.loops, False)
         if left.loop or left.function:
             self.found.loops.add(id(s))
         return _Left(function=left.function)
 
-    def _call(self, s: Call, apart: bool) -> None:
-        found = self.found
-        if isinstance(s.function, External):
-            differ = any(found.differs(a) for a in s.arguments if not isinstance(a, Array))
+    def _call(self, s: form.Call, apart: bool) -> None:
+        varying = self.found
+        if isinstance(s.function, form.External):
+            differ = any(varying.differs(a) for a in s.arguments if not isinstance(a, form.Array))
             for result in s.results:
                 self._note(result, differ or not s.function.pure)
             return
-        masked = apart or found.way.masked
+        masked = apart or varying.way.masked
         way = Way(masked, tuple(self._argument(a, p) for a, p in zip(s.arguments, s.function.parameters, strict=True)))
-        found.calls[id(s)] = way
+        varying.calls[id(s)] = way
         inside = self.lanes.of(s.function, way)
         for result, differs in zip(s.results, inside.results, strict=True):
             self._note(result, differs)
         for argument, parameter in zip(s.arguments, s.function.parameters, strict=True):
-            if isinstance(argument, Array) and isinstance(parameter, Array) and parameter.writable:
+            if isinstance(argument, form.Array) and isinstance(parameter, form.Array) and parameter.writable:
                 self._behind(argument, inside.entries[parameter])
 
-    def _argument(self, argument: Operand | Array, parameter: Value | Array) -> bool | ArrayOf:
-        found = self.found
-        if not isinstance(argument, Array):
-            return found.differs(argument)
-        part, rows = found.parts[argument], found.given(argument).rows
+    def _argument(self, argument: form.Operand | form.Array, parameter: form.Value | form.Array) -> bool | ArrayOf:
+        varying = self.found
+        if not isinstance(argument, form.Array):
+            return varying.differs(argument)
+        part, rows = varying.parts[argument], varying.given(argument).rows
         if part.apart:
             return ArrayOf(rows, ALL, True)
-        bits = found.entries[part.root]
+        bits = varying.entries[part.root]
         if part.first is None or argument.length is None:
             whole = part.first == 0 and argument.length is None
             return ArrayOf(rows, bits if whole else (ALL if bits else 0))
         return ArrayOf(rows, bits >> part.first & ((1 << argument.length) - 1))
 
-    def _behind(self, argument: Array, bits: int) -> None:
-        """Entries that differ when a function has written to an array."""
+    def _behind(self, argument: form.Array, bits: int) -> None:
+        """Entries that differ after a function has written to an array."""
         part = self.found.parts[argument]
         if not bits:
             return

@@ -1,105 +1,87 @@
-"""Ways through the regions of a function that several readers of programs take."""
+"""Traversals of the regions of a function, shared by several readers of programs."""
 
 from collections.abc import Iterator
 
-from proofmass.runner.program.form import (
-    Array,
-    Call,
-    Compute,
-    Constant,
-    For,
-    Get,
-    If,
-    Load,
-    Operand,
-    Region,
-    Return,
-    Set,
-    Statement,
-    Store,
-    Value,
-    View,
-    While,
-)
+from proofmass.runner.program import form
 
 
-def regions(statement: Statement) -> tuple[Region, ...]:
+def regions(statement: form.Statement) -> tuple[form.Region, ...]:
     """Regions inside a statement."""
     match statement:
-        case If(_, then, otherwise):
+        case form.If(_, then, otherwise):
             return then, otherwise
-        case For():
+        case form.For():
             return (statement.body,)
-        case While(test, _, body):
+        case form.While(test, _, body):
             return test, body
         case _:
             return ()
 
 
-def statements(region: Region) -> Iterator[Statement]:
-    """All statements of a region, those inside others included, in the order of the text."""
+def statements(region: form.Region) -> Iterator[form.Statement]:
+    """All statements of a region, nested ones included, in the order of the text."""
     for statement in region:
         yield statement
         for inner in regions(statement):
             yield from statements(inner)
 
 
-def operands(statement: Statement) -> tuple[Operand | Array, ...]:
-    """What a statement itself reads; the condition of `While` is read at the end of its test."""
+def operands(statement: form.Statement) -> tuple[form.Operand | form.Array, ...]:
+    """Operands of a statement itself; the condition of `While` is read at the end of its test."""
     match statement:
-        case Compute(_, _, read):
+        case form.Compute(_, _, read):
             return read
-        case Set(_, value):
+        case form.Set(_, value):
             return (value,)
-        case Load(_, array, index):
+        case form.Load(_, array, index):
             return array, index
-        case Store(array, index, value):
+        case form.Store(array, index, value):
             return array, index, value
-        case View(_, whole, first):
+        case form.View(_, whole, first):
             return whole, first
-        case Call(_, _, arguments):
+        case form.Call(_, _, arguments):
             return arguments
-        case If(condition) | While(_, condition):
+        case form.If(condition) | form.While(_, condition):
             return (condition,)
-        case For(_, first, last):
+        case form.For(_, first, last):
             return first, last
-        case Return(values):
+        case form.Return(values):
             return values
         case _:
             return ()
 
 
-def results(statement: Statement) -> tuple[Value, ...]:
+def results(statement: form.Statement) -> tuple[form.Value, ...]:
     """Values that a statement itself defines."""
     match statement:
-        case Compute(result) | Get(result) | Load(result):
+        case form.Compute(result) | form.Get(result) | form.Load(result):
             return (result,)
-        case Call(several):
+        case form.Call(several):
             return several
-        case For(counter):
+        case form.For(counter):
             return (counter,)
         case _:
             return ()
 
 
-def used_once(region: Region) -> frozenset[Value]:
-    """Results of operations that are read once, in the region that they are computed in: parts of an expression."""
-    found: set[Value] = set()
-    _uses(region, {}, found)
-    return frozenset(found)
+def used_once(region: form.Region) -> frozenset[form.Value]:
+    """Results that are read once, in the region that computes them: parts of an expression."""
+    values: set[form.Value] = set()
+    _uses(region, {}, values)
+    return frozenset(values)
 
 
-def _uses(region: Region, uses: dict[Value, int], found: set[Value]) -> None:
-    """Count reads; add to `found` the values of the region that only its own statements read, one of them, once."""
-    own, direct = [], set[Value]()
+def _uses(region: form.Region, uses: dict[form.Value, int], once: set[form.Value]) -> None:
+    """Count reads; add to `once` the values of the region that just one of its own statements reads, once."""
+    results_here, direct = [], set[form.Value]()
     for statement in region:
         for operand in operands(statement):
-            if not isinstance(operand, Array | Constant):
+            if not isinstance(operand, form.Array | form.Constant):
                 uses[operand] = uses.get(operand, 0) + 1
-                if not isinstance(statement, While):
+                if not isinstance(statement, form.While):
                     direct.add(operand)
         for inner in regions(statement):
-            _uses(inner, uses, found)
-        if isinstance(statement, Compute):
-            own.append(statement.result)
-    found.update(value for value in own if uses.get(value) == 1 and value in direct)
+            _uses(inner, uses, once)
+        if isinstance(statement, form.Compute):
+            results_here.append(statement.result)
+    once.update(value for value in results_here if uses.get(value) == 1 and value in direct)

@@ -6,7 +6,6 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.engine_table import ENGINES, EngineName
 
-LANES = (32, 16, 8)  # to choose from; more than vectors of the processor hold in its registers are slower
 INTERPRETED_PART = 0.5  # of what compiling takes: what plain Python may take for a run before compiling is worth it
 COMPILING_SECONDS = 0.1  # about what compiling takes, and so what plain Python may take for like runs together
 _KNOWING_SECONDS = 0.03  # about what it takes to know whether a plan has been compiled before
@@ -28,15 +27,11 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
     """
     if wanted != "auto":
         return wanted
-    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
     if any(block.wide for block in planned.digital.values()):
         return "python"
-    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
-    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
-    seconds = ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
+    seconds, compiling = interpreting_seconds(planned, ticks), compiling_seconds(planned)
     key = _likeness(planned)
     spent = _spent.get(key, 0.0) + seconds
-    compiling = COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
     if seconds > INTERPRETED_PART * compiling or spent > compiling:
         return "compiled"
     if spent > _KNOWING_SECONDS:
@@ -47,6 +42,19 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
             return "compiled"
     _spent[key] = spent
     return "python"
+
+
+def interpreting_seconds(planned: Plan, ticks: int) -> float:
+    """What a run takes in plain Python, about."""
+    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
+    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
+    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
+    return ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
+
+
+def compiling_seconds(planned: Plan) -> float:
+    """What compiling a plan takes, about."""
+    return COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
 
 
 def _interpreted(solver: Solver) -> float:
@@ -76,11 +84,6 @@ def _likeness(planned: Plan) -> int:
     """A number that plans of one loop share, whatever their parameters."""
     kinds = tuple((name, type(block)) for name, block in planned.blocks.items())
     return hash((kinds, planned.graph.wires, planned.probes, planned.schedule.base_rate))
-
-
-def lanes_for(runs: int) -> int:
-    """How many lanes suit so many compiled runs: the most that are filled several times over; 0 for a few runs."""
-    return next((lanes for lanes in LANES if runs >= 4 * lanes), LANES[-1] if 2 * runs >= LANES[-1] else 0)
 
 
 def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -> Engine:

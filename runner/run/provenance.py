@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.host.versions import version
+from proofmass.runner.host.versions import PROOFMASS, version
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.engine_table import ENGINES
@@ -35,14 +35,18 @@ def _method(solver: Solver) -> str:
     return f"{solver.method}, {solver.substeps} step{'s' if solver.substeps > 1 else ''} a tick"
 
 
-def provenance(graph: Graph, engine: str, integration: str = "") -> dict[str, str]:
-    """Facts to repeat a run: what ran, where, when; `engine` is empty for runs that were kept, by whichever engine."""
+def provenance(graph: Graph, engine: str, integration: str = "", handed_over: int | None = None) -> dict[str, str]:
+    """Facts to repeat a run: what ran, where, when; `engine` is empty for runs that were kept, by whichever engine.
+
+    `handed_over` is the tick from which on machine code ran what plain Python had begun; no digest has it.
+    """
     libraries = ENGINES[engine].libraries if engine else ("numpy",)
     return {
         "graph_hash": graph_hash(graph),
         "engine": engine,
+        **({"handed_over": f"by plain Python at tick {handed_over}"} if handed_over is not None else {}),
         **({"integration": integration} if integration else {}),
-        "proofmass": version("proofmass"),
+        "proofmass": PROOFMASS,
         "python": platform.python_version(),
         **{library: version(library) for library in libraries},
         "platform": platform.platform(),

@@ -19,8 +19,8 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engine_table import EngineName, engine_problems
-from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import RunError, failed, name_fault
+from proofmass.runner.run.hand_over import HandOver, begin
 from proofmass.runner.run.provenance import integration_of, provenance
 from proofmass.runner.run.result import Recorder, Result
 from proofmass.runner.run.trace_size import IN_MEMORY, refuse_large, trace_bytes
@@ -53,6 +53,15 @@ def simulate(
 
     Raises `ModelError` when the graph is wrong and `RunError` when a number stops being finite, or leaves a format
     whose overflow is "refuse".
+
+    `graph` may have come from a file or from Python. `seed` is that of all noise, or else the graph's. `engine` is
+    "auto", "python", "compiled" or "cxxrtl"; all give the same bits. `progress` is called with the ticks that are done
+    and all ticks.
+
+    >>> from proofmass import read_graph, simulate
+    >>> result = simulate(read_graph("library:template"), duration="1 ms")
+    >>> [(signal, len(result[signal]), result[signal].unit) for signal in result]
+    [('sensor.displacement', 11, 'm'), ('adc.code', 11, '1')]
     """
     options = RunOptions(duration, samples, seed, engine, folder, progress, resume)
     return simulate_plan(plan(graph), graph, options)
@@ -87,13 +96,14 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
         from proofmass.runner.run.checkpoint import load_checkpoint
 
         memory, rows_before = load_checkpoint(place, planned, run.seed, run.ticks)
-    engine = make_engine(planned, choose(planned, run.ticks, options.engine), run.seed, run.noise, memory)
+    engine = begin(planned, options.engine, run.seed, run.noise, memory, run.ticks)
     recorders = _recorders(planned, run.ticks, place, streamed, rows_before)
     looped = time.perf_counter()
     done, memory, unwritten = _loop(run, engine, memory.tick, recorders, options.progress)
     ended = time.perf_counter()
     base = planned.schedule.base_rate
     overflows = memory.overflow_counts()
+    waited, handed_over = (engine.waited, engine.handed_over) if isinstance(engine, HandOver) else (0.0, None)
     result = Result(
         graph=graph,
         traces={probe.signal: recorders[probe.signal].finish(base) for probe in graph.probes},
@@ -102,9 +112,9 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
         planned_ticks=run.ticks,
         base_rate=base,
         seed=run.seed,
-        seconds=ended - looped,
-        preparation=looped - options.began,
-        provenance=provenance(graph, engine.name, integration_of(planned)),
+        seconds=ended - looped - waited,
+        preparation=looped - options.began + waited,
+        provenance=provenance(graph, engine.name, integration_of(planned), handed_over),
         overflows=overflows,
         overflow_ticks={name: planned.schedule.beat(name).before(done) for name in overflows},
         memory=memory if done < run.ticks else None,

@@ -9,46 +9,19 @@ from collections.abc import Iterator
 from itertools import chain
 from pathlib import PurePath
 
-from proofmass.runner.program.form import (
-    FLOAT,
-    INTEGER,
-    TRUTH,
-    Array,
-    Break,
-    Call,
-    Compute,
-    Constant,
-    Continue,
-    External,
-    For,
-    Function,
-    Get,
-    If,
-    Line,
-    Load,
-    Operand,
-    Program,
-    Region,
-    Return,
-    Set,
-    Statement,
-    Store,
-    Value,
-    View,
-    While,
-)
+from proofmass.runner.program import form
 from proofmass.runner.program.names import Names
 from proofmass.runner.program.walk import statements, used_once
 from proofmass.runner.targets.c99_operations import CALLED, HELPERS, INFIX, RESERVED
 
-TYPES = {FLOAT: "double", INTEGER: "int64_t", TRUTH: "bool"}
-_ZEROS = {FLOAT: "0.0", INTEGER: "0", TRUTH: "false"}
+TYPES = {form.FLOAT: "double", form.INTEGER: "int64_t", form.TRUTH: "bool"}
+_ZEROS = {form.FLOAT: "0.0", form.INTEGER: "0", form.TRUTH: "false"}
 _LONGEST = 72  # characters of an expression that takes in others
 _COLUMN = 88  # where the lines of Python stand
 _PLAIN = 2**31  # integers below need no suffix
 
 
-def c99_text(program: Program, name: str = "") -> str:
+def c99_text(program: form.Program, name: str = "") -> str:
     """The translation unit of a program; its entry is called by `name`, or as the program has it."""
     names = _function_names(program, name)
     functions = [_FunctionOfC(function, names) for function in program.functions.values()]
@@ -60,14 +33,14 @@ def c99_text(program: Program, name: str = "") -> str:
     return "\n".join([*head, *map(_declared, externals), *parts, *bodies])
 
 
-def _function_names(program: Program, entry: str) -> dict[Function, str]:
+def _function_names(program: form.Program, entry: str) -> dict[form.Function, str]:
     """A name in C for each function; the entry has its own."""
     entry = entry or program.entry.name
     taken = Names([*RESERVED, entry])
     return {f: entry if f is program.entry else taken.free(f.name) for f in program.functions.values()}
 
 
-def _declared(external: External) -> str:
+def _declared(external: form.External) -> str:
     """A function of another library: one that a compiler must call, not replace by what it takes for the same."""
     kinds = ", ".join(TYPES[kind] for kind in external.parameters) or "void"
     returned = "void" if external.result is None else TYPES[external.result]
@@ -79,17 +52,17 @@ def _declared(external: External) -> str:
 class _FunctionOfC:
     """One function; what is read once becomes a part of the expression that reads it."""
 
-    def __init__(self, function: Function, functions: dict[Function, str]) -> None:
+    def __init__(self, function: form.Function, functions: dict[form.Function, str]) -> None:
         self.function, self.functions = function, functions
         self.is_entry = function is list(functions)[-1]
         self.names = Names([*RESERVED, *functions.values()])
         self.parts = used_once(function.body)
-        self.written: dict[Value, str] = {}  # expressions that wait for the statement that reads them
+        self.written: dict[form.Value, str] = {}  # expressions that wait for the statement that reads them
         self.helpers: set[str] = set()
         self.externals = list(dict.fromkeys(_externals(function)))
         for external in self.externals:
             self.names.free(f"c_{external.symbol}")
-        self.told: Line | None = None
+        self.told: form.Line | None = None
 
     def lines(self) -> Iterator[str]:
         """Definition of the function."""
@@ -108,26 +81,26 @@ class _FunctionOfC:
         yield "}"
         yield ""
 
-    def _parameter(self, parameter: Value | Array) -> str:
-        if isinstance(parameter, Value):
+    def _parameter(self, parameter: form.Value | form.Array) -> str:
+        if isinstance(parameter, form.Value):
             return f"{TYPES[parameter.kind]} {self.names[parameter]}"
         restrict = "restrict " if self.is_entry else ""
         return f"{_pointer(parameter)}{restrict}{self.names[parameter]}"
 
     # -- statements ------------------------------------------------------------------------------------------------
 
-    def _region(self, region: Region) -> Iterator[str]:
+    def _region(self, region: form.Region) -> Iterator[str]:
         return (f"    {line}" for line in chain(*map(self._statement, region)))
 
-    def _statement(self, statement: Statement) -> Iterator[str]:
-        if isinstance(statement, Compute) and self._waits(statement):
+    def _statement(self, statement: form.Statement) -> Iterator[str]:
+        if isinstance(statement, form.Compute) and self._waits(statement):
             return
         beside = self._python(statement.line)
         for line in self._lines(statement):
             yield f"{line:{_COLUMN - 4}}/* {beside} */" if beside else line
             beside = ""
 
-    def _waits(self, statement: Compute) -> bool:
+    def _waits(self, statement: form.Compute) -> bool:
         """Whether an operation is written where it is read; its text is kept for there."""
         text = self._operation(statement)
         if statement.result not in self.parts or len(text) > _LONGEST:
@@ -136,41 +109,41 @@ class _FunctionOfC:
         self.written[statement.result] = text if simple else f"({text})"
         return True
 
-    def _lines(self, statement: Statement) -> Iterator[str]:
+    def _lines(self, statement: form.Statement) -> Iterator[str]:
         match statement:
-            case Compute(result):
+            case form.Compute(result):
                 yield self._defined(result, self._operation(statement))
-            case Get(result, variable):
+            case form.Get(result, variable):
                 yield self._defined(result, self.names[variable])
-            case Set(variable, value):
+            case form.Set(variable, value):
                 yield f"{self.names[variable]} = {self._operand(value)};"
-            case Load(result, array, index):
+            case form.Load(result, array, index):
                 yield self._defined(result, f"{self.names[array]}[{self._operand(index)}]")
-            case Store(array, index, value):
+            case form.Store(array, index, value):
                 yield f"{self.names[array]}[{self._operand(index)}] = {self._operand(value)};"
-            case View(part, whole, first):
+            case form.View(part, whole, first):
                 yield f"{_pointer(part)}{self.names[part]} = {self.names[whole]} + {self._operand(first)};"
-            case Call(results, function, arguments):
+            case form.Call(results, function, arguments):
                 yield from self._call(results, function, arguments)
-            case If():
+            case form.If():
                 yield from self._if(statement)
-            case For():
+            case form.For():
                 yield self._for(statement)
                 yield from self._region(statement.body)
                 yield "}"
-            case While():
+            case form.While():
                 yield from self._while(statement)
-            case Break():
+            case form.Break():
                 yield "break;"
-            case Continue():
+            case form.Continue():
                 yield "continue;"
-            case Return(values):
+            case form.Return(values):
                 yield self._return(values)
 
-    def _defined(self, result: Value, text: str) -> str:
+    def _defined(self, result: form.Value, text: str) -> str:
         return f"const {TYPES[result.kind]} {self.names[result]} = {text};"
 
-    def _if(self, statement: If) -> Iterator[str]:
+    def _if(self, statement: form.If) -> Iterator[str]:
         yield f"if ({_bare(self._operand(statement.condition))}) {{"
         yield from self._region(statement.then)
         if statement.otherwise:
@@ -178,12 +151,12 @@ class _FunctionOfC:
             yield from self._region(statement.otherwise)
         yield "}"
 
-    def _for(self, statement: For) -> str:
+    def _for(self, statement: form.For) -> str:
         i, first, last = self.names[statement.counter], self._operand(statement.first), self._operand(statement.last)
         sign = "<" if statement.step > 0 else ">"
         if statement.step in (1, -1):
             return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i}{'++' if statement.step > 0 else '--'}) {{"
-        if isinstance(statement.last, Constant) and abs(statement.last.value + statement.step) < 2**63:
+        if isinstance(statement.last, form.Constant) and abs(statement.last.value + statement.step) < 2**63:
             return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i} += {_number(statement.step)}) {{"
         self.helpers |= {"add_integers", "subtract_integers"}
         more, (high, low) = self.names.free("more"), (last, i) if statement.step > 0 else (i, last)
@@ -191,7 +164,7 @@ class _FunctionOfC:
         step = f"{more} = {left}, {i} = add_integers({i}, {_number(statement.step)})"
         return f"for (int64_t {i} = {first}, {more} = {i} {sign} {last}; {more}; {step}) {{"
 
-    def _while(self, statement: While) -> Iterator[str]:
+    def _while(self, statement: form.While) -> Iterator[str]:
         tested = list(self._region(statement.test))
         if not tested:
             yield f"while ({_bare(self._operand(statement.condition))}) {{"
@@ -202,17 +175,20 @@ class _FunctionOfC:
         yield from self._region(statement.body)
         yield "}"
 
-    def _return(self, values: tuple[Operand, ...]) -> str:
+    def _return(self, values: tuple[form.Operand, ...]) -> str:
         texts = [_bare(self._operand(value)) for value in values]
         if len(values) < 2:
             return " ".join(["return", *texts]) + ";"
         return f"return ({self.functions[self.function]}_results){{{', '.join(texts)}}};"
 
     def _call(
-        self, results: tuple[Value, ...], function: Function | External, arguments: tuple[Operand | Array, ...]
+        self,
+        results: tuple[form.Value, ...],
+        function: form.Function | form.External,
+        arguments: tuple[form.Operand | form.Array, ...],
     ) -> Iterator[str]:
-        read = ", ".join(self.names[a] if isinstance(a, Array) else _bare(self._operand(a)) for a in arguments)
-        if isinstance(function, External):
+        read = ", ".join(self.names[a] if isinstance(a, form.Array) else _bare(self._operand(a)) for a in arguments)
+        if isinstance(function, form.External):
             name = function.symbol if function.address is not None else f"c_{function.symbol}"
         else:
             name = self.functions[function]
@@ -228,24 +204,26 @@ class _FunctionOfC:
 
     # -- expressions -----------------------------------------------------------------------------------------------
 
-    def _operation(self, statement: Compute) -> str:
+    def _operation(self, statement: form.Compute) -> str:
         operation, read = statement.operation, [self._operand(operand) for operand in statement.operands]
         if operation in INFIX:
             return f"{read[0]} {INFIX[operation]} {read[1]}"
         if operation == "select":
             return f"{read[0]} ? {read[1]} : {read[2]}"
+        if operation == "likely":
+            return read[0]
         if operation == "negate":
             return f"-({read[0]})" if read[0].startswith("-") else f"-{read[0]}"
         if operation in HELPERS:
             self.helpers.add(operation)
         return f"{CALLED.get(operation, operation)}({', '.join(map(_bare, read))})"
 
-    def _operand(self, operand: Operand) -> str:
-        if isinstance(operand, Constant):
+    def _operand(self, operand: form.Operand) -> str:
+        if isinstance(operand, form.Constant):
             return _number(operand.value)
         return self.written.get(operand) or self.names[operand]
 
-    def _python(self, line: Line | None) -> str:
+    def _python(self, line: form.Line | None) -> str:
         """The line of Python, where it is another than that of the statement before."""
         if line is None or line == self.told:
             return ""
@@ -279,24 +257,24 @@ def _bare(text: str) -> str:
     return text
 
 
-def _pointer(array: Array) -> str:
+def _pointer(array: form.Array) -> str:
     return f"{'' if array.writable else 'const '}{TYPES[array.entry]} *"
 
 
-def _returned(name: str, function: Function) -> str:
+def _returned(name: str, function: form.Function) -> str:
     if len(function.results) > 1:
         return f"{name}_results"
     return TYPES[function.results[0]] if function.results else "void"
 
 
-def _structure(name: str, function: Function) -> Iterator[str]:
+def _structure(name: str, function: form.Function) -> Iterator[str]:
     yield "typedef struct {"
     yield from (f"    {TYPES[kind]} result_{place};" for place, kind in enumerate(function.results))
     yield f"}} {name}_results;"
     yield ""
 
 
-def _externals(function: Function) -> Iterator[External]:
+def _externals(function: form.Function) -> Iterator[form.External]:
     for statement in statements(function.body):
-        if isinstance(statement, Call) and isinstance(statement.function, External):
+        if isinstance(statement, form.Call) and isinstance(statement.function, form.External):
             yield statement.function

@@ -8,51 +8,23 @@ can fail. Each lane computes the bits of its run alone. In memory an entry of an
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from proofmass.runner.program.form import (
-    INTEGER,
-    TRUTH,
-    Array,
-    Break,
-    Call,
-    Compute,
-    Continue,
-    External,
-    For,
-    Function,
-    Get,
-    If,
-    Load,
-    Program,
-    Region,
-    Return,
-    Set,
-    Store,
-    Value,
-    View,
-    While,
-)
+from proofmass.runner.program import form
 from proofmass.runner.program.varying import ArrayOf, Lanes, Varying, Way
 from proofmass.runner.targets.lane_ways import LaneWays
-from proofmass.runner.targets.llvm_operations import TYPES, select, splat, templates
-from proofmass.runner.targets.llvm_text import (
-    ATTRIBUTES,
-    BYTES,
-    ENTRY,
-    declared,
-    power_of_two,
-    symbol_of,
-)
+from proofmass.runner.targets.llvm_functions import ATTRIBUTES, declared, symbol_of
+from proofmass.runner.targets.llvm_operations import TYPES, power_of_two, select, splat, templates
+from proofmass.runner.targets.llvm_text import BYTES, ENTRY
 
 
 class LanesOf(NamedTuple):
     """Of the entry: numbers that differ from run to run, arrays that all share, entries of the others that differ."""
 
-    numbers: frozenset[Value]
-    shared: frozenset[Array]
-    entries: Mapping[Array, int]  # as bits
+    numbers: frozenset[form.Value]
+    shared: frozenset[form.Array]
+    entries: Mapping[form.Array, int]  # as bits
 
 
-def lane_text(program: Program, lanes: int, of_entry: LanesOf) -> str:
+def lane_text(program: form.Program, lanes: int, of_entry: LanesOf) -> str:
     """The module of a program for so many runs; numbers of the entry that differ are given as addresses of rows."""
     return _LaneProgram(program, lanes, of_entry).text()
 
@@ -60,11 +32,11 @@ def lane_text(program: Program, lanes: int, of_entry: LanesOf) -> str:
 class _LaneProgram:
     """Writes each function for each way in which it is called."""
 
-    def __init__(self, program: Program, lanes: int, of_entry: LanesOf) -> None:
+    def __init__(self, program: form.Program, lanes: int, of_entry: LanesOf) -> None:
         self.lanes, self.looked = lanes, Lanes()
         self.entry = self.looked.of_entry(program.entry, *of_entry)
         self.beside: dict[str, None] = {}
-        self.symbols: dict[tuple[Function, Way], str] = {}
+        self.symbols: dict[tuple[form.Function, Way], str] = {}
         self.waiting: list[Varying] = []
         self.operations = templates(lanes)
 
@@ -76,7 +48,7 @@ class _LaneProgram:
             texts.append(_LaneFunction(self, varying, self.symbols[varying.function, varying.way]).text())
         return "\n".join([*self.beside, *texts, *ATTRIBUTES, ""])
 
-    def called(self, function: Function, way: Way) -> tuple[str, Varying]:
+    def called(self, function: form.Function, way: Way) -> tuple[str, Varying]:
         """Symbol of a function that is called in a way, and what differs in it."""
         varying = self.looked.of(function, way)
         if (function, way) not in self.symbols:
@@ -92,12 +64,12 @@ class _LaneFunction(LaneWays):
         super().__init__(varying, program.lanes, symbol == ENTRY, program.beside)
         self.program, self.symbol = program, symbol
         self.levels = []
-        self.alive = self._slot(TRUTH, self.base) if varying.parting else ""
+        self.alive = self._slot(form.TRUTH, self.base) if varying.parting else ""
 
     def text(self) -> str:
         """Definition of the function."""
         function, varying = self.function, self.varying
-        parameters = [f"{self._vector(TRUTH)} %mask"] if varying.way.masked else []
+        parameters = [f"{self._vector(form.TRUTH)} %mask"] if varying.way.masked else []
         for parameter, way in zip(function.parameters, varying.way.parameters, strict=True):
             parameters += self._lane_parameters(parameter, way)
         self.slots = [self._slot(kind, "", True) for kind in function.results] if varying.parting else []
@@ -113,8 +85,8 @@ class _LaneFunction(LaneWays):
         head = f"define {how}{self._returned(varying)} @{self.symbol}({', '.join(parameters)}) {attributes} {{"
         return "\n".join([head, "entry:", *self.top, *self.lines, "}"])
 
-    def _lane_parameters(self, parameter: Value | Array, way: bool | ArrayOf) -> list[str]:
-        if isinstance(parameter, Value):
+    def _lane_parameters(self, parameter: form.Value | form.Array, way: bool | ArrayOf) -> list[str]:
+        if isinstance(parameter, form.Value):
             name = self._named(parameter)
             if self.is_entry and way:
                 row, kind = self._fresh(), parameter.kind
@@ -130,10 +102,10 @@ class _LaneFunction(LaneWays):
         texts = [f"ptr {facts}nonnull align {align} {self._named(parameter)}"]
         if way.apart:
             self.offsets[parameter] = self._fresh()
-            texts.append(f"{self._vector(INTEGER)} {self.offsets[parameter]}")
+            texts.append(f"{self._vector(form.INTEGER)} {self.offsets[parameter]}")
         return texts
 
-    def region(self, region: Region) -> None:
+    def region(self, region: form.Region) -> None:
         """Statements; behind one where lanes part, with those that are left."""
         outer = self.mask
         for statement in region:
@@ -146,10 +118,13 @@ class _LaneFunction(LaneWays):
                     self.mask = self._both(outer, self._read(place))
         self.mask = outer
 
-    def compute(self, s: Compute) -> None:
+    def compute(self, s: form.Compute) -> None:
         """Compute."""
         if s.result not in self.varying.numbers:
             super().compute(s)
+            return
+        if s.operation == "likely":
+            self.names[s.result] = self._all(s.operands[0])
             return
         if s.operation == "select":
             apart = self.varying.differs(s.operands[0])
@@ -158,9 +133,9 @@ class _LaneFunction(LaneWays):
             text = select(s.result.kind, self.lanes, self.lanes if apart else 0)
         elif s.operation in ("floor_divide", "modulo") and (shift := power_of_two(s.operands[1])) is not None:
             down = s.operation == "floor_divide"
-            by = splat(INTEGER, str(shift if down else (1 << shift) - 1), self.lanes)
+            by = splat(form.INTEGER, str(shift if down else (1 << shift) - 1), self.lanes)
             text, read = (
-                f"%s = {'ashr' if down else 'and'} {self._vector(INTEGER)} %s, %s",
+                f"%s = {'ashr' if down else 'and'} {self._vector(form.INTEGER)} %s, %s",
                 [self._all(s.operands[0]), by],
             )
         else:
@@ -169,12 +144,12 @@ class _LaneFunction(LaneWays):
             self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))
 
-    def get(self, s: Get) -> None:
+    def get(self, s: form.Get) -> None:
         """Get."""
         of = self._type(s.result.kind, s.variable in self.varying.numbers)
         self.lines.append(f"{self._named(s.result)} = load {of}, ptr {self.names[s.variable]}")
 
-    def set(self, s: Set) -> None:
+    def set(self, s: form.Set) -> None:
         """Set."""
         if s.variable not in self.varying.numbers:
             super().set(s)
@@ -184,17 +159,21 @@ class _LaneFunction(LaneWays):
             new = self._blend(kind, self.mask, new, self._read(place, kind))
         self.lines.append(f"store {self._vector(kind)} {new}, ptr {place}")
 
-    def call(self, s: Call) -> None:
+    def call(self, s: form.Call) -> None:
         """Call."""
-        if isinstance(s.function, External):
+        if isinstance(s.function, form.External):
             self._external(s, s.function)
             return
         symbol, inside = self.program.called(s.function, self.varying.calls[id(s)])
-        read = [f"{self._vector(TRUTH)} {self.mask or splat(TRUTH, 'true', self.lanes)}"] if inside.way.masked else []
+        read = (
+            [f"{self._vector(form.TRUTH)} {self.mask or splat(form.TRUTH, 'true', self.lanes)}"]
+            if inside.way.masked
+            else []
+        )
         for argument, way in zip(s.arguments, inside.way.parameters, strict=True):
-            if isinstance(argument, Array):
+            if isinstance(argument, form.Array):
                 read.append(f"ptr {self.names[argument]}")
-                read += [f"{self._vector(INTEGER)} {self.offsets[argument]}"] if argument in self.offsets else []
+                read += [f"{self._vector(form.INTEGER)} {self.offsets[argument]}"] if argument in self.offsets else []
             else:
                 read.append(self._as(argument, bool(way)))
         returned = self._returned(inside)
@@ -212,18 +191,18 @@ class _LaneFunction(LaneWays):
             spread = result in self.varying.numbers and not differs
             self.names[result] = self._spread(result.kind, part) if spread else part
 
-    def _external(self, s: Call, function: External) -> None:
-        if function.pure and not any(self.varying.differs(a) for a in s.arguments if not isinstance(a, Array)):
+    def _external(self, s: form.Call, function: form.External) -> None:
+        if function.pure and not any(self.varying.differs(a) for a in s.arguments if not isinstance(a, form.Array)):
             super().call(s)
             return
         self._need((declared(function),))
-        read = [(a.kind, self._all(a)) for a in s.arguments if not isinstance(a, Array)]
+        read = [(a.kind, self._all(a)) for a in s.arguments if not isinstance(a, form.Array)]
         whole = self._slot(function.result, "", True) if function.result else ""
         for lane in range(self.lanes):
             apart = bool(self.mask) and not function.pure
             active, end = self._label(), self._label()
             if apart:
-                self._branch(self._lane(TRUTH, self.mask, lane), active, end)
+                self._branch(self._lane(form.TRUTH, self.mask, lane), active, end)
                 self._begin(active)
             arguments = ", ".join(f"{TYPES[kind]} {self._lane(kind, name, lane)}" for kind, name in read)
             returned = TYPES[function.result] if function.result else "void"
@@ -241,7 +220,7 @@ class _LaneFunction(LaneWays):
         if function.result:
             self.names[s.results[0]] = self._read(whole, function.result)
 
-    def return_(self, s: Return) -> None:
+    def return_(self, s: form.Return) -> None:
         """Return."""
         if self.mask == self.base:
             self._give([self._as(v, d) for v, d in zip(s.values, self.varying.results, strict=True)])
@@ -277,8 +256,17 @@ class _LaneFunction(LaneWays):
 
 
 _WRITERS: dict[type, Any] = {
-    Compute: _LaneFunction.compute, Get: _LaneFunction.get, Set: _LaneFunction.set, Load: _LaneFunction.load,
-    Store: _LaneFunction.store, View: _LaneFunction.view, Call: _LaneFunction.call, If: _LaneFunction.if_,
-    For: _LaneFunction.for_, While: _LaneFunction.while_, Break: _LaneFunction.break_,
-    Continue: _LaneFunction.continue_, Return: _LaneFunction.return_,
-}  # fmt: skip
+    form.Compute: _LaneFunction.compute,
+    form.Get: _LaneFunction.get,
+    form.Set: _LaneFunction.set,
+    form.Load: _LaneFunction.load,
+    form.Store: _LaneFunction.store,
+    form.View: _LaneFunction.view,
+    form.Call: _LaneFunction.call,
+    form.If: _LaneFunction.if_,
+    form.For: _LaneFunction.for_,
+    form.While: _LaneFunction.while_,
+    form.Break: _LaneFunction.break_,
+    form.Continue: _LaneFunction.continue_,
+    form.Return: _LaneFunction.return_,
+}

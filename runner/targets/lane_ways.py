@@ -17,8 +17,7 @@ from proofmass.runner.program.form import (
 )
 from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.lane_arrays import LaneArrays
-from proofmass.runner.targets.llvm_operations import splat
-from proofmass.runner.targets.llvm_text import cannot_overflow
+from proofmass.runner.targets.llvm_operations import cannot_overflow, splat
 
 _LIGHT = 12  # operations that are rather done for nothing than jumped over
 _HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}

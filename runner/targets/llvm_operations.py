@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, Kind
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, For, Kind, Operand
 
 TYPES = {FLOAT: "double", INTEGER: "i64", TRUTH: "i1"}
 ZEROS = {FLOAT: "0.0", INTEGER: "0", TRUTH: "false"}
@@ -147,6 +147,19 @@ def constant(operand: Constant) -> str:
     if operand.kind is TRUTH:
         return "true" if operand.value else "false"
     return str(operand.value)
+
+
+def power_of_two(operand: Operand) -> int | None:
+    """The exponent of a constant that is a power of two."""
+    value = operand.value if isinstance(operand, Constant) else 0
+    return int(value).bit_length() - 1 if value > 0 and not int(value) & (int(value) - 1) else None
+
+
+def cannot_overflow(loop: For) -> bool:
+    """Whether 64 bits surely hold the first counter that is not below the last."""
+    if loop.step in (1, -1):
+        return True
+    return isinstance(loop.last, Constant) and abs(loop.last.value + loop.step) < 2**63
 
 
 NATIVE = templates()

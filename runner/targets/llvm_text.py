@@ -7,70 +7,30 @@ away. Nothing is contracted or reordered: no instruction has a flag for that.
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from proofmass.runner.program.form import (
-    FLOAT,
-    INTEGER,
-    TRUTH,
-    Array,
-    Break,
-    Call,
-    Compute,
-    Constant,
-    Continue,
-    External,
-    For,
-    Function,
-    Get,
-    If,
-    Kind,
-    Load,
-    Operand,
-    Program,
-    Region,
-    Return,
-    Set,
-    Statement,
-    Store,
-    Value,
-    Variable,
-    View,
-    While,
+from proofmass.runner.program import form
+from proofmass.runner.targets.llvm_functions import ATTRIBUTES, attributes_of, declared, result_type, symbol_of
+from proofmass.runner.targets.llvm_operations import (
+    NATIVE,
+    TYPES,
+    ZEROS,
+    Template,
+    cannot_overflow,
+    constant,
+    power_of_two,
+    select,
 )
-from proofmass.runner.program.walk import statements
-from proofmass.runner.targets.llvm_operations import NATIVE, TYPES, ZEROS, Template, constant, select
 
 ENTRY = "proofmass_program"
-STORED = {FLOAT: "double", INTEGER: "i64", TRUTH: "i8"}  # in arrays
-BYTES = {FLOAT: 8, INTEGER: 8, TRUTH: 1}
-_SELECTS = {kind: select(kind) for kind in (FLOAT, INTEGER, TRUTH)}
+STORED = {form.FLOAT: "double", form.INTEGER: "i64", form.TRUTH: "i8"}  # in arrays
+BYTES = {form.FLOAT: 8, form.INTEGER: 8, form.TRUTH: 1}
+_SELECTS = {kind: select(kind) for kind in (form.FLOAT, form.INTEGER, form.TRUTH)}
+_LIKELY = '!0 = !{!"branch_weights", i32 2000, i32 1}'
 _LONGEST = 1000  # statements of a region in one block of instructions
-ATTRIBUTES = (
-    "attributes #0 = { nounwind }",
-    "attributes #1 = { alwaysinline nounwind }",
-    "attributes #2 = { nounwind willreturn memory(none) }",
-    "attributes #3 = { nounwind }",
-    "attributes #4 = { nounwind willreturn memory(inaccessiblemem: readwrite) }",
-    "attributes #5 = { noinline nounwind }",
-)
 
 
-def attributes_of(function: Function) -> str:
-    """What LLVM is told of a function that another calls."""
-    return "#1" if function.inline else "#5" if function.apart else "#0"
-
-
-def symbol_of(external: External) -> str:
-    """The name that LLVM calls a function by; one of a library has a name of which LLVM knows nothing."""
-    return external.symbol if external.address is not None else f"proofmass_{external.symbol}"
-
-
-def externals(program: Program) -> dict[str, External]:
-    """Functions of other libraries by the name that LLVM calls them by."""
-    calls = (s.function for f in program.functions.values() for s in statements(f.body) if isinstance(s, Call))
-    return {symbol_of(function): function for function in calls if isinstance(function, External)}
-
-
-def llvm_text(program: Program, triple: str = "", layout: str = "", operations: Mapping[str, Template] = NATIVE) -> str:
+def llvm_text(
+    program: form.Program, triple: str = "", layout: str = "", operations: Mapping[str, Template] = NATIVE
+) -> str:
     """The module of a program; its entry is called `ENTRY`."""
     beside: dict[str, None] = {}  # declarations and helpers
     entry = program.entry
@@ -84,17 +44,18 @@ class FunctionText:
 
     def __init__(
         self,
-        function: Function,
+        function: form.Function,
         is_entry: bool,
         beside: dict[str, None],
         operations: Mapping[str, Template] = NATIVE,
     ) -> None:
         self.function, self.is_entry, self.beside, self.operations = function, is_entry, beside, operations
         self.lines: list[str] = []
-        self.names: dict[Value | Variable | Array, str] = {}
+        self.names: dict[form.Value | form.Variable | form.Array, str] = {}
         self.count = 0
         self.block = "entry"  # the label of the block that is being written; "" behind a jump
         self.loops: list[tuple[str, str]] = []  # labels of where Continue and Break go
+        self.expected: set[form.Operand] = set()  # conditions that hold as a rule
 
     def text(self) -> str:
         """Definition of the function."""
@@ -109,7 +70,9 @@ class FunctionText:
             place, kind = self._named(variable), variable.kind
             self.lines.append(f"{place} = alloca {TYPES[kind]}")
             self.lines.append(f"store {TYPES[kind]} {ZEROS[kind]}, ptr {place}")
-        integer = next((p for p in self.function.parameters if isinstance(p, Value) and p.kind is INTEGER), None)
+        integer = next(
+            (p for p in self.function.parameters if isinstance(p, form.Value) and p.kind is form.INTEGER), None
+        )
         if integer is None:
             self.region(self.function.body)
         else:
@@ -118,13 +81,13 @@ class FunctionText:
             self.lines.append("unreachable" if self.function.results else "ret void")
         return "\n".join([f"{head} {attributes} {{", "entry:", *self.lines, "}"])
 
-    def _symbol(self, function: Function) -> str:
+    def _symbol(self, function: form.Function) -> str:
         return f"@{ENTRY}" if self.is_entry and function is self.function else f"@f.{function.name}"
 
-    def _parameter(self, parameter: Value | Array) -> str:
+    def _parameter(self, parameter: form.Value | form.Array) -> str:
         name = self._named(parameter)
-        if isinstance(parameter, Value):
-            extended = "zeroext " if self.is_entry and parameter.kind is TRUTH else ""
+        if isinstance(parameter, form.Value):
+            extended = "zeroext " if self.is_entry and parameter.kind is form.TRUTH else ""
             return f"{TYPES[parameter.kind]} {extended}{name}"
         size = (parameter.length or 0) * BYTES[parameter.entry]
         facts = "noalias " if self.is_entry or self.function.apart else ""
@@ -134,7 +97,7 @@ class FunctionText:
 
     # -- names and numbers -----------------------------------------------------------------------------------------
 
-    def _named(self, item: Value | Variable | Array) -> str:
+    def _named(self, item: form.Value | form.Variable | form.Array) -> str:
         self.count += 1
         name = self.names[item] = f"%v{self.count}"
         return name
@@ -143,10 +106,10 @@ class FunctionText:
         self.count += 1
         return f"%v{self.count}"
 
-    def _operand(self, operand: Operand) -> str:
-        return constant(operand) if isinstance(operand, Constant) else self.names[operand]
+    def _operand(self, operand: form.Operand) -> str:
+        return constant(operand) if isinstance(operand, form.Constant) else self.names[operand]
 
-    def _typed(self, operand: Operand) -> str:
+    def _typed(self, operand: form.Operand) -> str:
         return f"{TYPES[operand.kind]} {self._operand(operand)}"
 
     def _need(self, texts: Iterable[str]) -> None:
@@ -168,22 +131,33 @@ class FunctionText:
             self.lines.append(f"br label %{label}")
             self.block = ""
 
-    def _branch(self, condition: str, yes: str, no: str) -> None:
-        self.lines.append(f"br i1 {condition}, label %{yes}, label %{no}")
+    def _branch(self, condition: str, yes: str, no: str, likely: bool = False) -> None:
+        weights = ""
+        if likely:
+            self._need((_LIKELY,))
+            weights = ", !prof !0"
+        self.lines.append(f"br i1 {condition}, label %{yes}, label %{no}{weights}")
         self.block = ""
 
     # -- statements ------------------------------------------------------------------------------------------------
 
-    def region(self, region: Region) -> None:
+    def region(self, region: form.Region) -> None:
         """Statements up to the first behind which nothing is reached."""
         for statement in region:
             if not self.block:
                 return
             _WRITERS[type(statement)](self, statement)
 
-    def compute(self, s: Compute) -> None:
+    def compute(self, s: form.Compute) -> None:
         """Compute."""
         read = [self._operand(operand) for operand in s.operands]
+        if s.operation == "likely":
+            self.names[s.result] = read[0]
+            self.expected.add(s.result)
+            return
+        if s.operation == "select" and s.operands[0] in self.expected:
+            self._branch_to_first(s.result, *read)
+            return
         if s.operation == "select":
             text = _SELECTS[s.result.kind]
         elif s.operation in ("floor_divide", "modulo") and (shift := power_of_two(s.operands[1])) is not None:
@@ -195,55 +169,65 @@ class FunctionText:
                 self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))
 
-    def get(self, s: Get) -> None:
+    def _branch_to_first(self, result: form.Value, condition: str, first: str, second: str) -> None:
+        """The first of two numbers, which machine code goes on with before the condition is known."""
+        other, end, begun = self._label(), self._label(), self.block
+        self._branch(condition, end, other, likely=True)
+        self._begin(other)
+        self._jump(end)
+        self._begin(end)
+        kind = TYPES[result.kind]
+        self.lines.append(f"{self._named(result)} = phi {kind} [ {first}, %{begun} ], [ {second}, %{other} ]")
+
+    def get(self, s: form.Get) -> None:
         """Get."""
         self.lines.append(f"{self._named(s.result)} = load {TYPES[s.result.kind]}, ptr {self.names[s.variable]}")
 
-    def set(self, s: Set) -> None:
+    def set(self, s: form.Set) -> None:
         """Set."""
         self.lines.append(f"store {self._typed(s.value)}, ptr {self.names[s.variable]}")
 
-    def _place(self, array: Array, index: Operand) -> str:
+    def _place(self, array: form.Array, index: form.Operand) -> str:
         base = self.names[array]
-        if isinstance(index, Constant) and not index.value:
+        if isinstance(index, form.Constant) and not index.value:
             return base
         place = self._fresh()
         self.lines.append(f"{place} = getelementptr inbounds {STORED[array.entry]}, ptr {base}, {self._typed(index)}")
         return place
 
-    def load(self, s: Load) -> None:
+    def load(self, s: form.Load) -> None:
         """Load."""
         place, kind = self._place(s.array, s.index), s.array.entry
-        if kind is TRUTH:
+        if kind is form.TRUTH:
             byte = self._fresh()
             self.lines.append(f"{byte} = load i8, ptr {place}")
             self.lines.append(f"{self._named(s.result)} = icmp ne i8 {byte}, 0")
         else:
             self.lines.append(f"{self._named(s.result)} = load {TYPES[kind]}, ptr {place}, align 8")
 
-    def store(self, s: Store) -> None:
+    def store(self, s: form.Store) -> None:
         """Store."""
         place, kind = self._place(s.array, s.index), s.array.entry
-        if kind is TRUTH:
+        if kind is form.TRUTH:
             byte = self._fresh()
             self.lines.append(f"{byte} = zext i1 {self._operand(s.value)} to i8")
             self.lines.append(f"store i8 {byte}, ptr {place}")
         else:
             self.lines.append(f"store {self._typed(s.value)}, ptr {place}, align 8")
 
-    def view(self, s: View) -> None:
+    def view(self, s: form.View) -> None:
         """View."""
         self.names[s.part] = self._place(s.whole, s.first)
 
-    def call(self, s: Call) -> None:
+    def call(self, s: form.Call) -> None:
         """Call."""
-        if isinstance(s.function, External):
+        if isinstance(s.function, form.External):
             how, symbol = "", f"@{symbol_of(s.function)}"
             returned = "void" if s.function.result is None else TYPES[s.function.result]
             self._need((declared(s.function),))
         else:
             how, symbol, returned = "fastcc ", self._symbol(s.function), result_type(s.function.results)
-        read = ", ".join(f"ptr {self.names[a]}" if isinstance(a, Array) else self._typed(a) for a in s.arguments)
+        read = ", ".join(f"ptr {self.names[a]}" if isinstance(a, form.Array) else self._typed(a) for a in s.arguments)
         call = f"call {how}{returned} {symbol}({read})"
         if not s.results:
             self.lines.append(call)
@@ -255,10 +239,10 @@ class FunctionText:
             for place, result in enumerate(s.results):
                 self.lines.append(f"{self._named(result)} = extractvalue {returned} {several}, {place}")
 
-    def if_(self, s: If) -> None:
+    def if_(self, s: form.If) -> None:
         """If."""
         yes, no, end = self._label(), self._label(), self._label()
-        self._branch(self._operand(s.condition), yes, no if s.otherwise else end)
+        self._branch(self._operand(s.condition), yes, no if s.otherwise else end, s.condition in self.expected)
         reached = not s.otherwise
         for label, region in ((yes, s.then), (no, s.otherwise)):
             if region or label == yes:
@@ -269,7 +253,7 @@ class FunctionText:
         if reached:
             self._begin(end)
 
-    def for_(self, s: For) -> None:
+    def for_(self, s: form.For) -> None:
         """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
@@ -296,7 +280,7 @@ class FunctionText:
         self._branch(more, body, end)
         self._begin(end)
 
-    def _long_region(self, region: Region, integer: str) -> None:
+    def _long_region(self, region: form.Region, integer: str) -> None:
         """A region in blocks of instructions that LLVM cannot join: it is slow on very long ones.
 
         From one to the next there are two ways, and on that for one value of an integer an empty instruction.
@@ -315,7 +299,7 @@ class FunctionText:
         self._jump(following)
         self._begin(following)
 
-    def while_(self, s: While) -> None:
+    def while_(self, s: form.While) -> None:
         """While."""
         test, body, end = self._label(), self._label(), self._label()
         self._jump(test)
@@ -329,15 +313,15 @@ class FunctionText:
         self._jump(test)
         self._begin(end)
 
-    def break_(self, _: Break) -> None:
+    def break_(self, _: form.Break) -> None:
         """Break."""
         self._jump(self.loops[-1][1])
 
-    def continue_(self, _: Continue) -> None:
+    def continue_(self, _: form.Continue) -> None:
         """Continue."""
         self._jump(self.loops[-1][0])
 
-    def return_(self, s: Return) -> None:
+    def return_(self, s: form.Return) -> None:
         """Return."""
         if not s.values:
             self.lines.append("ret void")
@@ -353,45 +337,18 @@ class FunctionText:
         self.block = ""
 
 
-_WRITERS: dict[type[Statement], Callable[[FunctionText, Any], None]] = {
-    Compute: FunctionText.compute,
-    Get: FunctionText.get,
-    Set: FunctionText.set,
-    Load: FunctionText.load,
-    Store: FunctionText.store,
-    View: FunctionText.view,
-    Call: FunctionText.call,
-    If: FunctionText.if_,
-    For: FunctionText.for_,
-    While: FunctionText.while_,
-    Break: FunctionText.break_,
-    Continue: FunctionText.continue_,
-    Return: FunctionText.return_,
+_WRITERS: dict[type[form.Statement], Callable[[FunctionText, Any], None]] = {
+    form.Compute: FunctionText.compute,
+    form.Get: FunctionText.get,
+    form.Set: FunctionText.set,
+    form.Load: FunctionText.load,
+    form.Store: FunctionText.store,
+    form.View: FunctionText.view,
+    form.Call: FunctionText.call,
+    form.If: FunctionText.if_,
+    form.For: FunctionText.for_,
+    form.While: FunctionText.while_,
+    form.Break: FunctionText.break_,
+    form.Continue: FunctionText.continue_,
+    form.Return: FunctionText.return_,
 }
-
-
-def result_type(results: tuple[Kind, ...]) -> str:
-    """The type of what a function returns."""
-    if not results:
-        return "void"
-    kinds = [TYPES[kind] for kind in results]
-    return kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}"
-
-
-def declared(external: External) -> str:
-    returned = "void" if external.result is None else TYPES[external.result]
-    kinds = ", ".join(TYPES[kind] for kind in external.parameters)
-    return f"declare {returned} @{symbol_of(external)}({kinds}) {'#2' if external.pure else '#3'}"
-
-
-def power_of_two(operand: Operand) -> int | None:
-    """The exponent of a constant that is a power of two."""
-    value = operand.value if isinstance(operand, Constant) else 0
-    return int(value).bit_length() - 1 if value > 0 and not int(value) & (int(value) - 1) else None
-
-
-def cannot_overflow(loop: For) -> bool:
-    """Whether 64 bits surely hold the first counter that is not below the last."""
-    if loop.step in (1, -1):
-        return True
-    return isinstance(loop.last, Constant) and abs(loop.last.value + loop.step) < 2**63

@@ -8,6 +8,7 @@ to fused multiply-add, no vector library: the code computes the same bits as pla
 import ctypes
 import ctypes.util
 import hashlib
+import os
 import threading
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -20,12 +21,15 @@ from proofmass.runner.host.versions import version
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program, Value
 from proofmass.runner.program.listing import listing
 from proofmass.runner.targets.lane_text import LanesOf, lane_text
-from proofmass.runner.targets.llvm_text import ENTRY, externals, llvm_text
+from proofmass.runner.targets.llvm_functions import externals
+from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
 
 _C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
 _LARGE = 40_000  # lines of a module, from which on some passes of the highest level take too long
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 _loading = threading.Lock()
+if hasattr(os, "register_at_fork"):  # no child finds it held by a thread that it does not have
+    os.register_at_fork(before=_loading.acquire, after_in_parent=_loading.release, after_in_child=_loading.release)
 
 
 class Settings(NamedTuple):
@@ -40,27 +44,49 @@ class Settings(NamedTuple):
 ALONE = Settings()
 
 
+class Module(NamedTuple):
+    """A program as LLVM is given it; numbers in `rows` are given by the addresses of rows."""
+
+    program: Program
+    text: str
+    settings: Settings
+    key: str
+    rows: frozenset[Value] = frozenset()
+
+    @classmethod
+    def of(cls, program: Program, settings: Settings = ALONE) -> "Module":
+        """The module of one run."""
+        text = llvm_text(program)
+        return cls(program, text, settings, key_of(text, settings))
+
+
 def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
     """The program as a function of numbers and addresses of arrays; made and kept when it is not there yet."""
-    return _function(program, llvm_text(program), settings, frozenset())
+    return load_module(Module.of(program, settings))
 
 
 def load_lanes(program: Program, lanes: int, of_entry: LanesOf, settings: Settings) -> Callable[..., Any]:
     """The program for several runs side by side; numbers that differ are given as addresses of rows."""
-    return _function(program, lane_text(program, lanes, of_entry), settings, of_entry.numbers)
+    text = lane_text(program, lanes, of_entry)
+    return load_module(Module(program, text, settings, key_of(text, settings), of_entry.numbers))
 
 
-def _function(program: Program, text: str, settings: Settings, rows: frozenset[Value]) -> Callable[..., Any]:
-    key = key_of(text, settings)
+def _nothing() -> None:
+    """Nothing is done between the steps."""
+
+
+def load_module(module: Module, between: Callable[[], None] = _nothing) -> Callable[..., Any]:
+    """The function of a module; `between` is called between the steps of compiling, and may end it by raising."""
+    key = module.key
     with _loading:
         if key not in _loaded:
-            _name_externals(externals(program))
+            _name_externals(externals(module.program))
             code = kept(f"{key}.o")
-            prototype = _prototype(program.entry, rows)
+            prototype = _prototype(module.program.entry, module.rows)
             function = _linked(code, prototype) if code else None
             if function is None:
-                code = object_code(text, settings)
-                keep(f"{key}.o", code, {f"{key}.txt": listing(program)})
+                code = object_code(module.text, module.settings, between)
+                keep(f"{key}.o", code, {f"{key}.txt": listing(module.program)})
                 function = _linked(code, prototype)
             _loaded[key] = function
     function_of_c: Callable[..., Any] = _loaded[key][1]
@@ -91,14 +117,17 @@ def key_of(text: str, settings: Settings = ALONE) -> str:
     return digest.hexdigest()[:32]
 
 
-def object_code(text: str, settings: Settings = ALONE) -> bytes:
+def object_code(text: str, settings: Settings = ALONE, between: Callable[[], None] = _nothing) -> bytes:
     """Object file of a module, for the processor at hand."""
     if text.count("\n") > _LARGE:
         settings = settings._replace(level=1)
+    between()
     machine = machine_of(settings)
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    between()
     optimise(module, machine, settings)
+    between()
     return bytes(machine.emit_object(module))
 
 
@@ -132,6 +161,13 @@ def machine_of(settings: Settings = ALONE) -> Any:
         codemodel="jitdefault",
         jit=True,
     )
+
+
+@cache
+def vector_bits() -> int:
+    """Bits of the widest vector of numbers that the processor at hand computes with."""
+    features = llvm.get_host_cpu_features()
+    return next((bits for name, bits in (("avx512f", 512), ("avx", 256)) if features.get(name)), 128)
 
 
 @cache

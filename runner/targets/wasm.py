@@ -11,8 +11,9 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 
 from proofmass.runner.program.form import Program
+from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_operations import PORTABLE
-from proofmass.runner.targets.llvm_text import ENTRY, externals, llvm_text
+from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
 from proofmass.runner.targets.machine_code import ALONE, optimise
 
 _TRIPLE = "wasm32-unknown-unknown"

@@ -4,28 +4,8 @@ import ctypes
 import ctypes.util
 from typing import Any
 
+from proofmass.runner.program import form
 from proofmass.runner.program.build import zero
-from proofmass.runner.program.form import (
-    Array,
-    Break,
-    Call,
-    Compute,
-    Constant,
-    Continue,
-    External,
-    For,
-    Function,
-    Get,
-    If,
-    Load,
-    Region,
-    Return,
-    Set,
-    Store,
-    Value,
-    View,
-    While,
-)
 from proofmass.runner.program.operations import EVALUATE
 
 _LIBRARY = ctypes.CDLL(ctypes.util.find_library("m"))
@@ -63,7 +43,7 @@ class _ReturnsError(_LeftError):
         self.values = values
 
 
-def evaluate(function: Function, *arguments: Any) -> tuple[Any, ...]:
+def evaluate(function: form.Function, *arguments: Any) -> tuple[Any, ...]:
     """What a function returns for numbers and lists."""
     known: dict[Any, Any] = {}
     for parameter, argument in zip(function.parameters, arguments, strict=True):
@@ -78,49 +58,51 @@ def evaluate(function: Function, *arguments: Any) -> tuple[Any, ...]:
     return ()
 
 
-def _run(region: Region, known: dict[Any, Any]) -> None:
+def _run(region: form.Region, known: dict[Any, Any]) -> None:
     def of(operand: Any) -> Any:
-        return operand.value if isinstance(operand, Constant) else known[operand]
+        return operand.value if isinstance(operand, form.Constant) else known[operand]
 
     for statement in region:
         match statement:
-            case Compute(result, operation, operands):
+            case form.Compute(result, operation, operands):
                 known[result] = EVALUATE[operation](*map(of, operands))
-            case Get(result, variable):
+            case form.Get(result, variable):
                 known[result] = known[variable]
-            case Set(variable, value):
+            case form.Set(variable, value):
                 known[variable] = of(value)
-            case Load(result, array, index):
+            case form.Load(result, array, index):
                 known[result] = known[array][of(index)]
-            case Store(array, index, value):
+            case form.Store(array, index, value):
                 known[array][of(index)] = of(value)
-            case View(part, whole, first):
+            case form.View(part, whole, first):
                 known[part] = Part(known[whole], of(first))
-            case Call(results, External() as function, given):
+            case form.Call(results, form.External() as function, given):
                 known[results[0]] = _of_library(function, *map(of, given))
-            case Call(results, function, given):
-                values = evaluate(function, *(known[a] if isinstance(a, Array | Value) else a.value for a in given))
+            case form.Call(results, function, given):
+                values = evaluate(
+                    function, *(known[a] if isinstance(a, form.Array | form.Value) else a.value for a in given)
+                )
                 known.update(zip(results, values, strict=True))
-            case If(condition, then, otherwise):
+            case form.If(condition, then, otherwise):
                 _run(then if of(condition) else otherwise, known)
-            case For(counter, first, last, step, body):
+            case form.For(counter, first, last, step, body):
                 for place in range(of(first), of(last), step):
                     known[counter] = place
                     if not _turn(body, known):
                         break
-            case While(test, condition, body):
+            case form.While(test, condition, body):
                 _run(test, known)
                 while of(condition) and _turn(body, known):
                     _run(test, known)
-            case Break():
+            case form.Break():
                 raise _LeavesError
-            case Continue():
+            case form.Continue():
                 raise _GoesError
-            case Return(values):
+            case form.Return(values):
                 raise _ReturnsError(tuple(map(of, values)))
 
 
-def _turn(body: Region, known: dict[Any, Any]) -> bool:
+def _turn(body: form.Region, known: dict[Any, Any]) -> bool:
     """Whether a loop goes on."""
     try:
         _run(body, known)
@@ -131,7 +113,7 @@ def _turn(body: Region, known: dict[Any, Any]) -> bool:
     return True
 
 
-def _of_library(function: External, *arguments: float) -> float:
+def _of_library(function: form.External, *arguments: float) -> float:
     called = getattr(_LIBRARY, function.symbol)
     called.restype, called.argtypes = ctypes.c_double, [ctypes.c_double] * len(arguments)
     return float(called(*arguments))

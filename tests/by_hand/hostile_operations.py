@@ -90,6 +90,7 @@ PYTHON: dict[str, Callable[..., Any]] = {
     "either": lambda a, b: a or b,
     "differ": lambda a, b: a != b,
     "not": lambda a: not a,
+    "likely": lambda a: a,
     "float_of_integer": float,
     "integer_of_float": lambda a: int(a) if math.isfinite(a) and LOWEST <= int(a) <= HIGHEST else ANY,
     "integer_of_truth": int,
@@ -97,15 +98,15 @@ PYTHON: dict[str, Callable[..., Any]] = {
     "bits_of_float": bits,
     "float_of_bits": lambda a: struct.unpack("<d", struct.pack("<q", a))[0],
 }
-_THIN = 5  # of cases with constants, one is tried
+THIN, THINNER = 5, 35  # of so many cases with constants one is tried: where all is tried that may be, and otherwise
 _EXACT = {"negate", "absolute", "copy_sign", "float_of_bits"}  # whose NaN keep their bits
 CASES = {name: tuple(product(*(VALUES[kind] for kind in OPERATIONS[name].operands if kind))) for name in PYTHON}
 
 
-def operations_program(constant_operand: int | None = None) -> Program:
+def operations_program(constant_operand: int | None = None, thin: int = THINNER) -> Program:
     """A program that computes every operation for all its cases; arrays of each operation one behind the other.
 
-    With `constant_operand` that operand is a constant of the program, in one of five cases.
+    With `constant_operand` that operand is a constant of the program, in one of `thin` cases.
     """
     parameters: list[Array] = []
     w = Writer("entry")
@@ -120,7 +121,7 @@ def operations_program(constant_operand: int | None = None) -> Program:
             with w.count(0, len(cases)) as i:
                 w.store(out, i, w.do(name, *(w.load(array, i) for array in given)))
             continue
-        for place, case in list(enumerate(cases))[::_THIN]:
+        for place, case in list(enumerate(cases))[::thin]:
             read = [c if k == constant_operand else w.load(given[k], place) for k, c in enumerate(case)]
             w.store(out, place, w.do(name, *read))
     return program(w.function)
@@ -136,13 +137,13 @@ def operations_arrays() -> list[Any]:
     return arrays
 
 
-def operations_wrong(arrays: list[Any], constant_operand: int | None = None) -> list[str]:
+def operations_wrong(arrays: list[Any], constant_operand: int | None = None, thin: int = THINNER) -> list[str]:
     """Cases in which the arrays hold something else than Python says."""
     wrong, place = [], 0
     for name, cases in CASES.items():
         place += len(cases[0]) + 1
-        thin = 1 if constant_operand is None or len(cases[0]) <= constant_operand else _THIN
-        for case, value in list(zip(cases, arrays[place - 1].tolist(), strict=True))[::thin]:
+        apart = 1 if constant_operand is None or len(cases[0]) <= constant_operand else thin
+        for case, value in list(zip(cases, arrays[place - 1].tolist(), strict=True))[::apart]:
             expected = PYTHON[name](*case)
             if expected is not ANY and not _same(value, expected, name in _EXACT):
                 wrong.append(f"{name}{case} = {value!r}, not {expected!r}")
@@ -157,10 +158,11 @@ def _same(value: Any, expected: Any, exact: bool) -> bool:
     return bool(value == expected)
 
 
-def select_program() -> Program:
-    """A selection of each kind, of two values of the caller."""
-    condition = Value(TRUTH, "condition")
-    w = Writer("entry", condition)
+def select_program(likely: bool = False) -> Program:
+    """A selection of each kind, of two values of the caller, by a condition that is said to be likely or not."""
+    given = Value(TRUTH, "condition")
+    w = Writer("entry", given)
+    condition = w.do("likely", given) if likely else given
     for kind in Kind:
         array = Array(kind, 3, True, kind.value)
         w.function.parameters += (array,)

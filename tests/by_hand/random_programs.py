@@ -66,7 +66,9 @@ class RandomProgram:
     def _compute(self) -> None:
         kind = self.random.choice(list(Kind))
         if self.random.random() < 0.2:
-            made = self.w.do("select", self._pick(TRUTH), self._pick(kind), self._pick(kind))
+            test = self._pick(TRUTH)
+            test = self.w.do("likely", test) if self.random.random() < 0.5 else test
+            made = self.w.do("select", test, self._pick(kind), self._pick(kind))
         else:
             name = self.random.choice(_SOME[kind])
             made = self.w.do(name, *(self._pick(k) for k in OPERATIONS[name].operands if k))

@@ -1,10 +1,7 @@
 """The site: every page is in the navigation once, links lead somewhere, the reference has everything public."""
 
-import inspect
 import re
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -20,15 +17,6 @@ from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.runner.command_line import cli
 
 ROOT = Path(__file__).parents[2]
-PLAIN_PAGES = [
-    *(ROOT / name for name in ("README.md", "KNOWN_GAPS.md", "SECURITY.md")),
-    *(ROOT / "docs" / f"{name}.md" for name in ("README", "what-it-does", "graph-files", "fixed-point", "benchmarks")),
-    *(
-        path
-        for folder in ("tutorial", "how-to", "explanation", "coming-from", "project")
-        for path in sorted((ROOT / "docs" / folder).glob("*.md"))
-    ),
-]
 
 
 @pytest.fixture(scope="module")
@@ -121,35 +109,6 @@ def test_every_public_name_is_in_the_reference() -> None:
     assert sorted(name for names in groups().values() for name in names) == sorted(proofmass.__all__)
     for name in proofmass.__all__:
         assert f":: proofmass.{name}\n" in python_page()
-
-
-def public_members(name: str) -> Iterator[tuple[str, Any]]:
-    """Yield a public name, and the public methods and properties of a class of its own."""
-    thing = getattr(proofmass, name)
-    yield name, thing
-    if inspect.isclass(thing):
-        for member, value in vars(thing).items():
-            if not member.startswith("_") and (inspect.isroutine(value) or isinstance(value, property)):
-                yield f"{name}.{member}", value
-
-
-@pytest.mark.parametrize("name", proofmass.__all__)
-def test_every_public_name_is_documented(name: str) -> None:
-    silent = [path for path, thing in public_members(name) if not (inspect.getdoc(thing) or "").strip()]
-    assert silent == []
-
-
-def sentences(page: Path) -> Iterator[str]:
-    """Yield the sentences of a page's text: code, tables and headings are left out."""
-    text = re.sub(r"^```.*?^```$", "\n", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    lines = [line for line in text.splitlines() if not re.match(r"\s*(\||#|!\[)", line)]
-    for paragraph in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.|:) )", "\n".join(lines)):
-        yield from re.split(r"(?<=[.:?!])\s+", re.sub(r"`[^`]*`", "code", " ".join(paragraph.split())))
-
-
-@pytest.mark.parametrize("page", PLAIN_PAGES, ids=lambda page: f"{page.parent.name}-{page.stem}")
-def test_sentences_are_short(page: Path) -> None:
-    assert [sentence for sentence in sentences(page) if len(sentence.split()) > 30] == []
 
 
 def test_every_written_page_has_one_title() -> None:

@@ -16,9 +16,9 @@ from proofmass.graphs.model.graph import Wire
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.accelerometer_loop import PERIOD, open_loop
 
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
-PERIOD = 1.0 / 50e3
 
 
 def delayed(samples: int) -> Graph:
@@ -32,18 +32,9 @@ def delayed(samples: int) -> Graph:
 
 
 def by_formula(w: Any, samples: int) -> Any:
-    """L(exp(j w T)): the pendulum held over a period in closed form, times the controller, both written out."""
-    inertia, damping, stiffness = 1.0e-7, 4.0e-4, 3.0e-3
-    z = np.exp(1j * w * PERIOD)
-    root = math.sqrt(damping**2 - 4.0 * inertia * stiffness)
-    poles = ((-damping + root) / (2.0 * inertia), (-damping - root) / (2.0 * inertia))
-    # 1 / (J (s - a) (s - b)) = [1/(s - a) - 1/(s - b)] / (J (a - b)), each held: (e^{aT} - 1) / (a (z - e^{aT})).
-    parts = [(math.exp(a * PERIOD) - 1.0) / (a * (z - math.exp(a * PERIOD))) for a in poles]
-    plant = (parts[0] - parts[1]) / (inertia * (poles[0] - poles[1]))
-    decay = math.exp(-2.0 * math.pi * 2000.0 * PERIOD)
-    pid = 0.06 + 6.0 * PERIOD * z / (z - 1.0) + 2.0e-5 / PERIOD * (1.0 - decay) * (z - 1.0) / (z - decay)
+    """L(exp(j w T)) in closed form."""
     gain = 8000.0 * 2.0**23 / 5.0 * 2.5 / 2.0**19 * 0.0029239766081871343 * 0.065
-    return gain * plant * pid * z**-samples
+    return open_loop(w, 1.0e-7, 4.0e-4, 3.0e-3, gain) * np.exp(-1j * w * PERIOD * samples)
 
 
 @pytest.mark.parametrize(

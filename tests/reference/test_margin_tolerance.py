@@ -14,8 +14,8 @@ from proofmass.runner.studies.draws.factors import Drawn
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.sensitivities import regression
 from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.accelerometer_loop import open_loop
 
-PERIOD = 1.0 / 50e3
 RUNS = 24
 
 
@@ -31,18 +31,12 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
 
 
 def loop(study: Study, run: int, w: Any) -> Any:
-    """L(exp(j w T)) of a sensor: the pendulum held over a period in closed form, times the controller, written out."""
+    """L(exp(j w T)) of a sensor in closed form."""
     drawn = study.drawn(run)[0]
     inertia, damping, stiffness = (drawn[f"pendulum.{name}"] for name in ("inertia", "damping", "stiffness"))
-    z = np.exp(1j * w * PERIOD)
-    root = math.sqrt(damping**2 - 4.0 * inertia * stiffness)
-    poles = ((-damping + root) / (2.0 * inertia), (-damping - root) / (2.0 * inertia))
-    parts = [(math.exp(a * PERIOD) - 1.0) / (a * (z - math.exp(a * PERIOD))) for a in poles]
-    plant = (parts[0] - parts[1]) / (inertia * (poles[0] - poles[1]))
-    decay = math.exp(-2.0 * math.pi * 2000.0 * PERIOD)
-    pid = 0.06 + 6.0 * PERIOD * z / (z - 1.0) + 2.0e-5 / PERIOD * (1.0 - decay) * (z - 1.0) / (z - decay)
     converters = 2.0**23 / drawn["adc.reference"] * drawn["reference.value"] / 2.0**19
-    return drawn["pickoff.gain"] * converters * drawn["resistor.gain"] * drawn["torquer.gain"] * plant * pid
+    gain = drawn["pickoff.gain"] * converters * drawn["resistor.gain"] * drawn["torquer.gain"]
+    return open_loop(w, inertia, damping, stiffness, gain)
 
 
 def test_every_sensor_has_the_margins_of_its_own_loop(result: StudyResult) -> None:

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import networkx
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, plan_graph
@@ -24,7 +24,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.plan.bindings import Wire
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Plan, without_noise
 from proofmass.runner.plan.stages import Context
 from proofmass.runner.reference.interpret import Outputs, TickError
 
@@ -50,9 +50,9 @@ def analog_map(plan: Plan, group: Group, node: Endpoint, tick: int) -> PeriodMap
     for loop in group.loops:
         if node in loop.nodes:
             raise ModelError([plan.graph.placed(_within(node, loop.tears[0]))])
-    memory = memory_at(plan, tick)
+    memory = memory_at(without_noise(plan), tick)
     analog = _linearised(plan, group, node, memory)
-    later = _linearised(plan, group, node, Forward(plan, memory).to(tick + 1))
+    later = _linearised(plan, group, node, Forward(without_noise(plan), memory).to(tick + 1))
     size = np.maximum(np.abs(analog.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
     moved = np.abs(analog.matrix - later.matrix)[:, :-1]
     change = float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
@@ -120,8 +120,7 @@ def _linearised(plan: Plan, group: Group, node: Endpoint, memory: Memory) -> Per
 
 def _downstream(plan: Plan, node: Endpoint) -> set[str]:
     """Return the blocks that a wire acts on, directly or through others."""
-
-    return set(networkx.descendants(plan_graph(plan), node[0]))
+    return reached(plan_graph(plan), [node[0]]) - {node[0]}
 
 
 def _moving(tick: int, change: float) -> str:

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import networkx
 import numpy as np
 import numpy.typing as npt
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import memory_at
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
@@ -27,7 +27,7 @@ from proofmass.runner.derivatives.dual_noise import NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import Memory, start
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Plan, without_noise
 from proofmass.runner.reference.interpret import TickError
 
 Array = npt.NDArray[np.float64]
@@ -149,7 +149,7 @@ def period_map(
     """
     upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
-    memory = memory or memory_at(plan, tick - tick % ticks)
+    memory = memory or memory_at(without_noise(plan), tick - tick % ticks)
     ticks = span or ticks * periods
     if by_parameters:
         plan = differentiated(plan)
@@ -200,26 +200,27 @@ def blocks_of_map(
     plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], everything: bool, noise: Collection[str] = ()
 ) -> tuple[set[str], set[str]]:
     """Blocks that the outputs depend on, and those of them that the map has the states of."""
-    upstream = {name for name, _ in outputs}.union(*(networkx.ancestors(plan_graph(plan), name) for name, _ in outputs))
+    wiring = plan_graph(plan)
+    read = {name for name, _ in outputs}
+    upstream = read | reached(turned(wiring), read)
     if everything:
         return upstream, upstream
-    noisy = set(noise).union(*(networkx.descendants(plan_graph(plan), name) for name in noise))
+    noisy = {*noise} | reached(wiring, noise)
     return upstream, upstream & (_downstream(plan, inputs) | noisy)
 
 
-def plan_graph(plan: Plan) -> "networkx.DiGraph[str]":
-    """Return the graph of blocks that read each other, driven parameters included."""
-    wiring: networkx.DiGraph[str] = networkx.DiGraph()
-    wiring.add_nodes_from(plan.blocks)
-    wiring.add_edges_from((source, target) for (target, _), (source, _) in plan.schedule.drivers.items())
+def plan_graph(plan: Plan) -> dict[str, list[str]]:
+    """Return the blocks that read each block, driven parameters included."""
+    wiring: dict[str, list[str]] = {name: [] for name in plan.blocks}
+    for (target, _), (source, _) in plan.schedule.drivers.items():
+        wiring[source].append(target)
     return wiring
 
 
 def _downstream(plan: Plan, inputs: Sequence[Endpoint]) -> set[str]:
     """Blocks that the wires reach."""
-    wiring = plan_graph(plan)
     readers = {target for (target, _), source in plan.schedule.drivers.items() if source in inputs}
-    return readers.union(*(networkx.descendants(wiring, name) for name in readers))
+    return readers | reached(plan_graph(plan), readers)
 
 
 def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> int:

@@ -18,6 +18,7 @@ import numpy as np
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import Complex, Transfer
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.linearisation.state_space import StateSpace
 
 _PER_DECADE = 60
 _ABOUT_A_RESONANCE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths
@@ -44,11 +45,9 @@ class Resonant(Protocol):
 
 
 @dataclass(frozen=True)
-class WireResponse:
-    """The map from one wire to another: its matrices, and the length of its period in seconds."""
+class WireResponse(StateSpace):
+    """The map from one wire to another over a period."""
 
-    matrices: tuple[Array, Array, Array, Array]
-    period: float
     late: float = 0.0  # s
 
     @classmethod
@@ -75,20 +74,6 @@ class WireResponse:
     def top(self) -> float:
         """Half the lower of the two rates, in Hz."""
         return 0.5 * min(self.values, self.entries) / self.period
-
-    @property
-    def poles(self) -> Complex:
-        """Poles over a period."""
-        return self._poles
-
-    @cached_property
-    def _poles(self) -> Complex:
-        return np.linalg.eigvals(self.matrices[0]).astype(complex)
-
-    @property
-    def radius(self) -> float:
-        """Size of the slowest pole; below 1 the output settles."""
-        return float(np.max(np.abs(self.poles), initial=0.0))
 
     def lifted(self, frequencies: Array) -> Complex:
         """H: a matrix for each frequency."""

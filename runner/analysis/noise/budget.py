@@ -26,13 +26,12 @@ from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 _DECADES = 5.0  # below half the rate that are shown
 _TAUS = 8  # a decade
 _LOW = 0.1  # of the rate, up to which coefficients are those of a slow signal
-_NEUTRAL = 1e-9  # by which a pole beyond the unit circle may be rounding
 QUANTISATION = "quantisation"
 
 
@@ -55,21 +54,27 @@ class Source:
 
 @dataclass(frozen=True)
 class NoiseBudget:
-    """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz."""
+    """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz.
 
-    output: str
-    unit: str
+    >>> from proofmass import noise, read_graph
+    >>> budget = noise(read_graph("library:recorded_motion"), "mean.mean", input="motion.output")
+    >>> f"{budget.rms:.5f} {budget.unit}", budget.density.shape == budget.frequencies.shape
+    ('0.00205 m/s^2', True)
+    """
+
+    output: str  # "block.port"
+    unit: str  # of the output
     rate: float  # values of the output a second
     band: tuple[float, float]  # Hz
-    sources: tuple[Source, ...]
+    sources: tuple[Source, ...]  # the largest first
     rms: float  # in the band
-    frequencies: Array
-    density: Array
-    input: str
-    input_unit: str
+    frequencies: Array  # Hz
+    density: Array  # one-sided at the output, at these frequencies, in unit^2/Hz
+    input: str  # "block.port", or ""
+    input_unit: str  # of the input
     gain: Complex  # from the input; empty without one
     period: float  # of the schedule, in seconds
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # what the budget leaves out or takes for granted
     derivatives: Sensitivity | None = None  # of the rms by parameters, where wanted
     steps: tuple[OneMore, ...] = ()  # of integer parameters of quantisers, where wanted
 
@@ -167,24 +172,31 @@ def noise(
     number of a quantiser does to it, such as one more bit.
 
     Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
+
+    `graph` is linearised; `output` and `input` are "block.port".
+
+    >>> from proofmass import noise, read_graph
+    >>> budget = noise(read_graph("library:recorded_motion"), "mean.mean", input="motion.output")
+    >>> [(source.block, f"{source.share:.0%}") for source in budget.sources]
+    [('amplifier', '66%'), ('gas', '26%'), ('adc', '7%')]
     """
     planned = plan(graph)
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
-    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(without_noise(planned), at)
+    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
     whole = map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives)
-    found = noise_map(whole, target)
-    _refuse_growth(planned, output, found)
-    _refuse_silence(planned, output, found)
-    limits = _band(found, band)
-    squares = mean_squares(found, limits) if band is not None or not found.settles else found.mean_squares()
-    low = limits[0] if limits[0] > 0.0 else 0.5 * found.rate * 10.0**-_DECADES
-    shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(found, low, limits[1])
-    densities = found.densities(shown)
+    to_output = noise_map(whole, target)
+    _refuse_growth(planned, output, to_output)
+    _refuse_silence(planned, output, to_output)
+    limits = _band(to_output, band)
+    squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares()
+    low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
+    shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
+    densities = to_output.densities(shown)
     moved = {dither.block: dither for dither in dithers(whole)}
     total = float(np.sum(squares))
-    made = [
+    sources_made = [
         Source(
             block=name,
             kind=QUANTISATION if part == ROUNDING else type(planned.blocks[name]).__name__,
@@ -193,34 +205,34 @@ def noise(
             density=densities[:, column],
             dither=moved.get(name) if part == ROUNDING else None,
         )
-        for column, ((name, part), square) in enumerate(zip(found.sources, squares, strict=True))
+        for column, ((name, part), square) in enumerate(zip(to_output.sources, squares, strict=True))
     ]
     budget = NoiseBudget(
         output=output,
         unit=_unit(planned, target),
-        rate=found.rate,
+        rate=to_output.rate,
         band=limits,
-        sources=tuple(sorted(made, key=lambda source: (-source.rms, source.block, source.kind))),
+        sources=tuple(sorted(sources_made, key=lambda source: (-source.rms, source.block, source.kind))),
         rms=math.sqrt(total),
         frequencies=shown,
         density=np.sum(densities, axis=1),
         input=input,
         input_unit=_unit(planned, sources[0]) if sources else "",
-        gain=found.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
-        period=found.period,
-        notes=(*whole.notes, *_notes(planned, whole, made, found, band)),
+        gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
+        period=to_output.period,
+        notes=(*whole.notes, *_notes(planned, whole, sources_made, to_output, band)),
     )
     if not derivatives:
         return budget
-    counted = limits if band is not None or not found.settles else None
-    rounding = [source.block for source in made if source.kind == QUANTISATION]
+    counted = limits if band is not None or not to_output.settles else None
+    rounding = [source.block for source in sources_made if source.kind == QUANTISATION]
 
     def again(changed: Graph) -> float:
         return noise(changed, output, band=band, at=at, frequencies=shown[:1].tolist()).rms
 
     return replace(
         budget,
-        derivatives=rms_sensitivity(planned, output, budget.unit, found, counted, budget.rms, whole.undefined),
+        derivatives=rms_sensitivity(planned, output, budget.unit, to_output, counted, budget.rms, whole.undefined),
         steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
 
@@ -242,7 +254,7 @@ def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]
 
 
 def _notes(
-    planned: Plan, whole: PeriodMap, sources: list[Source], found: NoiseMap, band: tuple[float, float] | None
+    planned: Plan, whole: PeriodMap, sources: list[Source], to_output: NoiseMap, band: tuple[float, float] | None
 ) -> list[str]:
     """Notes that a reader needs to judge the numbers."""
     notes = [
@@ -256,38 +268,32 @@ def _notes(
     digital = sorted(set(planned.digital) & reached)
     if digital:
         notes.append(f"rounding within fixed-point blocks is not counted: {', '.join(digital)}")
-    if not found.settles and band is None:
+    if not to_output.settles and band is None:
         notes.append("the output wanders without bound: its rms is that of the band named above")
     return notes
 
 
-def _refuse_growth(planned: Plan, output: str, found: NoiseMap) -> None:
-    largest = float(np.max(np.abs(found.poles), initial=0.0))
-    if largest <= 1.0 + _NEUTRAL:
-        return
-    problem = Problem(
-        message=f"the noise of {output} grows without end: a loop is unstable",
-        key=output,
-        got=f"a mode that grows by {largest:.6g} in {found.period:.3g} s",
-        hint="proofmass margins says how stable the loops are; another operating point may do: --at",
-        path=("blocks", output.rpartition(".")[0]),
-    )
-    raise ModelError([planned.graph.placed(problem)])
+def _refuse_growth(planned: Plan, output: str, to_output: NoiseMap) -> None:
+    if to_output.grows:
+        message = f"the noise of {output} grows without end: a loop is unstable"
+        got = f"a mode that grows by {to_output.radius:.6g} in {to_output.period:.3g} s"
+        hint = "proofmass margins says how stable the loops are; another operating point may do: --at"
+        raise _refusal(planned, output, message, got, hint)
 
 
-def _refuse_silence(planned: Plan, output: str, found: NoiseMap) -> None:
-    heard = [i for i, variance in enumerate(found.variances) if variance]
-    _, b, _, d = found.matrices
-    if found.sources and (np.any(b[:, heard]) or np.any(d[:, heard])):
-        return
-    problem = Problem(
-        message=f"no noise reaches {output}",
-        key=output,
-        got=f"{len(found.sources)} sources upstream of it",
-        hint="a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at",
-        path=("blocks", output.rpartition(".")[0]),
-    )
-    raise ModelError([planned.graph.placed(problem)])
+def _refuse_silence(planned: Plan, output: str, to_output: NoiseMap) -> None:
+    drawn = [column for column, variance in enumerate(to_output.variances) if variance]
+    _, b, _, d = to_output.matrices
+    if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
+        got = f"{len(to_output.sources)} sources upstream of it"
+        hint = "a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at"
+        raise _refusal(planned, output, f"no noise reaches {output}", got, hint)
+
+
+def _refusal(planned: Plan, output: str, message: str, got: str, hint: str) -> ModelError:
+    block = output.rpartition(".")[0]
+    problem = Problem(message=message, key=output, got=got, hint=hint, path=("blocks", block))
+    return ModelError([planned.graph.placed(problem)])
 
 
 def _finite(value: float) -> float | None:

@@ -26,24 +26,23 @@ from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
+from proofmass.runner.analysis.linearisation.state_space import Matrices, StateSpace
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ROUNDING
 
 VARIANCES = {DEVIATE: 1.0, ROUNDING: 1.0 / 12.0}  # of a rounded value: uniform over one step
-Matrices = tuple[Array, Array, Array, Array]
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
 _MARGIN = 1e-12  # of the spectral radius below one
+_NEUTRAL = 1e-9  # above one, by which rounding may move a pole on the unit circle
 
 
 @dataclass(frozen=True)
-class NoiseMap:
-    """The map from sources to one output, and from an input where there is one."""
+class NoiseMap(StateSpace):
+    """The map from sources to one output over a period, and from an input where there is one."""
 
-    matrices: Matrices
     inputs: tuple[Entry, ...]  # a column each
     values: int  # of the output in a period
-    period: float  # seconds
     slopes: Mapping[str, Matrices]  # derivatives of the matrices by each parameter
 
     @property
@@ -66,18 +65,14 @@ class NoiseMap:
         return np.array([VARIANCES.get(part, 0.0) for _, part, _ in self.inputs])
 
     @property
-    def poles(self) -> Complex:
-        """Poles over a period."""
-        return self._poles
-
-    @cached_property
-    def _poles(self) -> Complex:
-        return np.linalg.eigvals(self.matrices[0]).astype(complex)
-
-    @property
     def settles(self) -> bool:
         """Return whether the mean square of the output has a bound."""
-        return bool(np.max(np.abs(self.poles), initial=0.0) < 1.0 - _MARGIN)
+        return self.radius < 1.0 - _MARGIN
+
+    @property
+    def grows(self) -> bool:
+        """Return whether the output grows without end: a mode is unstable, not only neutral."""
+        return self.radius > 1.0 + _NEUTRAL
 
     def mean_squares(self) -> Array:
         """Mean square of the output by each source, over all frequencies."""
@@ -145,7 +140,7 @@ def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     left, right = (identity, identity) if lasting.passes(b, c) else lasting.reduction
     slopes = {name: _reduced(to_output.parts(slope), left, right) for name, slope in to_output.slopes.items()}
     reduced = _reduced((a, b, c, d), left, right)
-    return NoiseMap(reduced, to_output.inputs, len(to_output.outputs), to_output.period, slopes)
+    return NoiseMap(reduced, to_output.period, to_output.inputs, len(to_output.outputs), slopes)
 
 
 def _reduced(parts: Matrices, left: Array, right: Array) -> Matrices:

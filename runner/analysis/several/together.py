@@ -93,6 +93,14 @@ def margins_together(graph: Graph, loops: Sequence[str] = (), *, at: str | float
 
     A loop is named as in the graph, or by the output at which it is opened. Raises `ModelError` where a loop cannot be
     told or linearised.
+
+    `graph` has the `loops`. The operating point `at` is that of `margins`.
+
+    >>> from proofmass import margins_together, read_graph
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> together = margins_together(graph, ["dac.voltage", "adc.number"])
+    >>> together.verdict, round(together.margin, 3), [round(margin, 3) for margin in together.alone]
+    ('stable', 0.788, [1.538, 1.538])
     """
     planned = plan(graph)
     if loops:
@@ -175,8 +183,8 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
     deltas = turn / low if low else turn
     ends = np.cumsum([0, *sizes])
     blocks = list(pairwise(ends.tolist()))
-    each = np.array([[np.linalg.norm(m[a:b, a:b], 2) for m in matrices] for a, b in blocks])
-    alone = tuple(1.0 / _peak_of(system, w, row, a, b) for row, (a, b) in zip(each, blocks, strict=True))
+    gains = np.array([[np.linalg.norm(m[a:b, a:b], 2) for m in matrices] for a, b in blocks])
+    alone = tuple(1.0 / _peak_of(system, w, row, a, b) for row, (a, b) in zip(gains, blocks, strict=True))
     values = {**vars(base)}
     values |= {
         "margin": 1.0 / upper,
@@ -187,7 +195,7 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
         "unstructured": 1.0 / max(float(np.linalg.norm(matrix, 2)) for matrix in [*matrices, critical]),
         "frequencies": w / (2.0 * math.pi),
         "bounds": quick,
-        "of_each": each,
+        "of_each": gains,
     }
     return Together(**values)
 

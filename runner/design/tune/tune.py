@@ -68,15 +68,28 @@ class TunedGoal:
 
 @dataclass(frozen=True)
 class Tuned:
-    """The result of a search: parameters, goals, and what binds."""
+    """The result of a search: parameters, goals, and what binds.
 
-    tuning: Tuning
-    before: Mapping[str, float]
+    >>> from proofmass import read_graph, tune
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> tuned = tune(
+    ...     graph,
+    ...     free={"pid.integral": {"at_least": "10 1/s", "at_most": "1000 1/s"}},
+    ...     goals={"stable": {"loop": "main", "figure": "gain_margin", "at_least": "20 dB"}},
+    ...     samples=4,
+    ...     starts=1,
+    ... )
+    >>> list(tuned.changes), tuned.graph.name
+    (['pid.integral'], 'closed-loop accelerometer')
+    """
+
+    tuning: Tuning  # what was asked for
+    before: Mapping[str, float]  # by names in the flat graph
     parameters: Mapping[str, float]  # by names in the flat graph
-    goals: tuple[TunedGoal, ...]
+    goals: tuple[TunedGoal, ...]  # with their values before and after
     at_bounds: Mapping[str, str]  # parameters that end at a bound which binds: "lower" or "upper"
-    evaluations: int
-    interrupted: bool
+    evaluations: int  # points that were tried
+    interrupted: bool  # True after Ctrl-C
     objective: float  # the logarithm of the improvement; 0 without one
 
     @property
@@ -131,6 +144,21 @@ def tune(graph: Graph | Tuning, *, progress: Progress | None = None, **tables: A
                     "quiet": {"noise": "dac.code", "minimise": True}})
 
     Raises `ModelError` with everything that is wrong with the tables.
+
+    `graph` has values to start from, `tables` are these tables. `progress` is called with the points that are tried and
+    all points.
+
+    >>> from proofmass import read_graph, tune
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> tuned = tune(
+    ...     graph,
+    ...     free={"pid.integral": {"at_least": "10 1/s", "at_most": "1000 1/s"}},
+    ...     goals={"stable": {"loop": "main", "figure": "gain_margin", "at_least": "20 dB"}},
+    ...     samples=4,
+    ...     starts=1,
+    ... )
+    >>> tuned.met
+    True
     """
     tuning = graph if isinstance(graph, Tuning) else tuning_of(graph, **tables)
     goals = GoalsAt(tuning)
@@ -183,25 +211,25 @@ def _multipliers(at: At, tuning: Tuning) -> tuple[dict[str, float], dict[str, st
         return {}, {}
     if missed:
         sought = [row._replace(value=-row.value, gradient=-row.gradient) for row in at.slacks]
-        worst, kept = [row for row in sought if row.value >= at.violation - _ACTIVE], list[Row]()
+        worst, independent = [row for row in sought if row.value >= at.violation - _ACTIVE], list[Row]()
     else:
         worst = [row for row in at.objectives if row.value >= at.objective - _ACTIVE]
-        kept = [row for row in at.slacks if row.value <= _ACTIVE]
+        independent = [row for row in at.slacks if row.value <= _ACTIVE]
     sides = [(i, "lower") for i, part in enumerate(at.parts) if part <= 1e-6]
     sides += [(i, "upper") for i, part in enumerate(at.parts) if part >= 1.0 - 1e-6]
     size = len(at.parts)
     edges = [np.eye(size)[i] * (1.0 if side == "lower" else -1.0) for i, side in sides]
-    columns = [row.gradient for row in worst] + [-row.gradient for row in kept] + [-edge for edge in edges]
+    columns = [row.gradient for row in worst] + [-row.gradient for row in independent] + [-edge for edge in edges]
     scale = max((float(np.max(np.abs(column), initial=0.0)) for column in columns), default=0.0) or 1.0
     table = np.array(columns).T / scale
-    table = np.vstack([table, [1.0] * len(worst) + [0.0] * (len(kept) + len(edges))])
+    table = np.vstack([table, [1.0] * len(worst) + [0.0] * (len(independent) + len(edges))])
     factors = scipy.optimize.nnls(table, np.append(np.zeros(size), 1.0))[0]
     prices = dict[str, float]()
-    for row, factor in zip([*worst, *kept], factors, strict=False):
-        if missed or row in kept:
+    for row, factor in zip([*worst, *independent], factors, strict=False):
+        if missed or row in independent:
             prices[row.goal] = prices.get(row.goal, 0.0) + float(factor) * (1.0 if missed else 0.01)
     names = list(tuning.free)
-    on_edges = zip(sides, factors[len(worst) + len(kept) :], strict=True)
+    on_edges = zip(sides, factors[len(worst) + len(independent) :], strict=True)
     return prices, {names[i]: side for (i, side), factor in on_edges if factor > 1e-3}
 
 

@@ -74,14 +74,21 @@ class WorstCase:
 
 @dataclass(frozen=True)
 class WorstCases:
-    """All worst cases, and how much of the box was looked at."""
+    """All worst cases, and how much of the box was looked at.
 
-    ranges: tuple[Range, ...]
-    cases: tuple[WorstCase, ...]
+    >>> from proofmass import read_graph, worst
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> found = worst(graph, tolerances={"torquer.gain": "5 %"}, samples=2)
+    >>> found.all_corners, found.corners
+    (True, 2)
+    """
+
+    ranges: tuple[Range, ...]  # of the parameters
+    cases: tuple[WorstCase, ...]  # a worst value of each quantity and side
     corners: int  # that were tried
-    random: int
-    evaluations: int
-    interrupted: bool
+    random: int  # points that were tried
+    evaluations: int  # points that were tried in all
+    interrupted: bool  # True after Ctrl-C
 
     @property
     def all_corners(self) -> bool:
@@ -129,6 +136,15 @@ def worst(
     `samples`.
 
     Raises `ModelError` with everything that is wrong.
+
+    `source` is a graph, or a study with its graph. `at` is the operating point of `margins`. `seed` is that of the
+    samples, and `progress` is called with the points that are tried and all points.
+
+    >>> from proofmass import read_graph, worst
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> found = worst(graph, tolerances={"torquer.gain": "5 %"}, samples=2)
+    >>> [(case.name, round(case.nominal, 2), round(case.worst, 2)) for case in found.cases]
+    [('main.gain_margin', 31.57, 31.14), ('main.phase_margin', 90.89, 90.68)]
     """
     graph = source.graph if isinstance(source, Study) else source
     ranges = ranges_of(source, tolerances or {})
@@ -199,7 +215,7 @@ def _sides(quantity: Quantity) -> tuple[float, ...]:
 
 def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> WorstCase:
     size, ranges = len(search.ranges), search.ranges
-    nominal, found = search.cases[(0.0,) * size], search.worst(side)
+    nominal, corner = search.cases[(0.0,) * size], search.worst(side)
     word = "lowest" if side.sign > 0.0 else "highest"
     singles = []
     for number, wanted in enumerate(ranges):
@@ -216,10 +232,10 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
         quantity=quantity,
         side=word,
         nominal=begin,
-        worst=_value(found, side),
+        worst=_value(corner, side),
         first_order=first_order,
-        values={r.written: r.at(part) for r, part in zip(ranges, found.place, strict=True)},
-        places={r.written: part for r, part in zip(ranges, found.place, strict=True)},
+        values={r.written: r.at(part) for r, part in zip(ranges, corner.place, strict=True)},
+        places={r.written: part for r, part in zip(ranges, corner.place, strict=True)},
         one_at_a_time=tuple(singles),
         corners=tuple((_signs(case), _value(case, side)) for case in corners[:_LISTED]),
     )

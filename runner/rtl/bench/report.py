@@ -1,18 +1,18 @@
 """The report beside the Verilog: ports, registers, latency and cost, as JSON and as one HTML file.
 
-What simulators, proofs and synthesis found is put in by those who ran them, by what was simulated, proved or counted.
+Callers pass the results of simulators, proofs and synthesis, by the name of what was simulated, proved or counted.
 """
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from html import escape
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.host.versions import PROOFMASS
 from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
 from proofmass.runner.rtl.bench.cost import machine_cost, module_cost
 from proofmass.runner.rtl.machine.machine import Machine
@@ -32,7 +32,11 @@ _COSTS = {
 }
 
 
-_FOUND = {"simulations": "Simulations", "proofs": "Proofs", "resources": "Resources"}  # sections of what others found
+_FOUND = {
+    "simulations": "Simulations",
+    "proofs": "Proofs",
+    "resources": "Resources",
+}  # sections of results that callers pass
 
 
 def report_data(
@@ -42,7 +46,7 @@ def report_data(
     data = {
         "graph": graph.name,
         "graph_hash": graph_hash(graph),
-        "proofmass": version("proofmass"),
+        "proofmass": PROOFMASS,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "top": top_name(machine),
         "clock_hz": float(machine.rate),
@@ -53,12 +57,12 @@ def report_data(
         "outputs": [_port(port) for port in machine.outputs],
         "instances": [
             {
-                "block": each.path,
-                "module": each.module.name,
-                "clocks_per_tick": each.stride,
-                "ticks_late": each.stage,
+                "block": instance.path,
+                "module": instance.module.name,
+                "clocks_per_tick": instance.stride,
+                "ticks_late": instance.stage,
             }
-            for each in machine.instances
+            for instance in machine.instances
         ],
         "modules": [_module(module) for module in machine.modules],
         "cost": machine_cost(machine).as_data(),
@@ -152,7 +156,7 @@ def _ports(sides: Iterable[tuple[str, Sequence[Mapping[str, Any]]]]) -> str:
 
 
 def _blocks(data: Mapping[str, Any]) -> str:
-    """What each block takes; columns of nothing are left out."""
+    """Table of the cost of each block, without empty columns."""
     costs = {module["name"]: module["cost"] for module in data["modules"]}
     kinds = {key: text for key, text in _COSTS.items() if data["cost"][key]}
     rows = [
@@ -190,5 +194,5 @@ def _module_page(module: Mapping[str, Any]) -> str:
 
 
 def _found(found: Mapping[str, Any]) -> str:
-    """What somebody found, by name: a fact each, or a table of facts."""
+    """Section of results by name: a fact each, or a table of facts."""
     return facts((name, value if isinstance(value, str) else json.dumps(value)) for name, value in found.items())

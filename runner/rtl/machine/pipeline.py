@@ -1,6 +1,6 @@
 """Stages of a pipeline: by how many ticks each value is late, so that operands of an operation are equally late.
 
-A cut is one tick later than what it cuts. A register is as late as what it takes; where that depends on the register
+A cut is one tick later than its operand. A register is as late as its next value. If that depends on the register
 itself through a cut, no stage is late enough, and the cut is refused.
 """
 
@@ -14,7 +14,7 @@ from proofmass.runner.fixed.integer_ir import Operation, TraceError
 class Pipeline:
     """Stages of operations and of registers, in ticks; constants have none. Outputs are all `latency` late.
 
-    `delays` says how many registers follow an operation, for those that take it later than it is there.
+    `delays` gives the number of registers after an operation that some readers take later than it comes.
     """
 
     stages: Mapping[Operation, int]
@@ -30,8 +30,8 @@ class Pipeline:
 
 @dataclass(frozen=True)
 class Flow:
-    """What depends on what in a module: `operands` of each operation, and by the names of the ports and registers what
-    outputs give (`results`) and registers take (`following`); `registers` are the names of registers by their texts.
+    """Dependencies in a module: `operands` of each operation; the operations of outputs (`results`) and the next values
+    of registers (`following`), by name; `registers` has the names of registers by their texts.
     """
 
     operands: Mapping[Operation, tuple[Operation, ...]]
@@ -46,11 +46,11 @@ def pipelined(flow: Flow, name: str) -> Pipeline:
     for operation in order:
         if operation.kind == "pipe":
             _refuse_feedback(flow, operation, name)
-    held = dict.fromkeys(flow.following, 0)
-    stages = _stages(flow, order, held)
-    while late := {r: stages[n] for r, n in flow.following.items() if n in stages and stages[n] > held[r]}:
-        held |= late
-        stages = _stages(flow, order, held)
+    register_stages = dict.fromkeys(flow.following, 0)
+    stages = _stages(flow, order, register_stages)
+    while late := {r: stages[n] for r, n in flow.following.items() if n in stages and stages[n] > register_stages[r]}:
+        register_stages |= late
+        stages = _stages(flow, order, register_stages)
     latency = max((stages[operation] for operation in flow.results.values() if operation in stages), default=0)
     uses = [
         (each, stages[operation] - (operation.kind == "pipe"))
@@ -58,19 +58,19 @@ def pipelined(flow: Flow, name: str) -> Pipeline:
         for each in flow.operands[operation]
     ]
     uses += [(operation, latency) for operation in flow.results.values()]
-    uses += [(operation, held[register]) for register, operation in flow.following.items()]
+    uses += [(operation, register_stages[register]) for register, operation in flow.following.items()]
     delays: dict[Operation, int] = {}
     for operation, stage in uses:
         if operation in stages and stage > stages[operation]:
             delays[operation] = max(delays.get(operation, 0), stage - stages[operation])
-    return Pipeline(stages, held, latency, delays)
+    return Pipeline(stages, register_stages, latency, delays)
 
 
-def _stages(flow: Flow, order: Iterable[Operation], held: Mapping[str, int]) -> dict[Operation, int]:
+def _stages(flow: Flow, order: Iterable[Operation], register_stages: Mapping[str, int]) -> dict[Operation, int]:
     stages: dict[Operation, int] = {}
     for operation in order:
         if operation.kind == "input":
-            stages[operation] = held.get(flow.registers.get(operation.name, ""), 0)
+            stages[operation] = register_stages.get(flow.registers.get(operation.name, ""), 0)
         elif operation.kind != "constant":
             before = max((stages[each] for each in flow.operands[operation] if each in stages), default=0)
             stages[operation] = before + (operation.kind == "pipe")
@@ -97,7 +97,7 @@ def _refuse_feedback(flow: Flow, cut: Operation, name: str) -> None:
 
 
 def _below(flow: Flow, operations: Iterable[Operation]) -> set[Operation]:
-    """What the operations depend on, themselves included, by way of registers too."""
+    """All on which the operations depend, themselves included, also through registers."""
     below: set[Operation] = set()
     todo = list(operations)
     while todo:

@@ -1,4 +1,4 @@
-"""The longest path of a netlist of the Virtex-II Pro, as an estimate: no data sheet stood behind the delays.
+"""Estimate of the longest path of a netlist of the Virtex-II Pro; the delays do not come from a data sheet.
 
 Cell delays are of the order of speed grade -5; a wire between cells takes the same everywhere, but for carry chains.
 """
@@ -35,13 +35,13 @@ def longest_path(netlist: Netlist) -> float:
             todo.pop()
             continue
         cell = cells[drivers[bit]]
-        waiting = [each for _, each in _inputs(cell) if each not in ready]
+        waiting = [driver for _, driver in _inputs(cell) if driver not in ready]
         if waiting:
             todo += waiting
             continue
-        kinds = {each: cells[drivers[each]]["type"] if each in drivers else "" for _, each in _inputs(cell)}
+        kinds = {driver: cells[drivers[driver]]["type"] if driver in drivers else "" for _, driver in _inputs(cell)}
         ready[bit] = max(
-            (ready[each] + _delay(cell["type"], port, kinds[each]) for port, each in _inputs(cell)), default=0.0
+            (ready[driver] + _delay(cell["type"], port, kinds[driver]) for port, driver in _inputs(cell)), default=0.0
         )
     return max((ready[bit] for bit in ends), default=0.0) + _WIRE + _SETUP
 
@@ -66,7 +66,7 @@ def _is_register(cell: Netlist) -> bool:
 
 
 def _delay(kind: str, port: str, before: str) -> float:
-    """Of a cell from one of its inputs, with the wire that leads there from a cell of the kind `before`."""
+    """Delay of a cell from one of its inputs, with the wire to it from a cell of the kind `before`."""
     in_chain = port == "CI" and before == "MUXCY"
     in_slice = kind in ("MUXCY", "XORCY") and port in ("S", "LI") and before.startswith("LUT")
     wire = 0.0 if in_chain or in_slice else _WIRE

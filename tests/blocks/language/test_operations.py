@@ -84,14 +84,14 @@ class Compiled:
 
 
 @TYPES
-@pytest.mark.parametrize("apart", [5, pytest.param(1, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize(("apart", "examples"), [(5, 50), pytest.param(1, 200, marks=pytest.mark.exhaustive)])
 @pytest.mark.defect("S14", before="x ** 3, overflow, n // 0 differ in silence", after="the same bits, or the run ends")
-def test_compiled_code_means_what_python_means(types: tuple[type, type], apart: int) -> None:
+def test_compiled_code_means_what_python_means(types: tuple[type, type], apart: int, examples: int) -> None:
     compiled = Compiled(types, apart)
     hostile = {int: HOSTILE_INTEGERS, float: HOSTILE_NUMBERS}
     agree(compiled, [(a, b) for a in hostile[types[0]] for b in hostile[types[1]]])
 
-    @settings(max_examples=200)
+    @settings(max_examples=examples)
     @given(st.lists(st.tuples(OPERANDS[types[0]], OPERANDS[types[1]]), min_size=1, max_size=40))
     def drawn(pairs: list[tuple[Number, Number]]) -> None:
         agree(compiled, pairs)

@@ -34,8 +34,9 @@ from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run import engines
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.engines import choose
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import choose, simulate
+from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.content import content_of
 
 ENGINES: list[EngineName] = ["python", "compiled"]

@@ -20,7 +20,14 @@ from proofmass.runner.program.form import (
 from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.c99 import c99_text
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
-from tests.by_hand.hostile_operations import operations_arrays, operations_program, operations_wrong, select_program
+from tests.by_hand.hostile_operations import (
+    THIN,
+    THINNER,
+    operations_arrays,
+    operations_program,
+    operations_wrong,
+    select_program,
+)
 from tests.by_hand.programs import Writer, program
 from tests.by_hand.random_programs import RandomProgram, random_arrays
 from tests.by_hand.small_programs import SMALL, Case, of_libm
@@ -28,17 +35,19 @@ from tests.by_hand.small_programs import SMALL, Case, of_libm
 
 @needs_gcc
 @pytest.mark.parametrize(("constant", "level"), [(None, "-O0"), (None, "-O3"), (0, "-O1"), (1, "-O1")])
-def test_operations_on_hostile_values(constant: int | None, level: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("thin", [THINNER, pytest.param(THIN, marks=pytest.mark.exhaustive)])
+def test_operations_on_hostile_values(thin: int, constant: int | None, level: str, tmp_path: Path) -> None:
     arrays = operations_arrays()
-    run_in_c(compiled_by_gcc(operations_program(constant), tmp_path, level), arrays)
-    assert not operations_wrong(arrays, constant)
+    run_in_c(compiled_by_gcc(operations_program(constant, thin), tmp_path, level), arrays)
+    assert not operations_wrong(arrays, constant, thin)
 
 
 @needs_gcc
+@pytest.mark.parametrize("likely", [False, True])
 @pytest.mark.parametrize("condition", [False, True])
-def test_selections(condition: bool, tmp_path: Path) -> None:
+def test_selections(condition: bool, likely: bool, tmp_path: Path) -> None:
     arrays = [np.array([1.5, -0.0, 9.0]), np.array([7, -8, 9]), np.array([True, False, True])]
-    run_in_c(compiled_by_gcc(select_program(), tmp_path), arrays, condition)
+    run_in_c(compiled_by_gcc(select_program(likely), tmp_path), arrays, condition)
     assert [array[2] for array in arrays] == [array[1 - condition] for array in arrays]
 
 

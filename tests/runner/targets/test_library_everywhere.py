@@ -18,7 +18,7 @@ from proofmass.runner.program.listing import listing
 from proofmass.runner.program.verify import verify
 from proofmass.runner.targets.gpu import ptx_text
 from proofmass.runner.targets.lane_text import LanesOf
-from proofmass.runner.targets.llvm_text import externals
+from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c

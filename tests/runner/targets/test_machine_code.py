@@ -18,6 +18,8 @@ from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.llvm_text import llvm_text
 from tests.by_hand.hostile_operations import (
     PYTHON,
+    THIN,
+    THINNER,
     operations_arrays,
     operations_program,
     operations_wrong,
@@ -50,16 +52,18 @@ def test_python_knows_every_operation() -> None:
 
 @pytest.mark.parametrize("settings", LEVELS, ids=str)
 @pytest.mark.parametrize("constant", [None, 0, 1])
-def test_operations_on_hostile_values(constant: int | None, settings: machine_code.Settings) -> None:
+@pytest.mark.parametrize("thin", [THINNER, pytest.param(THIN, marks=pytest.mark.exhaustive)])
+def test_operations_on_hostile_values(thin: int, constant: int | None, settings: machine_code.Settings) -> None:
     arrays = operations_arrays()
-    run(operations_program(constant), arrays, settings)
-    assert not operations_wrong(arrays, constant)
+    run(operations_program(constant, thin), arrays, settings)
+    assert not operations_wrong(arrays, constant, thin)
 
 
+@pytest.mark.parametrize("likely", [False, True])
 @pytest.mark.parametrize("condition", [False, True])
-def test_selections(condition: bool) -> None:
+def test_selections(condition: bool, likely: bool) -> None:
     arrays = [np.array([1.5, -0.0, 9.0]), np.array([7, -8, 9]), np.array([True, False, True])]
-    machine_code.load(select_program())(condition, *(array.ctypes.data for array in arrays))
+    machine_code.load(select_program(likely))(condition, *(array.ctypes.data for array in arrays))
     assert [array[2] for array in arrays] == [array[1 - condition] for array in arrays]
 
 

@@ -7,6 +7,7 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.planning.plan import plan
+from tests.by_hand.crossing_loops import BLOCKS, WIRES
 
 
 def found(blocks: dict[str, Block], wires: list[str], **more: object) -> list[LoopGroup]:
@@ -46,16 +47,7 @@ def test_nested_loops_open_at_what_they_share() -> None:
 
 
 def test_loops_that_cross_have_no_such_wire() -> None:
-    blocks: dict[str, Block] = {"a": Sum(), "x": UnitDelay(), "b": Sum(), "y": UnitDelay()}
-    wires = [
-        "a.output -> x.input",
-        "b.output -> y.input",
-        "x.output -> a.first",
-        "y.output -> a.second",
-        "x.output -> b.first",
-        "y.output -> b.second",
-    ]
-    (loop,) = found(blocks, wires)
+    (loop,) = found(BLOCKS, WIRES)
     assert loop.open_at == ()
 
 

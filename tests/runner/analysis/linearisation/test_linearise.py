@@ -13,6 +13,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
+from tests.by_hand.crossing_loops import BLOCKS, WIRES
 
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
@@ -115,16 +116,7 @@ def test_a_limit_that_is_reached_opens_the_loop() -> None:
 
 
 def test_loops_that_share_wires_are_listed() -> None:
-    blocks: dict[str, Block] = {"a": Sum(), "x": UnitDelay(), "b": Sum(), "y": UnitDelay()}
-    wires = [
-        "a.output -> x.input",
-        "b.output -> y.input",
-        "x.output -> a.first",
-        "y.output -> a.second",
-        "x.output -> b.first",
-        "y.output -> b.second",
-    ]
-    text = refused(made(blocks, wires))
+    text = refused(made(BLOCKS, WIRES))
     assert "loops share wires here" in text
     assert "a.output, b.output, x.output, y.output" in text
     assert 'open_at = "a.output"' in text
