@@ -27,8 +27,9 @@ from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.names import Missing, find_output, find_target
-from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
+from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, with_offsets, write_rate, write_seconds
 from proofmass.graphs.model.statistics import STATISTICS
+from proofmass.graphs.model.targets import CLOCK_OFFSET
 
 _OF_VALUES = ("the units", "the shapes", "the types", "the formats")  # what problems of parameters change
 
@@ -133,6 +134,7 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
         yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
     elif graph.rate is None:
         yield from _without_rate(graph, without)
+    yield from _offsets(graph)
     yield from _far_rates(graph, discrete)
 
 
@@ -158,6 +160,28 @@ def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
         hint=f"make the rates ratios of small numbers: {write_rate(near)} for {owners[odd]}, for example",
         path=("blocks", owners[odd], "rate") if owners[odd] in graph.rates else ("rate",),
     )
+
+
+def _offsets(graph: FlatGraph) -> Iterator[Problem]:
+    """Clock offsets of blocks without a clock, of a period or more, and those that ask for too many base ticks."""
+    rates = {name: graph.rates.get(name, graph.rate) for name in graph.offsets}
+    for name, offset in graph.offsets.items():
+        key, path, rate = f"blocks.{name}.{CLOCK_OFFSET}", ("blocks", name, CLOCK_OFFSET), rates[name]
+        if type(graph.blocks[name]).continuous():
+            hint = "give the offset to the blocks that sample this one"
+            yield Problem(message="a continuous block has no clock", key=key, hint=hint, path=path)
+        elif rate is not None and offset * rate >= 1:
+            expected = f"less than {write_seconds(1 / rate)}, its period"
+            got, hint = write_seconds(offset), "a delay of whole ticks is a Delay"
+            yield Problem(
+                message="the clock offset is too long", key=key, got=got, expected=expected, hint=hint, path=path
+            )
+        elif rate is not None and with_offsets(rate, [offset]) > LARGEST_RATIO * rate:
+            expected = f"a fraction of the period with at most {LARGEST_RATIO:,} below the line"
+            got, hint = write_seconds(offset), "choose an offset that is a simple part of the period"
+            yield Problem(
+                message="the clock offset meets no tick", key=key, got=got, expected=expected, hint=hint, path=path
+            )
 
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
