@@ -137,7 +137,7 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
 
 
 def _others(path: Path) -> str:
-    """Return a file like the one that is not there: one of its folder, or of the library."""
+    """Return a hint at a file with a name near that of the missing one, from its folder or the library."""
     if path.exists():
         return ""
     if path.name in library_files():
@@ -170,7 +170,7 @@ def _in_order(problems: list[Problem], place: Place) -> list[Problem]:
 
 
 def _note_wires(place: Place, wires: list[Any]) -> None:
-    """Lines of wires by their text, since a graph keeps them sorted."""
+    """Note the lines of wires by their text, since a graph sorts them."""
     for index, text in enumerate(wires):
         if isinstance(text, str) and text.count("->") == 1:
             normal = " -> ".join(end.strip() for end in text.split("->"))

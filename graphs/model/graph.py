@@ -1,7 +1,7 @@
 """A graph: blocks by name, wires, rates and probes. A plain frozen value, the same from Python and from TOML.
 
-A block may be a graph of its own, a subgraph, with the ports and parameters that it exports. `build` reads what a
-person writes into such a value; nothing is read here.
+A block may be a graph of its own, a subgraph, with the ports and parameters that it exports. `build` reads texts and
+tables into such a value; nothing is read here.
 """
 
 import dataclasses
@@ -42,7 +42,7 @@ class Wire(NamedTuple):
 
 
 class Size(NamedTuple):
-    """What a graph holds, all that lies inside its subgraphs included."""
+    """Size of a graph, with everything inside its subgraphs."""
 
     blocks: int
     wires: int
@@ -63,7 +63,7 @@ class Probe(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """Where a graph was read from: the file, the line of each key, and the folder its file names start from."""
+    """The place from which a graph was read: file, line of each key, and the folder that file names start from."""
 
     file: str = ""
     lines: Mapping[tuple[str, ...], int] = dataclasses.field(default_factory=dict)
@@ -88,9 +88,9 @@ NOWHERE = Place()
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Graph:
-    """Blocks wired by their ports, at stated rates, with the signals to record: typed values, right already.
+    """Blocks wired by their ports, at stated rates, with the signals to record: typed values, already checked.
 
-    Tables stand in the order of their names, wires in theirs: the order of declaration makes no difference.
+    Tables and wires are in alphabetical order: the order of declaration makes no difference.
     """
 
     name: str  # for people
@@ -121,12 +121,12 @@ class Graph:
         return _restored, (type(self), thawed(self))
 
     def changed(self, **values: Any) -> Self:
-        """Return the graph with other values of these fields, right ones: nothing of it is read or checked."""
+        """Return the graph with other values of these fields, which are neither read nor checked."""
         return _restored(type(self), thawed(self) | values)
 
     @cached_property
     def size(self) -> Size:
-        """How many blocks and wires there are, and how deep graphs lie inside each other."""
+        """Number of blocks and wires, and depth of nested graphs."""
         return size_of(len(self.blocks), self.subgraphs, len(self.wires))
 
     def placed(self, problem: Problem) -> Problem:
@@ -160,7 +160,7 @@ def size_of(blocks: int, parts: Mapping[str, Graph], wires: int) -> Size:
 
 
 def _restored(kind: type[Given], values: dict[str, Any]) -> Given:
-    """A graph of values that are right already, whichever constructor its kind has."""
+    """Return a graph of checked values, whatever the constructor of its class."""
     graph = kind.__new__(kind)
     Graph.__init__(graph, **values)
     return graph

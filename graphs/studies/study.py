@@ -17,6 +17,7 @@ from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.studies.ageing import Drift
+from proofmass.graphs.studies.changes import Change
 from proofmass.graphs.studies.correlation import Correlation
 from proofmass.graphs.studies.designs import Design, stream_of
 from proofmass.graphs.studies.distributions import Spread
@@ -24,6 +25,7 @@ from proofmass.graphs.studies.epochs import Recalibration
 from proofmass.graphs.studies.study_tables import Limit
 
 LARGEST_STUDY = 2**32  # runs times epochs: a word of the counter of the noise
+AFTER_CALIBRATION = 2**31  # added to it for the runs that follow calibrations
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -46,6 +48,7 @@ class Study:
     drift: Mapping[str, Drift]  # laws by parameter
     recalibration: Recalibration  # when, and which parameters store the result
     margins: str  # time of the operating point at which margins are measures too; "" measures none
+    changes: Mapping[str, Change]  # measures of their own, by name
     limits: Mapping[str, Limit]  # by measure
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
     written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
@@ -124,6 +127,11 @@ class Study:
         """Per epoch, whether a run calibrates there."""
         return self.recalibration.at(self.epochs, self.recalibrated_every(run))
 
+    @property
+    def followed(self) -> bool:
+        """Whether a run follows each calibration, to which later ones are compared."""
+        return any(change.since_calibration for change in self.changes.values())
+
     @cached_property
     def designed(self) -> Design:
         """The deviates of the sensors."""
@@ -179,6 +187,7 @@ class Study:
         lines += [f"correlation.{first}.{second} = {value}" for first, second, value in self.correlation.pairs]
         for table in ("spread", "sweep", "drift"):
             lines += [f"{table}.{name} = {entry}" for name, entry in sorted(getattr(self, table).items())]
+        lines += [f"changes.{name} = {change}" for name, change in self.changes.items()]
         lines += [*self.recalibration.text(), *([f"margins = {self.margins}"] if self.margins else [])]
         return "\n".join(lines) + "\n"
 
@@ -191,8 +200,9 @@ def bad_numbers(study: Study) -> Iterator[Problem]:
             yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
             return
     size = study.runs * study.points * len(study.epochs)
-    if size > LARGEST_STUDY:
-        expected = f"at most {LARGEST_STUDY:g} runs, points and epochs multiplied"
+    largest = AFTER_CALIBRATION if study.followed else LARGEST_STUDY
+    if size > largest:
+        expected = f"at most {largest:g} runs, points and epochs multiplied"
         yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
     if not study.graph.measures and not study.margins:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'

@@ -26,7 +26,7 @@ from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 _DECADES = 5.0  # below half the rate that are shown
@@ -184,7 +184,7 @@ def noise(
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
-    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(without_noise(planned), at)
+    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
     whole = map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives)
     to_output = noise_map(whole, target)
     _refuse_growth(planned, output, to_output)

@@ -1,8 +1,9 @@
 """The outcome of a study: every measure of every sensor at every epoch, statistics and yield."""
 
 import hashlib
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -78,9 +79,18 @@ class StudyResult:
 
     def kept(self, name: str) -> Array:
         """Return for each run whether it keeps a limit at all epochs that count for it."""
-        limit = self.study.limits[name]
+        return np.asarray(self.within(name).all(axis=1))
+
+    def within(self, name: str) -> Array:
+        """Return by run and epoch whether a limit is kept; true at epochs that do not count."""
+        limit, values = self.study.limits[name], self.values[name]
         first = limit.counted(self.study.epochs)
-        return np.array([limit.kept(row) for row in self.values[name][:, first:].tolist()], dtype=bool)
+        good = (values >= limit.at_least) & (values <= limit.at_most)
+        if math.isfinite(limit.change):
+            reference = values[:, first : first + 1]
+            good &= np.abs(values - reference) <= limit.change * np.abs(reference)
+        good[:, :first] = True
+        return np.asarray(good)
 
     def summary(self) -> list[dict[str, Any]]:
         """Return runs, mean, std (n - 1), extremes and percentiles by measure and epoch, without failed runs.
@@ -142,6 +152,18 @@ class StudyResult:
         about_measures = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
         variables = {name: (("run", "epoch"), values, about_measures[name]) for name, values in self.values.items()}
         return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def some(self, chosen: Array, parts: int = 1) -> "StudyResult":
+        """Return some of the runs, by a mask; they are one of so many parts of the study."""
+        numbers = self.numbers[chosen]
+        left = set(numbers.tolist())
+        return replace(
+            self,
+            numbers=numbers,
+            values={name: values[chosen] for name, values in self.values.items()},
+            faults={key: fault for key, fault in self.faults.items() if key[0] in left},
+            planned_runs=self.planned_runs // parts,
+        )
 
     def column_of(self, name: str) -> str:
         """Name of a parameter in tables: as it is written, or its path where a measure or column has that name."""
