@@ -35,7 +35,8 @@ def test_every_page_is_in_the_navigation_once(source: Path) -> None:
     assert {name.removesuffix(".md") for name in names} - {"index"} - set(listed) == {
         name.removesuffix(".md")
         for name in names
-        if name.startswith(below) and name not in ("reference/blocks/index.md", "gallery/index.md", "decisions/README.md")
+        if name.startswith(below)
+        and name not in ("reference/blocks/index.md", "gallery/index.md", "decisions/README.md")
     }
 
 
