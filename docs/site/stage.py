@@ -21,6 +21,9 @@ FRONT = {  # pages outside docs/, and the landing page, by their names in the si
     "KNOWN_GAPS.md": "known-gaps.md",
     "SECURITY.md": "security.md",
 }
+_ALL_GRAPHS = (
+    "\n## All others\n\n[All graphs of the library](gallery/index.md) have pages with picture, figures and file.\n"
+)
 _LINK = re.compile(r"(\]\()([^)#\s]+)(#[^)\s]*)?(\))")
 _FENCE = re.compile(r"^(```.*?^```)$", re.DOTALL | re.MULTILINE)
 _ALONE = ("reference/blocks/", "gallery/", "decisions/")  # pages that an index of their own lists
@@ -102,7 +105,7 @@ def _rewritten(path: Path, name: str, target: Path) -> str:
     if name == "reference/index.md":
         text += "\n" + contents()
     if name == "gallery.md":
-        text += "\n## All others\n\n[All graphs of the library](gallery/index.md) have a page with picture, figures and file.\n"
+        text += _ALL_GRAPHS
     if name == "decisions/README.md":
         text += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\n```\n"
     return text
