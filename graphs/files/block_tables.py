@@ -209,7 +209,7 @@ class BlockTables:
             self.kinds[kind] = find(kind, self.own) if len(kind) <= TEXT_LENGTH else None
         if self.kinds[kind] is None:
             near = kind_hint(kind[:TEXT_LENGTH], all_blocks(self.own), bool(self.own))
-            hint = f"{near} `proofmass blocks` shows them all"
+            hint = f"{near} `proofmass blocks` lists all kinds."
             message = "there is no such kind of block"
             self._refuse(Problem(message=message, key=f"{key}.kind", got=shown(kind), hint=hint), *path, "kind")
         return self.kinds[kind]

@@ -1,6 +1,7 @@
 """Build a graph from texts, tables or values, and report all their problems at once."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -28,6 +29,7 @@ from proofmass.graphs.model.values import read_values
 if TYPE_CHECKING:
     import networkx
 
+_SMALL_BEFORE = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where ReadOut becomes read_out
 Entry = TypeVar("Entry")
 
 
@@ -217,7 +219,7 @@ def read_wire(text: object) -> Wire:
         return text
     ends = [end.strip() for end in text.split("->")] if isinstance(text, str) else []
     if len(ends) != 2 or not all(_is_signal(end) for end in ends):
-        raise Refusal("not a wire", 'write "block.output -> block.input"')
+        raise Refusal("not a wire", _lower_case(ends) or 'write "block.output -> block.input"')
     return Wire(*ends)
 
 
@@ -239,6 +241,14 @@ def _parameters(block: Block) -> dict[str, Any]:
     return {name: getattr(block, name) for name in type(block).parameters}
 
 
+def _lower_case(ends: Sequence[str]) -> str:
+    """A hint where only capital letters keep ends from being names."""
+    meant = [_SMALL_BEFORE.sub(r"_", end).lower() for end in ends]
+    wrong = ", ".join(was for was, now in zip(ends, meant, strict=True) if was != now)
+    fits = len(ends) == 2 and wrong and all(_is_signal(end) for end in meant)
+    return f'names are lower case: write "{" -> ".join(meant)}"' if fits else ""
+
+
 def _is_signal(text: object) -> bool:
     return isinstance(text, str) and text.count(".") > 0 and _is_path(text)
 
@@ -253,7 +263,11 @@ def _bad_blocks(
     for name, block in blocks.items():
         path = ("blocks", str(name))
         if not isinstance(name, str) or not _is_path(name) or (isinstance(block, Value) and "." in name):
-            yield Problem(message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, path=path)
+            small = _SMALL_BEFORE.sub("_", name).lower() if isinstance(name, str) else ""
+            hint = f"call it {small}" if NAME.fullmatch(small) else ""
+            yield Problem(
+                message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, hint=hint, path=path
+            )
         elif not isinstance(block, Block | Value):
             hint = f"write {block.__name__}()" if isinstance(block, type) else 'write a block, such as Gain(gain="2")'
             yield Problem(message="not a block", key=f"blocks.{name}", got=shown(block), hint=hint, path=path)

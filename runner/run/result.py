@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.plan.measuring import Measured
@@ -165,7 +166,16 @@ class Trace:
         return f"{sparkline(self.values)} {escape(repr(self))}"
 
 
-@dataclass(frozen=True)
+class NoSuchSignal(KeyError):  # noqa: N818  # what it says
+    """A signal that a run did not record, and which it did."""
+
+    def __str__(self) -> str:
+        """The signal and a cure, without the quotes that a KeyError puts around them."""
+        hint, signal = self.args
+        return f"{signal!r} was not recorded; {hint}"
+
+
+@dataclass(frozen=True, repr=False)
 class Result:
     """A finished or interrupted run; `result["block.port"]` is a trace.
 
@@ -192,10 +202,17 @@ class Result:
     measures: Mapping[str, Measured] = field(default_factory=dict)  # by name, each with value and unit
 
     def __getitem__(self, signal: str) -> Trace:
+        if signal not in self.traces:
+            raise NoSuchSignal(did_you_mean(signal, self.traces, "the probes"), signal)
         return self.traces[signal]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.traces)
+
+    def __repr__(self) -> str:
+        """Graph, ticks and signals, in a line."""
+        done = f"{self.ticks:,} of {self.planned_ticks:,} ticks" if self.interrupted else f"{self.ticks:,} ticks"
+        return f"<Result of {self.graph.name}: {done}; {', '.join((*self.traces, *self.measures)) or 'no probes'}>"
 
     @property
     def interrupted(self) -> bool:
