@@ -12,7 +12,7 @@ from proofmass.runner.commands.answers import print_files, print_interruption, p
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.run_files import write_run
+from proofmass.runner.commands.run_files import need_for_run, write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
@@ -66,13 +66,16 @@ def run_graph(request: RunRequest) -> int:
         return _show_source(graph)
     if request.swept:
         return _swept(graph, request)
+    formats = request.formats or ("netcdf",)
+    if request.out is not None:
+        need_for_run(formats)
     result = _simulated(graph, request)
     print_text(map(str, notes_of_a_run(flatten(graph))), err=True)
     show_run(result, request.as_json)
     if result.interrupted:
         return _interrupted(result, request.out)
     if request.out is not None:
-        names = write_run(result, request.out, request.formats or ("netcdf",), live=request.live)
+        names = write_run(result, request.out, formats, live=request.live)
         print_files(request.out, names, request.as_json)
     return DONE
 

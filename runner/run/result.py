@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.plan.measuring import Measured
@@ -209,6 +210,7 @@ class Result:
 
     def to_xarray(self) -> "xarray.Dataset":
         """A Dataset with one variable per probe, in its unit; probes of one rate share a time axis."""
+        need("xarray")
         # start-up time: xarray takes 0.4 s
         import xarray
 

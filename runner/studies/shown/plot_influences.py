@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
 from proofmass.runner.run.result import Array
@@ -19,6 +20,7 @@ _POINTS = 2000
 
 def plot_influences(factors: Factors, regression: Regression, values: Array, label: str) -> "Figure":
     """Bars of the effects of a standard deviation with their intervals, strongest on top; scatter of the first runs."""
+    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

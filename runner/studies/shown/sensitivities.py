@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.intervals import LEVEL, Interval
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -168,6 +169,7 @@ def _grouped(x: Array, y: Array, groups: list[list[int]]) -> tuple[Any, Any, flo
 
 def _standardised(x: Array, y: Array) -> tuple[Any, Any, float]:
     """Standardised coefficients, halves of their intervals, and the part of the variance that they explain."""
+    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit
 
@@ -182,6 +184,7 @@ def _standardised(x: Array, y: Array) -> tuple[Any, Any, float]:
 
 def _ranks(columns: Array) -> Array:
     """Return ranks within each column; equal values share their mean rank."""
+    need("scipy")
     # start-up time: scipy.stats takes 0.4 s
     from scipy.stats import rankdata
 
