@@ -23,18 +23,22 @@ class Behaviour:
 
 
 def bound(
-    owner: str, function: Callable[..., Any], known: Collection[str], inputs: Collection[str], buffers: Collection[str]
+    owner: str,
+    function: Callable[..., Any],
+    allowed: Collection[str],
+    inputs: Collection[str],
+    buffers: Collection[str],
 ) -> Behaviour:
-    """Return the behaviour of a function whose arguments after the first are all `known`."""
+    """Return the behaviour of a function whose arguments after the first are all `allowed`."""
     names = list(inspect.signature(function).parameters)
-    unknown = [name for name in names[1:] if name not in known]
-    if names and names[0] in {*known, *inputs, *buffers} - {"p", "c"}:
+    unknown = [name for name in names[1:] if name not in allowed]
+    if names and names[0] in {*allowed, *inputs, *buffers} - {"p", "c"}:
         raise TypeError(
             f"{owner}.{function.__name__}: the first argument is the constants, whatever it is called; "
             f"write def {function.__name__}(c, {', '.join(names)})"
         )
     if not names or unknown:
-        hint = did_you_mean(unknown[0], known, "the arguments") if unknown else "the first argument is the constants"
+        hint = did_you_mean(unknown[0], allowed, "the arguments") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
     reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
     meanings = tuple(meaning_of(name, buffers) for name in names[1:])

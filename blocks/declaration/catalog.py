@@ -50,12 +50,12 @@ def load_own_blocks(path: Path) -> dict[str, type[Block]]:
     text = path.read_text(encoding="utf-8")
     remember(str(module.__file__), text)
     exec(compile(text, str(module.__file__), "exec"), module.__dict__)  # bytecode kept on disk may be of an older text
-    own = _blocks_of(module)
-    taken = [kind for kind in own if find(kind) is not None]
+    kinds = _blocks_of(module)
+    taken = [kind for kind in kinds if find(kind) is not None]
     if taken:
         lines = {node.name: node.lineno for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ClassDef)}
         raise ModelError([_taken(path, kind, lines.get(kind, 0)) for kind in taken])
-    return own
+    return kinds
 
 
 def _taken(path: Path, kind: str, line: int) -> Problem:

@@ -35,9 +35,9 @@ def format_of(block: Block, what: str) -> Fixed:
     """The format of a fixed-point port or buffer, or of a field as in "x.total"; `formats` may say "x" for all."""
     functions = type(block).functions
     formats = functions["formats"].function(block) if "formats" in functions else {}
-    known = formats.get(what) or formats.get(what.partition(".")[0])
-    if known is None:
+    format = formats.get(what) or formats.get(what.partition(".")[0])
+    if format is None:
         key = f"{type(block).__name__}.formats"
         hint = f'return it there: {{"{what}": Fixed(16, 12)}}'
         raise ModelError([Problem(message=f"the format of {what} is not said", key=key, hint=hint)])
-    return typing.cast(Fixed, known)
+    return typing.cast(Fixed, format)

@@ -33,18 +33,18 @@ class Kind(Registration):
         return kind
 
 
-def _declaration(kind: Kind, given: Mapping[str, Any]) -> Declaration:
+def _declaration(kind: Kind, fields: Mapping[str, Any]) -> Declaration:
     """What the body of a class declares, after what its base does."""
     base = next((b.__declaration__ for b in kind.__mro__[1:] if isinstance(b, Kind)), _NOTHING)
     hints = typing.get_type_hints(kind)
     annotated = [n for n in inspect.get_annotations(kind) if typing.get_origin(hints[n]) is not ClassVar]
-    for name in given:
+    for name in fields:
         refuse_taken(kind, name)
-        if isinstance(given[name], dataclasses.Field) and name not in annotated:
+        if isinstance(fields[name], dataclasses.Field) and name not in annotated:
             raise TypeError(f"{kind.__name__}.{name} needs its type: write {name}: float = param(...)")
-    parameters = {name: declared(kind.__name__, name, given.get(name), hints[name]) for name in annotated}
-    inputs = {name: value.named(name) for name, value in given.items() if isinstance(value, Input)}
-    buffers = {name: value.named(name) for name, value in given.items() if isinstance(value, Buffer)}
+    parameters = {name: declared(kind.__name__, name, fields.get(name), hints[name]) for name in annotated}
+    inputs = {name: value.named(name) for name, value in fields.items() if isinstance(value, Input)}
+    buffers = {name: value.named(name) for name, value in fields.items() if isinstance(value, Buffer)}
     return Declaration(
         kind.__name__,
         {**base.parameters, **parameters},

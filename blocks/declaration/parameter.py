@@ -168,36 +168,37 @@ def declared(owner: str, name: str, field: object, annotation: Any) -> Parameter
     if not isinstance(field, dataclasses.Field) or "bounds" not in metadata or kind not in _KINDS:
         raise TypeError(f"{owner}.{name} must be float, int, bool, str, Fixed or tuple[float, ...] = param(...)")
     texts = {"unit": metadata["unit"], "doc": metadata["doc"], "not_driven": metadata["not_driven"]}
-    made = Parameter(name, kind, field.default, choices=choices, **metadata["bounds"], **texts)
+    parameter = Parameter(name, kind, field.default, choices=choices, **metadata["bounds"], **texts)
     try:
-        default = field.default if kind is Fixed else made.read(field.default, made.unit)
+        default = field.default if kind is Fixed else parameter.read(field.default, parameter.unit)
     except Refusal as error:
-        expected = made.expected(made.unit)
+        expected = parameter.expected(parameter.unit)
         raise TypeError(f"{owner}.{name}: its default {shown(field.default)} {error}; expected {expected}") from None
-    return dataclasses.replace(made, default=default)
+    return dataclasses.replace(parameter, default=default)
 
 
 def read_parameters(
-    parameters: Mapping[str, Parameter], given: Mapping[str, object], key: str
+    parameters: Mapping[str, Parameter], written: Mapping[str, object], key: str
 ) -> tuple[dict[str, Any], list[Problem]]:
     """Values of all parameters, defaults filled in, and every problem among the given ones."""
-    texts = {name: given.get(name, p.default) for name, p in parameters.items() if p.kind is str}
+    texts = {name: written.get(name, p.default) for name, p in parameters.items() if p.kind is str}
     values: dict[str, Any] = {}
     problems: list[Problem] = []
     for name, parameter in parameters.items():
-        if name not in given:
+        if name not in written:
             values[name] = parameter.default
             continue
         unit = fill(parameter.unit, texts)
         try:
-            values[name] = parameter.read(given[name], unit)
+            values[name] = parameter.read(written[name], unit)
         except Refusal as error:
             values[name] = parameter.default
             problems.append(
                 Problem(
                     message=str(error),
                     key=f"{key}.{name}",
-                    got=shown(given[name]) + (f" {unit}" if _is_number(given[name]) and unit not in ("1", "") else ""),
+                    got=shown(written[name])
+                    + (f" {unit}" if _is_number(written[name]) and unit not in ("1", "") else ""),
                     expected=parameter.expected(unit),
                     hint=error.hint,
                     path=(name,),

@@ -100,18 +100,18 @@ def _definitions(text: str, file: str) -> dict[tuple[int, str], Definition]:
     """Every function of a file by its first line and name."""
     tree = ast.parse(text, file)
     codes = {(code.co_firstlineno, code.co_name): code for code in _codes(compile(text, file, "exec"))}
-    found = dict[tuple[int, str], Definition]()
+    definitions = dict[tuple[int, str], Definition]()
     lambdas = [node for node in ast.walk(tree) if isinstance(node, ast.Lambda)]
     alone = Counter(node.lineno for node in lambdas)
     for each in lambdas:
         if alone[each.lineno] == 1 and (each.lineno, "<lambda>") in codes:
-            found[each.lineno, "<lambda>"] = _as_definition(each), codes[each.lineno, "<lambda>"]
+            definitions[each.lineno, "<lambda>"] = _as_definition(each), codes[each.lineno, "<lambda>"]
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):
             first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
             if (first, node.name) in codes:
-                found[first, node.name] = node, codes[first, node.name]
-    return found
+                definitions[first, node.name] = node, codes[first, node.name]
+    return definitions
 
 
 def _as_definition(node: ast.Lambda) -> ast.FunctionDef:

@@ -187,14 +187,14 @@ def convert(text: str, target: str) -> float:
 
 def convert_exactly(text: str, target: str) -> Fraction:
     """As `convert`, without rounding; rates are kept like this."""
-    number, own = split_quantity(text, target)
-    if not own:
+    number, symbol = split_quantity(text, target)
+    if not symbol:
         return number
-    given, wanted = unit(own), unit(target)
-    if given.exponents != wanted.exponents:
-        message = f"{own} is {given.in_base_units()}, not {wanted.in_base_units()}"
-        raise UnitError(message, _other_dimension(text, own, target))
-    return number * given.factor / wanted.factor
+    source_unit, target_unit = unit(symbol), unit(target)
+    if source_unit.exponents != target_unit.exponents:
+        message = f"{symbol} is {source_unit.in_base_units()}, not {target_unit.in_base_units()}"
+        raise UnitError(message, _other_dimension(text, symbol, target))
+    return number * source_unit.factor / target_unit.factor
 
 
 def _other_dimension(text: str, own: str, target: str) -> str:
@@ -214,13 +214,13 @@ def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
     >>> split_quantity("1.5 kHz")
     (Fraction(3, 2), 'kHz')
     """
-    found = _QUANTITY.fullmatch(text)
-    if found is None or len(text) > 200:
+    match = _QUANTITY.fullmatch(text)
+    if match is None or len(text) > 200:
         raise UnitError("not a number followed by a unit", f'write a number and a unit, such as "1.5 {example}"')
-    if re.match(r",\d", found["unit"]):
+    if re.match(r",\d", match["unit"]):
         raise UnitError("a decimal comma", f'write a point: "{text.strip().replace(",", ".", 1)}"')
     try:
-        return _number(found["number"]), found["unit"]
+        return _number(match["number"]), match["unit"]
     except ZeroDivisionError:
         raise UnitError("a division by zero") from None
 
@@ -236,11 +236,11 @@ def _number(text: str) -> Fraction:
 def _tokens(expression: str) -> list[str]:
     tokens, at = [], 0
     while expression[at:].strip():
-        found = _TOKEN.match(expression, at)
-        if found is None:
+        match = _TOKEN.match(expression, at)
+        if match is None:
             raise UnitError(f"cannot read the unit {expression!r} at {expression[at:].strip()!r}", SYNTAX)
-        tokens.append(found[0].strip())
-        at = found.end()
+        tokens.append(match[0].strip())
+        at = match.end()
     if not tokens:
         raise UnitError("an empty unit", 'write "1" for a plain number')
     return tokens

@@ -41,7 +41,7 @@ class Calls(Reductions):
         raise refuse(node, *_no_function(node, target))
 
     def _replaced(self, node: ast.Call, function: ast.Attribute) -> Typed:
-        made, kind = self.expression(function.value)
+        record, kind = self.expression(function.value)
         if not isinstance(kind, Record):
             raise refuse(node, f"{described(kind)} has no _replace", known=kind)
         new = {keyword.arg: keyword.value for keyword in node.keywords}
@@ -49,20 +49,20 @@ class Calls(Reductions):
             if name not in kind.fields:
                 hint = did_you_mean(str(name), kind.fields, "its fields")
                 raise refuse(node, f"{kind.kind.__name__} has no field {name}", hint)
-        given = {name: self.expression(value) for name, value in new.items()}
-        rest = {name: (ast.Attribute(made, name, ast.Load()), of) for name, of in kind.fields.items()}
-        return self._made(node, kind, rest | given)  # type: ignore[operator]
+        replaced = {name: self.expression(value) for name, value in new.items()}
+        rest = {name: (ast.Attribute(record, name, ast.Load()), of) for name, of in kind.fields.items()}
+        return self._made(node, kind, rest | replaced)  # type: ignore[operator]
 
     def _record(self, node: ast.Call, kind: Any) -> Typed:
         names, defaults = list(kind._fields), kind._field_defaults
         if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
             raise refuse(node, "* in a call", f"write the fields: {', '.join(names)}")
-        given = dict(zip(names, node.args, strict=False)) | {str(k.arg): k.value for k in node.keywords}
-        missing = [name for name in names if name not in given and name not in defaults]
-        if missing or len(node.args) > len(names) or not set(given) <= set(names):
+        arguments = dict(zip(names, node.args, strict=False)) | {str(k.arg): k.value for k in node.keywords}
+        missing = [name for name in names if name not in arguments and name not in defaults]
+        if missing or len(node.args) > len(names) or not set(arguments) <= set(names):
             raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {', '.join(names)}")
-        read = {name: self.expression(value) for name, value in given.items()}
-        read |= {name: self.literal(node, defaults[name]) for name in names if name not in given}
+        read = {name: self.expression(value) for name, value in arguments.items()}
+        read |= {name: self.literal(node, defaults[name]) for name in names if name not in arguments}
         return self._made(node, Record(kind), read)
 
     def _made(self, node: ast.AST, kind: Record, values: dict[str, Typed]) -> Typed:
@@ -72,61 +72,67 @@ class Calls(Reductions):
 
     def _known_function(self, node: ast.Call, target: Any) -> Typed | None:
         if target is len and len(node.args) == 1:
-            made, _ = self.sequence(node.args[0])
-            return self.applied(len, made), int
+            expression, _ = self.sequence(node.args[0])
+            return self.applied(len, expression), int
         if target is float and _names_no_number(node):
             return ast.Constant(float(ast.literal_eval(node.args[0]))), float
         if target not in _OF_NUMBERS or any(isinstance(part, ast.Starred) for part in node.args):
             return None
         if target in REDUCED and len(node.args) == 1:
             return self.reduced(node, target)
-        given = [self.number(part) for part in node.args]
+        arguments = [self.number(part) for part in node.args]
         if target in (min, max):
-            return self._extreme(node, target, given)
-        if target in (pow, math.pow) and len(given) == 2:
+            return self._extreme(node, target, arguments)
+        if target in (pow, math.pow) and len(arguments) == 2:
             if target is math.pow:
-                return self.defined(operations.TWO[math.pow], *self._numbers(given)), float
-            return self.operated(node, ast.Pow, *given)
-        if target is divmod and len(given) == 2:
-            kept = [(self.kept(made), kind) for made, kind in given]
+                return self.defined(operations.TWO[math.pow], *self._numbers(arguments)), float
+            return self.operated(node, ast.Pow, *arguments)
+        if target is divmod and len(arguments) == 2:
+            kept = [(self.kept(expression), kind) for expression, kind in arguments]
             parts = [self.operated(node, sign, *kept) for sign in (ast.FloorDiv, ast.Mod)]
-            return ast.Tuple([made for made, _ in parts], ast.Load()), TupleOf(tuple(kind for _, kind in parts))
-        if target is math.log and len(given) == 2:
-            parts = [(self.defined(operations.ONE[math.log], self.as_number(*part)), float) for part in given]
+            return ast.Tuple([expression for expression, _ in parts], ast.Load()), TupleOf(
+                tuple(kind for _, kind in parts)
+            )
+        if target is math.log and len(arguments) == 2:
+            parts = [(self.defined(operations.ONE[math.log], self.as_number(*part)), float) for part in arguments]
             return self.operated(node, ast.Div, *parts)
-        if target is math.ldexp and len(given) == 2:
-            if given[1][1] is float:
+        if target is math.ldexp and len(arguments) == 2:
+            if arguments[1][1] is float:
                 raise refuse(node, "math.ldexp with a number as exponent", "write int(...)")
-            parts_of = self.as_number(*given[0]), self.as_integer(*given[1])
+            parts_of = self.as_number(*arguments[0]), self.as_integer(*arguments[1])
             return self.defined(operations.LOAD_EXPONENT, *parts_of), float
-        if target in operations.TWO and len(given) == 2:
-            return self._of_numbers(target, operations.TWO[target], given), float
-        if target in operations.OF_WHOLE and len(given) == operations.OF_WHOLE[target][0]:
-            if any(kind is float for _, kind in given):
+        if target in operations.TWO and len(arguments) == 2:
+            return self._of_numbers(target, operations.TWO[target], arguments), float
+        if target in operations.OF_WHOLE and len(arguments) == operations.OF_WHOLE[target][0]:
+            if any(kind is float for _, kind in arguments):
                 raise refuse(node, f"{target.__name__} of a number", "it is of integers")
-            return self.checked(operations.OF_WHOLE[target][1], *(self.as_integer(*part) for part in given)), int
-        return self._of_one(node, target, *given[0]) if len(given) == 1 else None
+            return self.checked(operations.OF_WHOLE[target][1], *(self.as_integer(*part) for part in arguments)), int
+        return self._of_one(node, target, *arguments[0]) if len(arguments) == 1 else None
 
-    def _of_one(self, node: ast.Call, target: Any, made: ast.expr, kind: Type) -> Typed | None:
+    def _of_one(self, node: ast.Call, target: Any, expression: ast.expr, kind: Type) -> Typed | None:
         if target in operations.ONE:
-            return self._of_numbers(target, operations.ONE[target], [(made, kind)]), float
+            return self._of_numbers(target, operations.ONE[target], [(expression, kind)]), float
         if target in operations.LOOKS:
-            return self.applied(target, self.as_number(made, kind)), bool
+            return self.applied(target, self.as_number(expression, kind)), bool
         if target in operations.SCALED:
-            return ast.BinOp(self.as_number(made, kind), ast.Mult(), ast.Constant(operations.SCALED[target])), float
+            return ast.BinOp(
+                self.as_number(expression, kind), ast.Mult(), ast.Constant(operations.SCALED[target])
+            ), float
         if target is math.fabs:
-            return self.applied(abs, self.as_number(made, kind)), float
+            return self.applied(abs, self.as_number(expression, kind)), float
         if target is float:
-            return self.as_number(made, kind), float
+            return self.as_number(expression, kind), float
         if target is bool:
-            return (made if kind is bool else ast.Compare(made, [ast.NotEq()], [ast.Constant(0)])), bool
+            return (expression if kind is bool else ast.Compare(expression, [ast.NotEq()], [ast.Constant(0)])), bool
         whole: dict[Any, Checked] = {int: operations.TRUNCATE, round: operations.NEAREST, **operations.ROUND}
         if target in whole:
-            return (self.checked(whole[target], made) if kind is float else self.as_integer(made, kind)), int
+            return (
+                self.checked(whole[target], expression) if kind is float else self.as_integer(expression, kind)
+            ), int
         if target is abs:
             if kind is float:
-                return self.applied(abs, made), float
-            return self.checked(operations.ABSOLUTE, self.as_integer(made, kind)), int
+                return self.applied(abs, expression), float
+            return self.checked(operations.ABSOLUTE, self.as_integer(expression, kind)), int
         return None
 
     def _close(self, node: ast.Call) -> Typed:

@@ -81,7 +81,7 @@ class Expressions(Writer):
         return self.literal(node, self.scope.outside(node))
 
     def _attribute(self, node: ast.Attribute) -> Typed:
-        made, kind = self.expression(node.value)
+        owner, kind = self.expression(node.value)
         if isinstance(kind, Meta):
             return self.literal(node, self.scope.member(node, kind.value))
         if isinstance(kind, Record):
@@ -93,7 +93,7 @@ class Expressions(Writer):
                 raise refuse(
                     node, f"the field {node.attr} has no type that can be compiled", "declare it float, int or bool"
                 )
-            return ast.Attribute(made, node.attr, ast.Load()), fields[node.attr]
+            return ast.Attribute(owner, node.attr, ast.Load()), fields[node.attr]
         raise refuse(node, f"{described(kind)} has no {node.attr}", _METHODS.get(node.attr, ""), known=kind)
 
     def _tuple(self, node: ast.Tuple) -> Typed:
@@ -110,15 +110,15 @@ class Expressions(Writer):
             value = node.operand.value
             if isinstance(value, int | float):
                 return self.literal(node, -value)
-        made, kind = self.number(node.operand)
+        operand, kind = self.number(node.operand)
         if kind is float:
             if isinstance(node.op, ast.Invert):
                 raise refuse(node, "~ of a number", "~ is of integers")
-            return (made if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, made)), float
-        made = self.as_integer(made, kind)
+            return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), float
+        operand = self.as_integer(operand, kind)
         if isinstance(node.op, ast.USub):
-            return self.checked(operations.NEGATE, made), int
-        return (made if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, made)), int
+            return self.checked(operations.NEGATE, operand), int
+        return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), int
 
     def _binop(self, node: ast.BinOp) -> Typed:
         left = self.number(node.left)
@@ -167,13 +167,13 @@ class Expressions(Writer):
             self.lines += parts[0][0]
             return ast.BoolOp(node.op, values), kind
         name = self.scope.fresh()
-        held = ast.Name(name, ast.Load())
+        so_far = ast.Name(name, ast.Load())
         inner: list[ast.stmt] = []
         for (lines, _), value in reversed(list(zip(parts[1:], values[1:], strict=True))):
-            goes_on = held if isinstance(node.op, ast.And) else ast.UnaryOp(ast.Not(), held)
+            goes_on = so_far if isinstance(node.op, ast.And) else ast.UnaryOp(ast.Not(), so_far)
             inner = [ast.If(goes_on, [*lines, assign(name, value), *inner], [])]
         self.lines += [*parts[0][0], assign(name, values[0]), *inner]
-        return held, kind
+        return so_far, kind
 
     def _ifexp(self, node: ast.IfExp) -> Typed:
         test = self.test(node.test)
@@ -210,11 +210,11 @@ class Expressions(Writer):
         if len(node.ops) > 1:
             raise refuse(node, "in within a chain of comparisons", "join them by `and`")
         left, kind = self.number(node.left)
-        made, whole = self.expression(node.comparators[0])
+        entries, whole = self.expression(node.comparators[0])
         if not isinstance(whole, TupleOf) or not all(entry in NUMBERS for entry in whole.entries):
             raise refuse(node, f"in, of what is {described(whole)}", "write a loop over its entries", known=whole)
-        left, made = self.kept(left), self.kept(made)
-        places = [ast.Subscript(made, ast.Constant(n), ast.Load()) for n in range(len(whole.entries))]
+        left, entries = self.kept(left), self.kept(entries)
+        places = [ast.Subscript(entries, ast.Constant(n), ast.Load()) for n in range(len(whole.entries))]
         equal = [
             self._compared((left, kind), ast.Eq(), (place, entry))
             for place, entry in zip(places, whole.entries, strict=True)
@@ -224,24 +224,24 @@ class Expressions(Writer):
 
     def _chain(self, node: ast.Compare, left: Typed, rest: list[Typed], lines: list[list[ast.stmt]]) -> ast.expr:
         """Comparisons in a row, of which the later ones are evaluated only where the earlier hold."""
-        held = self.scope.fresh()
-        before, made = [self.kept(left[0]), self.kept(rest[0][0])], list[list[ast.stmt]]()
+        all_hold = self.scope.fresh()
+        before, later = [self.kept(left[0]), self.kept(rest[0][0])], list[list[ast.stmt]]()
         a: Typed = before[1], rest[0][1]
-        self.lines.append(assign(held, self._compared((before[0], left[1]), node.ops[0], a)))
-        for (value, kind), operator, own in zip(rest[1:], node.ops[1:], lines, strict=True):
+        self.lines.append(assign(all_hold, self._compared((before[0], left[1]), node.ops[0], a)))
+        for (value, kind), operator, before_operand in zip(rest[1:], node.ops[1:], lines, strict=True):
 
             def step(a: Typed = a, value: ast.expr = value, kind: Type = kind, operator: ast.cmpop = operator) -> Typed:
                 b: Typed = self.kept(value), kind
-                self.lines.append(assign(held, self._compared(a, operator, b)))
+                self.lines.append(assign(all_hold, self._compared(a, operator, b)))
                 return b
 
             inner, a = self.apart(step)
-            made.append([*own, *inner])
+            later.append([*before_operand, *inner])
         nested: list[ast.stmt] = []
-        for each in reversed(made):
-            nested = [ast.If(ast.Name(held, ast.Load()), [*each, *nested], [])]
+        for statements in reversed(later):
+            nested = [ast.If(ast.Name(all_hold, ast.Load()), [*statements, *nested], [])]
         self.lines += nested
-        return ast.Name(held, ast.Load())
+        return ast.Name(all_hold, ast.Load())
 
     def _compared(self, left: Typed, operator: ast.cmpop, right: Typed) -> ast.expr:
         """A comparison, exact of integers with numbers."""
@@ -260,7 +260,7 @@ class Expressions(Writer):
         return tests[0] if len(tests) == 1 else ast.BoolOp(ast.Or(), tests)
 
     def _subscript(self, node: ast.Subscript) -> Typed:
-        made, kind = self.expression(node.value)
+        sequence, kind = self.expression(node.value)
         if isinstance(node.slice, ast.Slice):
             raise refuse(node, "a part of a list", "write a loop over its entries")
         if isinstance(kind, TupleOf) and isinstance(node.slice, ast.Constant | ast.UnaryOp):
@@ -269,16 +269,16 @@ class Expressions(Writer):
                 if not -len(kind.entries) <= index < len(kind.entries):
                     raise refuse(node, f"there is no entry {index} in {described(kind)}")
                 entry = kind.entries[index]
-                return ast.Subscript(made, ast.Constant(index % len(kind.entries)), ast.Load()), entry
-        return self.kept(ast.Subscript(made, self.index(node, made, kind), ast.Load())), self._entry(node, kind)
+                return ast.Subscript(sequence, ast.Constant(index % len(kind.entries)), ast.Load()), entry
+        return self.kept(ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load())), self._entry(node, kind)
 
-    def index(self, node: ast.Subscript, made: ast.expr, kind: Type) -> ast.expr:
+    def index(self, node: ast.Subscript, sequence: ast.expr, kind: Type) -> ast.expr:
         """The place of an entry that exists."""
         self._entry(node, kind)
         place, of = self.number(node.slice)
         if of is float:
             raise refuse(node.slice, "an index is an integer, and is given a number", "write int(...)")
-        return self.checked(operations.PLACE, self.as_integer(place, of), self.applied(len, made))
+        return self.checked(operations.PLACE, self.as_integer(place, of), self.applied(len, sequence))
 
     def _entry(self, node: ast.AST, kind: Type) -> Type:
         entry = entry_of(kind)
@@ -290,12 +290,12 @@ class Expressions(Writer):
 
     def sequence(self, node: ast.expr) -> tuple[ast.expr, Type]:
         """What a loop goes over, and the type of an entry."""
-        made, kind = self.expression(node)
+        sequence, kind = self.expression(node)
         if not isinstance(kind, TupleOf | ListOf | Vector):
             raise refuse(
                 node, f"a loop over {described(kind)}", "loops go over range(...), tuples and buffers", known=kind
             )
-        return made, self._entry(node, kind)
+        return sequence, self._entry(node, kind)
 
 
 def _surely_succeeds(operator: type[ast.operator], b: ast.expr) -> bool:

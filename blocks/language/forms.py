@@ -46,17 +46,17 @@ def problems_of(kind: type[Block]) -> list[Problem]:
     """Everything in the functions of a block that engines would not run to the same bits, or not at all."""
     if not is_own(kind):
         return []
-    found = list(_bad_types(kind))
+    problems = list(_bad_types(kind))
     looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in _LOOPED)]
     looped += [*kind.corners.values(), *(behaviour for pair in kind.events.values() for behaviour in pair)]
     for behaviour in looped:
         form = form_of(kind, behaviour, compiled=True)
-        found += form.problems if form else _unrepeatable(_plain(behaviour), _NEVER)
+        problems += form.problems if form else _unrepeatable(_plain(behaviour), _NEVER)
     once = [b.function for name, b in kind.functions.items() if name not in _LOOPED]
     for function in (*once, *([kind.requirements] if kind.requirements else [])):
         if isinstance(function, types.FunctionType):
-            found += _unrepeatable(function, ())
-    return [_of(kind, problem) for problem in dict.fromkeys(found)]
+            problems += _unrepeatable(function, ())
+    return [_of(kind, problem) for problem in dict.fromkeys(problems)]
 
 
 def driven_problems(kind: type[Block]) -> list[Problem]:
@@ -142,19 +142,19 @@ def _bad_types(kind: type[Block]) -> Iterator[Problem]:
 
 def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[Problem]:
     """Calls that would make a run another each time, in a function that Python runs and in those that it calls."""
-    found, left, seen = list[Problem](), [function], set[types.FunctionType]()
+    problems, left, visited = list[Problem](), [function], set[types.FunctionType]()
     while left:
         here = left.pop()
-        if here in seen or here.__module__.startswith("proofmass."):
+        if here in visited or here.__module__.startswith("proofmass."):
             continue
-        seen.add(here)
+        visited.add(here)
         try:
             tree = tree_of(here)
         except SourceError:
             continue
         for node in ast.walk(tree):
             if isinstance(node, ast.Global | ast.Nonlocal):
-                found.append(_told(here, node, "a function of a block changes nothing outside of it", ""))
+                problems.append(_told(here, node, "a function of a block changes nothing outside of it", ""))
             if not isinstance(node, ast.Call):
                 continue
             target = _looked_up(here, node.func)
@@ -167,11 +167,11 @@ def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[
             for name in (module, place):
                 if name in operations.UNREPEATABLE:
                     message = f"{shown}() would make a run another each time"
-                    found.append(_told(here, node, message, operations.UNREPEATABLE[name]))
+                    problems.append(_told(here, node, message, operations.UNREPEATABLE[name]))
                     break
             if any(target is each for each in never):
-                found.append(_told(here, node, f"{shown}() is not compiled", operations.INSTEAD.get(target, "")))
-    return found
+                problems.append(_told(here, node, f"{shown}() is not compiled", operations.INSTEAD.get(target, "")))
+    return problems
 
 
 def _first(node: ast.expr) -> ast.expr:

@@ -72,25 +72,27 @@ def _lowered(
         )
         return Lowered(None, False, result or Unknown(), [problem])
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
-    known, problems, reads = Known(result), list[Problem](), list[Read]()
+    learned, problems, reads = Known(result), list[Problem](), list[Read]()
 
     def called(reader: Calls, node: ast.Call, target: types.FunctionType) -> Typed:
         if target in (*within, function):
             raise refuse(node, f"{target.__name__} calls itself", "write a loop")
-        given = _given(reader, node, target)
+        given_types = _given(reader, node, target)
         if target.__module__.startswith(_OURS):
-            return _ours(reader, node, target, given)
-        made = lowered(target, tuple(kind for _, kind in given), annotated(target), compiled, (*within, function))
-        problems.extend(problem for problem in made.problems if problem not in problems)
-        reads.extend(made.reads)
-        if made.problems:
+            return _ours(reader, node, target, given_types)
+        callee = lowered(
+            target, tuple(kind for _, kind in given_types), annotated(target), compiled, (*within, function)
+        )
+        problems.extend(problem for problem in callee.problems if problem not in problems)
+        reads.extend(callee.reads)
+        if callee.problems:
             raise refuse(node, "", known=Unknown())
-        value: ast.expr = ast.Call(reader.bound(made.function), [argument for argument, _ in given], [])
+        value: ast.expr = ast.Call(reader.bound(callee.function), [argument for argument, _ in given_types], [])
         value = reader.kept(value)
-        if compiled and made.fails:
+        if compiled and callee.fails:
             reader.note(ast.Subscript(value, ast.Constant(1), ast.Load()))
             value = ast.Subscript(value, ast.Constant(0), ast.Load())
-        return value, made.result
+        return value, callee.result
 
     def read() -> tuple[Statements, list[ast.stmt]]:
         """Read the function until nothing new is learned of it."""
@@ -98,28 +100,28 @@ def _lowered(
             problems.clear()
             reads.clear()
             scope = Scope(function, tree, dict(zip(names, arguments, strict=True)))
-            scope.promoted, known.written = set(known.promoted), {}
-            reader = Statements(scope, compiled, known, called)
+            scope.promoted, learned.written = set(learned.promoted), {}
+            reader = Statements(scope, compiled, learned, called)
             try:
                 lines = _body(reader, tree)
             except RestartError:
                 continue
-            if reader.fails == known.fails and not known.unsaid:
+            if reader.fails == learned.fails and not learned.unsaid:
                 return reader, lines
-            if known.unsaid and known.result is None:
-                known.result = int  # it only raises
-            known.fails, known.unsaid = reader.fails, False
+            if learned.unsaid and learned.result is None:
+                learned.result = int  # it only raises
+            learned.fails, learned.unsaid = reader.fails, False
         raise RecursionError(f"{function.__name__} is read for ever")
 
     reader, lines = read()
     problems += [_problem(function, refused) for refused in reader.refused if refused.message]
     reads += reader.scope.reads
     if reader.refused:
-        return Lowered(None, False, known.result or Unknown(), problems, reads)
-    if compiled and known.fails:
+        return Lowered(None, False, learned.result or Unknown(), problems, reads)
+    if compiled and learned.fails:
         lines.insert(0, ast.Assign([ast.Name(reader.scope.fault, ast.Store())], ast.Constant(False)))
     made = _defined(function, tree, names, lines, reader.scope)
-    return Lowered(made, compiled and known.fails, known.result or NOTHING, problems, reads)
+    return Lowered(made, compiled and learned.fails, learned.result or NOTHING, problems, reads)
 
 
 def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
@@ -145,26 +147,26 @@ def _given(reader: Calls, node: ast.Call, target: types.FunctionType) -> list[Ty
         bound = signature.bind(*node.args, **{str(keyword.arg): keyword.value for keyword in node.keywords})
     except TypeError as error:
         raise refuse(node, f"{target.__name__}: {error}", f"its arguments: {', '.join(signature.parameters)}") from None
-    given = []
+    arguments = []
     for name, parameter in signature.parameters.items():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
             raise refuse(node, f"{target.__name__} has * among its arguments", "name them one by one")
         value = bound.arguments.get(name)
-        given.append(reader.expression(value) if value is not None else reader.literal(node, parameter.default))
-    return given
+        arguments.append(reader.expression(value) if value is not None else reader.literal(node, parameter.default))
+    return arguments
 
 
-def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, given: list[Typed]) -> Typed:
+def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, arguments: list[Typed]) -> Typed:
     """A call of a function of this package, which says its types and means the same everywhere."""
     hints, result = inspect.get_annotations(target, eval_str=True), annotated(target)
     if result is None:
         raise refuse(node, f"{target.__name__}() says no type of what it returns", "write a function of your own")
-    made = []
-    for name, (argument, kind) in zip(inspect.signature(target).parameters, given, strict=True):
+    converted = []
+    for name, (argument, kind) in zip(inspect.signature(target).parameters, arguments, strict=True):
         wanted = type_of(hints.get(name))
         number = wanted in (float, int, bool)
-        made.append(reader.converted(node, argument, kind, wanted, f"the argument {name}") if number else argument)
-    return reader.kept(ast.Call(reader.bound(target), made, [])), result
+        converted.append(reader.converted(node, argument, kind, wanted, f"the argument {name}") if number else argument)
+    return reader.kept(ast.Call(reader.bound(target), converted, [])), result
 
 
 def _defined(

@@ -35,12 +35,12 @@ class Loops(Calls):
         raise NotImplementedError
 
     def _for(self, node: ast.For) -> bool:
-        made, kind = self._gone_through(node.iter)
+        sequence, kind = self._gone_through(node.iter)
         offset = self._offset(node.iter)
         before = set(self.scope.assigned)
         name = self.scope.fresh()
         self._begin_loop(node)
-        loop = ast.For(ast.Name(name, ast.Store()), made, [], [])
+        loop = ast.For(ast.Name(name, ast.Store()), sequence, [], [])
         self.lines.append(loop)
         turn: Typed = ast.Name(name, ast.Load()), kind
         head, _ = self.apart(lambda: self.set(node.target, self._numbered(node, turn, offset) if offset else turn))
@@ -78,11 +78,11 @@ class Loops(Calls):
 
     def _numbered(self, node: ast.For, turn: Typed, offset: ast.expr) -> Typed:
         """What enumerate gives when it begins elsewhere than at zero."""
-        made, kind = turn
+        pair, kind = turn
         assert isinstance(kind, TupleOf)
-        place: Typed = ast.Subscript(made, ast.Constant(0), ast.Load()), int
+        place: Typed = ast.Subscript(pair, ast.Constant(0), ast.Load()), int
         number, _ = self.operated(node, ast.Add, place, (offset, int))
-        return ast.Tuple([number, ast.Subscript(made, ast.Constant(1), ast.Load())], ast.Load()), kind
+        return ast.Tuple([number, ast.Subscript(pair, ast.Constant(1), ast.Load())], ast.Load()), kind
 
     def _gone_through(self, node: ast.expr) -> Typed:
         """What a loop goes through, and the type of its variable."""
@@ -93,21 +93,23 @@ class Loops(Calls):
                 read = [self.number(part) for part in node.args]
                 if any(kind is float for _, kind in read):
                     raise refuse(node, "a range of numbers", "range is of integers: write int(...)")
-                given = [self.as_integer(*part) for part in read]
-                given = [ast.Constant(0), *given] if len(given) == 1 else given
-                given = [*given, ast.Constant(1)][:3]
-                if not (isinstance(given[2], ast.Constant) and given[2].value):
-                    given[2] = self.kept(self.checked(operations.STRIDE, given[2]))
-                if not all(isinstance(part, ast.Constant) and abs(int(str(part.value))) < 1000 for part in given):
-                    given = [self.kept(part) for part in given]
-                    given[1] = self.checked(operations.RANGE_END, *given)
-                return self.applied(range, *given), int
+                bounds = [self.as_integer(*part) for part in read]
+                bounds = [ast.Constant(0), *bounds] if len(bounds) == 1 else bounds
+                bounds = [*bounds, ast.Constant(1)][:3]
+                if not (isinstance(bounds[2], ast.Constant) and bounds[2].value):
+                    bounds[2] = self.kept(self.checked(operations.STRIDE, bounds[2]))
+                if not all(isinstance(part, ast.Constant) and abs(int(str(part.value))) < 1000 for part in bounds):
+                    bounds = [self.kept(part) for part in bounds]
+                    bounds[1] = self.checked(operations.RANGE_END, *bounds)
+                return self.applied(range, *bounds), int
             if value is enumerate and len(node.args) in (1, 2):
-                made, entry = self.sequence(node.args[0])
-                return self.applied(enumerate, made), TupleOf((int, entry))
+                sequence, entry = self.sequence(node.args[0])
+                return self.applied(enumerate, sequence), TupleOf((int, entry))
             if value is zip and node.args:
                 parts = [self.sequence(part) for part in node.args]
-                return self.applied(zip, *(made for made, _ in parts)), TupleOf(tuple(kind for _, kind in parts))
+                return self.applied(zip, *(sequence for sequence, _ in parts)), TupleOf(
+                    tuple(kind for _, kind in parts)
+                )
         return self.sequence(node)
 
     def _while(self, node: ast.While) -> bool:

@@ -18,21 +18,21 @@ class Reductions(Expressions):
 
     def reduced(self, node: ast.Call, target: Any) -> Typed:
         """Return min, max, sum or math.prod of the entries of the one argument."""
-        made, entry = self.sequence(node.args[0])
+        sequence, entry = self.sequence(node.args[0])
         if entry not in NUMBERS:
             raise refuse(node, f"{target.__name__}() of what is {described(entry)}", "its entries must be numbers")
         if target is sum and entry is float:
             raise refuse(node, "sum() of numbers is not compiled", operations.INSTEAD[sum])
-        entries, total, one = (self.scope.fresh() for _ in range(3))
-        self.lines.append(assign(entries, made))
+        entries, total, entry_name = (self.scope.fresh() for _ in range(3))
+        self.lines.append(assign(entries, sequence))
         if target in (min, max):
-            kind, first, body = entry, self._first(entries), self._better(target, total, one)
+            kind, first, body = entry, self._first(entries), self._better(target, total, entry_name)
         else:
             kind = float if entry is float else int
             first = ast.Constant(kind(0 if target is sum else 1))
-            body = self._more(node, ast.Add if target is sum else ast.Mult, (total, kind), (one, entry))
+            body = self._more(node, ast.Add if target is sum else ast.Mult, (total, kind), (entry_name, entry))
         self.lines.append(assign(total, first))
-        self.lines.append(ast.For(ast.Name(one, ast.Store()), ast.Name(entries, ast.Load()), body, []))
+        self.lines.append(ast.For(ast.Name(entry_name, ast.Store()), ast.Name(entries, ast.Load()), body, []))
         return ast.Name(total, ast.Load()), kind
 
     def _first(self, entries: str) -> ast.expr:

@@ -87,11 +87,11 @@ class Statements(Loops):
 
     def _augassign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Subscript):
-            made, kind = self._vector(node.target)
-            place = self.kept(self.index(node.target, made, kind))
-            entry: Typed = self.kept(ast.Subscript(made, place, ast.Load())), kind.entry
+            vector, kind = self._vector(node.target)
+            place = self.kept(self.index(node.target, vector, kind))
+            entry: Typed = self.kept(ast.Subscript(vector, place, ast.Load())), kind.entry
             value = self.operated(node, type(node.op), entry, self.number(node.value))
-            self._store(node, made, place, kind, value)
+            self._store(node, vector, place, kind, value)
             return
         assert isinstance(node.target, ast.Name | ast.Attribute)
         if isinstance(node.target, ast.Attribute):
@@ -100,9 +100,9 @@ class Statements(Loops):
         self.set(node.target, self.operated(node, type(node.op), left, self.number(node.value)))
 
     def set(self, target: ast.expr, value: Typed) -> None:
-        made, kind = value
+        expression, kind = value
         if isinstance(target, ast.Name):
-            self.lines.append(ast.Assign([ast.Name(target.id, ast.Store())], self._into(target, made, kind)))
+            self.lines.append(ast.Assign([ast.Name(target.id, ast.Store())], self._into(target, expression, kind)))
         elif isinstance(target, ast.Tuple):
             parts = kind.entries if isinstance(kind, TupleOf) else ()
             parts = tuple(kind.fields.values()) if isinstance(kind, Record) else parts
@@ -110,44 +110,44 @@ class Statements(Loops):
                 raise refuse(target, f"{len(target.elts)} variables of {described(kind)}", known=kind)
             names = [self.scope.fresh() for _ in parts]
             fresh: list[ast.expr] = [ast.Name(name, ast.Store()) for name in names]
-            self.lines.append(ast.Assign([ast.Tuple(fresh, ast.Store())], made))
+            self.lines.append(ast.Assign([ast.Tuple(fresh, ast.Store())], expression))
             for part, name, of in zip(target.elts, names, parts, strict=True):
                 self.set(part, (ast.Name(name, ast.Load()), of))
         elif isinstance(target, ast.Subscript):
             vector, of = self._vector(target)
-            made = self.kept(made)
-            self._store(target, vector, self.index(target, vector, of), of, (made, kind))
+            expression = self.kept(expression)
+            self._store(target, vector, self.index(target, vector, of), of, (expression, kind))
         else:
             raise refuse(target, "a field cannot be changed", "return a new State(...) from update")
 
     def _vector(self, target: ast.Subscript) -> tuple[ast.expr, Vector]:
-        made, kind = self.expression(target.value)
+        vector, kind = self.expression(target.value)
         if not isinstance(kind, Vector):
             raise refuse(target, f"{described(kind)} cannot be changed", "declare a Buffer", known=kind)
         if not kind.writable:
             raise refuse(
                 target, "it is only read here", "buffers are changed in `update`, entries of an output in `out`"
             )
-        return made, kind
+        return vector, kind
 
     def _store(self, node: ast.AST, vector: ast.expr, place: ast.expr, kind: Vector, value: Typed) -> None:
         entry = self.converted(node, *value, kind.entry, "an entry")
         self.lines.append(ast.Assign([ast.Subscript(vector, place, ast.Store())], entry))
 
-    def _into(self, node: ast.Name, made: ast.expr, kind: Type) -> ast.expr:
+    def _into(self, node: ast.Name, expression: ast.expr, kind: Type) -> ast.expr:
         """A value on its way into a variable, which has one type in the whole function."""
         name, before = node.id, self.scope.types.get(node.id)
         if kind == NOTHING:
             raise refuse(node, "the function returns nothing", "return a value from it")
-        written = kind is int and isinstance(made, ast.Constant)
+        written = kind is int and isinstance(expression, ast.Constant)
         if name in self.scope.promoted and written:
-            made, kind = self.as_number(made, kind), float
+            expression, kind = self.as_number(expression, kind), float
         if before is None or isinstance(before, Unknown) or before == kind:
             self.scope.types[name] = kind
             self.known.written.setdefault(name, True)
             self.known.written[name] &= written
         elif before is float and written:
-            made = self.as_number(made, kind)
+            expression = self.as_number(expression, kind)
         elif before is int and kind is float and self.known.written.get(name):
             self.known.promoted.add(name)
             raise RestartError
@@ -161,7 +161,7 @@ class Statements(Loops):
             message = f"{name} is {described(before)} elsewhere, and {described(kind)} here"
             raise refuse(node, message, hint if kind in NUMBERS else "take another name")
         self.scope.assigned.add(name)
-        return made
+        return expression
 
     # -- decisions -------------------------------------------------------------------------------------------------
 
@@ -203,7 +203,7 @@ class Statements(Loops):
         self.lines.append(self.returned(node, made, kind))
         return True
 
-    def returned(self, node: ast.AST, made: ast.expr, kind: Type) -> ast.stmt:
+    def returned(self, node: ast.AST, expression: ast.expr, kind: Type) -> ast.stmt:
         """A return, of what the function is declared to give."""
         wanted = self.known.result
         if wanted is None:
@@ -211,12 +211,12 @@ class Statements(Loops):
         if wanted == NOTHING != kind or kind == NOTHING != wanted:
             message = f"{described(kind)} is returned, and {described(wanted)} elsewhere or in the declaration"
             raise refuse(node, message, "return a value on every path, or on none", known=kind)
-        made = self.converted(node, made, kind, wanted, "what is returned")
+        expression = self.converted(node, expression, kind, wanted, "what is returned")
         if self.compiled and kind == NOTHING:
-            made = ast.Constant(0)
+            expression = ast.Constant(0)
         if self.compiled and self.known.fails:
-            made = ast.Tuple([made, ast.Name(self.scope.fault, ast.Load())], ast.Load())
-        return ast.Return(made)
+            expression = ast.Tuple([expression, ast.Name(self.scope.fault, ast.Load())], ast.Load())
+        return ast.Return(expression)
 
     def _raise(self, node: ast.Raise) -> bool:
         if not self.compiled:

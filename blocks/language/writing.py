@@ -87,28 +87,30 @@ class Writer:
             raise refuse(node, f"{described(kind)}, where a number is needed", known=kind)
         return made, kind
 
-    def as_number(self, made: ast.expr, kind: Type) -> ast.expr:
+    def as_number(self, expression: ast.expr, kind: Type) -> ast.expr:
         """A number of an integer, rounded as Python does."""
         if kind is float:
-            return made
-        if isinstance(made, ast.Constant):
-            return ast.Constant(float(made.value))  # type: ignore[arg-type]
-        return self.applied(float, made)
+            return expression
+        if isinstance(expression, ast.Constant):
+            return ast.Constant(float(expression.value))  # type: ignore[arg-type]
+        return self.applied(float, expression)
 
-    def as_integer(self, made: ast.expr, kind: Type) -> ast.expr:
+    def as_integer(self, expression: ast.expr, kind: Type) -> ast.expr:
         """An integer of a truth value."""
         if kind is not bool:
-            return made
-        return ast.Constant(int(made.value)) if isinstance(made, ast.Constant) else self.applied(int, made)  # type: ignore[arg-type]
+            return expression
+        if isinstance(expression, ast.Constant):
+            return ast.Constant(int(expression.value))  # type: ignore[arg-type]
+        return self.applied(int, expression)
 
-    def converted(self, node: ast.AST, made: ast.expr, kind: Type, wanted: Type, what: str) -> ast.expr:
+    def converted(self, node: ast.AST, expression: ast.expr, kind: Type, wanted: Type, what: str) -> ast.expr:
         """A value as it is declared; nothing is rounded or looked at for truth in silence."""
         if kind == wanted or isinstance(wanted, Unknown) or isinstance(kind, Unknown):
-            return made
+            return expression
         if wanted is float and kind in NUMBERS:
-            return self.as_number(made, kind)
+            return self.as_number(expression, kind)
         if wanted is int and kind is bool:
-            return self.as_integer(made, kind)
+            return self.as_integer(expression, kind)
         hints = {int: "write int(...), round(...) or math.floor(...)", bool: "write a comparison, such as value != 0"}
         hint = hints.get(wanted, "") if kind in NUMBERS else ""  # type: ignore[arg-type]
         if isinstance(wanted, Record) and isinstance(kind, TupleOf):
@@ -120,10 +122,10 @@ class Writer:
         kinds = [kind for _, kind in values]
         if float in kinds:
             values = [
-                (ast.Constant(float(made.value)), float)  # type: ignore[arg-type]
-                if kind is int and isinstance(made, ast.Constant)
-                else (made, kind)
-                for made, kind in values
+                (ast.Constant(float(expression.value)), float)  # type: ignore[arg-type]
+                if kind is int and isinstance(expression, ast.Constant)
+                else (expression, kind)
+                for expression, kind in values
             ]
         first = values[0][1]
         for _, kind in values:
@@ -132,7 +134,7 @@ class Writer:
             if kind != first:
                 hint = "write float(...) round the integer" if {first, kind} == {int, float} else ""
                 raise refuse(node, f"{what} {described(first)} in one case and {described(kind)} in another", hint)
-        return [made for made, _ in values], first
+        return [expression for expression, _ in values], first
 
 
 def assign(name: str, value: ast.expr) -> ast.stmt:

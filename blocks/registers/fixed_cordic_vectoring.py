@@ -43,11 +43,13 @@ def formats(p: FixedCordicVectoring) -> dict[str, Fixed]:
 
 @FixedCordicVectoring.constants
 def constants(p: FixedCordicVectoring, period: float) -> Constants:
-    known, inner = formats(p), p.phase_bits + p.guard_bits
+    port_formats, inner = formats(p), p.phase_bits + p.guard_bits
     finer = p.input_format.width + 2  # 1/K adds less than a quarter of a step to the error of the magnitude
     reciprocal = fixed(1.0 / circular_growth(p.iterations), Fixed(finer + 2, finer), "half_even")
     half_turn = round(math.ldexp(math.pi, inner))
-    return Constants(reciprocal, half_turn, circular_angles(p.iterations, inner), known["magnitude"], known["phase"])
+    return Constants(
+        reciprocal, half_turn, circular_angles(p.iterations, inner), port_formats["magnitude"], port_formats["phase"]
+    )
 
 
 @FixedCordicVectoring.output("{unit}")

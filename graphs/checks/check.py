@@ -138,17 +138,17 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
     """Blocks without a rate; those of a subgraph once, where the graph holds it: its file may serve other graphs."""
-    for own, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
+    for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
         inside = [name.partition(".")[2] for name in of_own]
         shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
         hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
         yield Problem(
             message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
-            key=f"blocks.{own}",
+            key=f"blocks.{block}",
             got=shortened,
             hint=hint,
             note=bool(graph.exports),
-            path=("blocks", own),
+            path=("blocks", block),
         )
 
 
@@ -291,14 +291,14 @@ def _type(kind: type) -> str:
     return "fixed" if kind is FixedValue else kind.__name__
 
 
-def _same_type(source: Block, given: type, kind: type) -> str:
+def _same_type(source: Block, source_kind: type, kind: type) -> str:
     """A hint for a wire of the wrong type: nothing is converted in silence."""
     fitting = [name for name, port in type(source).outputs.items() if port.dtype is kind]
     if fitting:
         return f"its output {fitting[0]} has that type"
-    if kind is FixedValue and given is float:
+    if kind is FixedValue and source_kind is float:
         return "a FixedQuantiser makes fixed-point values of numbers"
-    if given is FixedValue and kind is float:
+    if source_kind is FixedValue and kind is float:
         return "a FixedToNumber makes numbers of fixed-point values"
     return "an AnalogToDigital makes codes of numbers" if kind is int else "choose an output of that type"
 
@@ -325,12 +325,12 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
         yield Problem(message=message, key=f"blocks.{MEASURES}", hint=hint, path=("blocks", MEASURES))
     for name, measure in graph.measures.items():
         path, key = ("measures", name), f"measures.{name}.signal"
-        found = find_output(graph, measure.signal)
-        if isinstance(found, Missing):
-            yield Problem(message=found.message, key=key, hint=found.hint, path=(*path, "signal"))
+        output = find_output(graph, measure.signal)
+        if isinstance(output, Missing):
+            yield Problem(message=output.message, key=key, hint=output.hint, path=(*path, "signal"))
             continue
-        shape = shape_of(found[0], found[1])
-        if found[1].dtype is FixedValue:
+        shape = shape_of(output[0], output[1])
+        if output[1].dtype is FixedValue:
             message, hint = "a fixed-point value cannot be measured", "measure the number that it is converted to"
             yield Problem(message=message, key=key, hint=hint, path=(*path, "signal"))
         if shape:
@@ -338,7 +338,7 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
             message = "a vector cannot be measured"
             yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
         try:
-            measure.reducer(unit_of(found[0], found[1]), Fraction(1))
+            measure.reducer(unit_of(output[0], output[1]), Fraction(1))
         except ModelError as error:
             counted_later = {
                 option.samples for option in STATISTICS[measure.statistic].times.values()
@@ -348,15 +348,15 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
 
 
 def _probes(graph: FlatGraph) -> Iterator[Problem]:
-    seen = set()
+    probed = set()
     for index, (signal, _) in enumerate(graph.probes):
         path, key = ("probes", str(index)), f"probes: {graph.root.probes[index].signal}"
-        found = find_output(graph, signal)
-        if isinstance(found, Missing):
-            yield Problem(message=found.message, key=key, hint=found.hint, path=path)
-        if signal in seen:
+        output = find_output(graph, signal)
+        if isinstance(output, Missing):
+            yield Problem(message=output.message, key=key, hint=output.hint, path=path)
+        if signal in probed:
             yield Problem(message="probed twice", key=key, hint="remove one of the probes", path=path)
-        seen.add(signal)
+        probed.add(signal)
 
 
 def _notes(graph: FlatGraph) -> Iterator[Problem]:

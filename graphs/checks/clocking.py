@@ -91,11 +91,11 @@ def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
 
     An integrator whose output faster blocks read may be meant so: what it does depends on the time, not on its ticks.
     """
-    own = wiring.rate(name)
+    own_rate = wiring.rate(name)
     sources = [node for node in wiring.drivers[name].values() if not wiring.stands_still(node[0])]
     rates = [wiring.rate_of(node) for node in sources]
     known = [rate for rate in rates if rate is not None]
-    if own is None or not rates or len(known) < len(rates) or max(known) >= own:
+    if own_rate is None or not rates or len(known) < len(rates) or max(known) >= own_rate:
         return
     fastest = max(known)
     readers = [wiring.rate(reader) for reader, _ in wiring.readers[name]]
@@ -104,9 +104,9 @@ def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
     read = " and ".join(".".join(node) for node, rate in zip(sources, rates, strict=True) if rate == fastest)
     yield _note(
         name,
-        f"reads the same value {_times(own / fastest)} times: it has no rate of its own",
-        f"{write_rate(own)}, and {read} at {write_rate(fastest)}",
-        f'add rate = "{write_rate(fastest)}" to the block, or rate = "{write_rate(own)}" where it is meant so',
+        f"reads the same value {_times(own_rate / fastest)} times: it has no rate of its own",
+        f"{write_rate(own_rate)}, and {read} at {write_rate(fastest)}",
+        f'add rate = "{write_rate(fastest)}" to the block, or rate = "{write_rate(own_rate)}" where it is meant so',
     )
 
 
@@ -120,21 +120,21 @@ def _knows_its_period(block: Block) -> bool:
 
 def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:
     """A block with a memory that stands between a wire and slower blocks, which read that wire too."""
-    own = wiring.rate(name)
+    own_rate = wiring.rate(name)
     readers = list(dict.fromkeys(reader for reader, _ in wiring.readers[name]))
     rates = [wiring.rate(reader) for reader in readers]
     stated = [rate for rate in rates if rate is not None]
-    if own is None or not rates or len(stated) < len(rates) or max(stated) >= own or name in wiring.probed:
+    if own_rate is None or not rates or len(stated) < len(rates) or max(stated) >= own_rate or name in wiring.probed:
         return
-    inputs = set(wiring.drivers[name].values())
+    inputs, shown = set(wiring.drivers[name].values()), write_rate(own_rate)
     for reader, rate in zip(readers, stated, strict=True):
         both = sorted(".".join(node) for node in inputs & set(wiring.drivers[reader].values()))
         if both:
             yield _note(
                 name,
-                f"only one in {_times(own / rate)} of its values is read: it has no rate of its own",
-                f"{write_rate(own)}; {reader} reads {both[0]} at {write_rate(rate)}, directly and through {name}",
-                f'add rate = "{write_rate(rate)}" to the block, or rate = "{write_rate(own)}" where it is meant so',
+                f"only one in {_times(own_rate / rate)} of its values is read: it has no rate of its own",
+                f"{shown}; {reader} reads {both[0]} at {write_rate(rate)}, directly and through {name}",
+                f'add rate = "{write_rate(rate)}" to the block, or rate = "{shown}" where it is meant so',
             )
             return
 

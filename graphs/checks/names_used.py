@@ -14,12 +14,12 @@ def bad_loops(flat: FlatGraph) -> Iterator[Problem]:
     """Loops that are opened at what is no output, or at one that is not a single number."""
     for path, part in parts(flat.root):
         for name, loop in part.loops.items():
-            found = find_output(flat, path + inside(part, loop.open_at))
+            output = find_output(flat, path + inside(part, loop.open_at))
             message = hint = ""
-            if isinstance(found, Missing):
-                message, hint = found.message, found.hint
-            elif found[1].shape or found[1].dtype is bool:
-                kind = "a vector" if found[1].shape else "true or false"
+            if isinstance(output, Missing):
+                message, hint = output.message, output.hint
+            elif output[1].shape or output[1].dtype is bool:
+                kind = "a vector" if output[1].shape else "true or false"
                 message, hint = f"{loop.open_at} is {kind}", "open the loop at an output that is one number"
             if message:
                 key, where = f"{path}loops.{name}.open_at", ("loops", name, "open_at")

@@ -86,19 +86,19 @@ def _unit(flat: FlatGraph, quantity: str) -> str:
     raise Refusal(f"there is no quantity {shown(quantity)[1:-1]}", did_you_mean(quantity, names, "the quantities"))
 
 
-def _limit(requirement: Requirement, key: str, given: float | str, unit: str) -> float:
+def _limit(requirement: Requirement, key: str, written: float | str, unit: str) -> float:
     try:
-        if split(requirement.quantity)[1] == _VERDICT and isinstance(given, str):
-            return _verdict(given)
+        if split(requirement.quantity)[1] == _VERDICT and isinstance(written, str):
+            return _verdict(written)
         if unit == "dB":
-            return read_requirement(given, unit)
-        number = convert(given, unit) if isinstance(given, str) else float(given)
+            return read_requirement(written, unit)
+        number = convert(written, unit) if isinstance(written, str) else float(written)
     except Refusal as error:
-        raise error.under(key, given, f"a quantity in {unit}") from None
+        raise error.under(key, written, f"a quantity in {unit}") from None
     except OverflowError:
-        raise Refusal("is too large for a number", key=key, got=shown(given)) from None
+        raise Refusal("is too large for a number", key=key, got=shown(written)) from None
     if math.isnan(number):
-        raise Refusal("must be a number", key=key, got=shown(given))
+        raise Refusal("must be a number", key=key, got=shown(written))
     return number
 
 

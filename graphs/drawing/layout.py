@@ -279,9 +279,11 @@ class _Part:
         x = 0
         bars: list[tuple[int, dict[tuple[str, str], list[Bar]]]] = []
         for gap, nets in enumerate(gaps):
-            tracks, own = channel({n: ([p.y for p in net.left], [p.y for p in net.right]) for n, net in nets.items()})
+            tracks, net_bars = channel(
+                {n: ([p.y for p in net.left], [p.y for p in net.right]) for n, net in nets.items()}
+            )
             x += self._room(gap - 1, False) + (GRID if nets else 0)
-            bars.append((x, own))
+            bars.append((x, net_bars))
             x += GRID * tracks + self._room(gap, True) + (GRID if nets else 0)
             column = self.columns[gap] if gap < len(self.columns) else []
             width = max((item.width for item in column), default=0)
@@ -290,9 +292,9 @@ class _Part:
                 item.x = x + (width - item.width) // 2 // GRID * GRID
             x += width
         trees: dict[tuple[str, str], Tree] = {}
-        for nets, (left, own) in zip(gaps, bars, strict=True):
+        for nets, (left, net_bars) in zip(gaps, bars, strict=True):
             for name, net in nets.items():
-                _grow(trees.setdefault(name, {}), net, own.get(name, []), left)
+                _grow(trees.setdefault(name, {}), net, net_bars.get(name, []), left)
         return self._traced(x, max((item.top + item.height for item in items), default=0), trees)
 
     def _room(self, layer: int, on_left: bool) -> int:

@@ -41,13 +41,15 @@ def channel(nets: Mapping[Key, Heights]) -> tuple[int, dict[Key, list[Bar]]]:
         for key, (left, right) in nets.items()
         if len({*left, *right}) > 1
     }
-    free = _free_heights([bar for own in bars.values() for bar in own])
+    free = _free_heights([bar for net_bars in bars.values() for bar in net_bars])
     while True:
-        flat = [bar for own in bars.values() for bar in own]
+        flat = [bar for net_bars in bars.values() for bar in net_bars]
         order, stuck = _sorted(flat, _before(bars))
         if not stuck:
             break
-        key, (bar,) = next((key, own) for key, own in bars.items() if len(own) == 1 and own[0] in stuck)
+        key, (bar,) = next(
+            (key, net_bars) for key, net_bars in bars.items() if len(net_bars) == 1 and net_bars[0] in stuck
+        )
         join = min(free, key=lambda y: (abs(2 * y - bar.low - bar.high), y))
         free.remove(join)
         bars[key] = [Bar(bar.left, (), join), Bar((), bar.right, join)]
@@ -73,16 +75,16 @@ def _free_heights(bars: Sequence[Bar]) -> list[int]:
 def _before(bars: Mapping[Key, Sequence[Bar]]) -> dict[Bar, set[Bar]]:
     """Return for each bar those that must stand to its right."""
     ending: dict[int, list[tuple[Key, Bar]]] = {}
-    for key, own in bars.items():
-        for bar in own:
+    for key, net_bars in bars.items():
+        for bar in net_bars:
             for y in bar.right:
                 ending.setdefault(y, []).append((key, bar))
     out: dict[Bar, set[Bar]] = {}
-    for key, own in bars.items():
-        for bar in own:
+    for key, net_bars in bars.items():
+        for bar in net_bars:
             out[bar] = {other for y in bar.left for to, other in ending.get(y, ()) if to != key}
-        if len(own) == 2:
-            out[own[0]].add(own[1])
+        if len(net_bars) == 2:
+            out[net_bars[0]].add(net_bars[1])
     return out
 
 

@@ -8,6 +8,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
 from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
@@ -26,16 +27,14 @@ def write_graph(graph: Graph) -> str:
 
 def _graph(graph: Graph, path: str) -> Iterator[str]:
     """Everything but the name of a graph; `path` stands before the names of its tables."""
-    if graph.description:
-        yield f"description = {_long_text(graph.description)}"
+    texts = ((key, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Text))
+    yield from (f"{key} = {_long_text(text)}" for key, text in texts if text and key != "name")
     if graph.rate is not None:
         yield f"rate = {quoted(_formula(graph, RATE) or write_rate(graph.rate))}"
     if graph.duration is not None:
         yield f"duration = {quoted(_formula(graph, DURATION) or f'{graph.duration} s')}"
-    if graph.samples is not None:
-        yield f"samples = {graph.samples}"
-    if graph.seed:
-        yield f"seed = {graph.seed}"
+    integers = ((key, form, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Integer))
+    yield from (f"{key} = {value}" for key, form, value in integers if value != form.default)
     yield from _list("wires", [quoted(str(wire)) for wire in graph.wires])
     yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:

@@ -116,13 +116,13 @@ def fixed(name: str, values: Mapping[str, Any] | None = None) -> Number:
     if name in CONSTANTS:
         return Number(CONSTANTS[name])
     try:
-        known = unit(name)
+        unit_named = unit(name)
     except UnitError:
         hint = did_you_mean(name, [*(values or ()), *CONSTANTS], "the values")
         if name in FUNCTIONS:
             hint = f"write its argument in brackets: {name}( )"
         raise Refusal(f"there is no value or unit {shown(name, 60)[1:-1]}", hint) from None
-    return Number(float(known.factor), known.exponents)
+    return Number(float(unit_named.factor), unit_named.exponents)
 
 
 def _multiplied_out(base: Any, exponent: int, apply: Callable[[str, list[Any]], Any]) -> Any:
@@ -144,10 +144,10 @@ def _chained(parts: Any) -> dict[str, float]:
 
 
 def _power_dimension(base: Tree, exponent: Tree, dimensions: Mapping[str, Dimension]) -> Dimension:
-    own = dimension_of(base, dimensions)
+    of_base = dimension_of(base, dimensions)
     if dimension_of(exponent, dimensions) != NUMBER:
         raise Refusal("an exponent must be a plain number")
-    if own == NUMBER:
+    if of_base == NUMBER:
         return NUMBER
     if names_of(exponent) - CONSTANTS.keys():
         raise Refusal(
@@ -159,4 +159,4 @@ def _power_dimension(base: Tree, exponent: Tree, dimensions: Mapping[str, Dimens
         raise Refusal(
             "the exponent of a quantity with a unit must be a ratio of small numbers", "write it as in x^(3/2)"
         )
-    return multiplied(own, near)
+    return multiplied(of_base, near)

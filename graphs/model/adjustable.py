@@ -52,9 +52,9 @@ class Adjustable:
         if not self.is_value(name):
             return {name: 1.0}
         numbers = {**self.dependence.numbers, **values, **self.dependence.followed(values)}
-        known = {name: 1.0}
+        slopes = {name: 1.0}
         for step in self.dependence.followers([name]):
             if step.target not in values:
                 by_name = step.slopes(numbers)
-                known[step.target] = sum(slope * known[other] for other, slope in by_name.items() if other in known)
-        return {target: slope for target, slope in known.items() if not self.is_value(target)}
+                slopes[step.target] = sum(slope * slopes[other] for other, slope in by_name.items() if other in slopes)
+        return {target: slope for target, slope in slopes.items() if not self.is_value(target)}

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.libraries import need
@@ -16,9 +16,10 @@ from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Pr
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
-from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, LARGEST_SEED, NAME, WIRES
+from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_measures
+from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import DURATION, RATE
@@ -27,8 +28,6 @@ from proofmass.graphs.model.values import read_values
 
 if TYPE_CHECKING:
     import networkx
-
-LONGEST_TEXT = 10_000  # characters of name and description
 
 Entry = TypeVar("Entry")
 
@@ -84,7 +83,8 @@ class Graph(Value):
         reader = _Reader()
         blocks = {**subgraphs, **blocks}
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
-        reader.problems += [*_bad_texts(name, description), *_bad_run(samples, duration, seed)]
+        plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
+        reader.problems += [*wrong_values(plain), *_two_lengths(samples, duration)]
         reader.problems += _bad_blocks(blocks, rates)
         own_requirements, wrong = read_requirements(requirements)
         reader.problems += wrong
@@ -112,12 +112,9 @@ class Graph(Value):
         if reader.problems:
             raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in reader.problems])
         super().__init__(
-            name=name,
-            description=description,
+            **plain,
             rate=own_rate,
             duration=own_duration,
-            samples=samples,
-            seed=seed,
             blocks={block: made for block, made in blocks.items() if isinstance(made, Block)},
             subgraphs=parts,
             rates={block: made for block, made in own_rates.items() if made is not None},
@@ -227,16 +224,6 @@ def _is_path(text: str) -> bool:
     return text.count(".") <= DEPTH + 1 and all(NAME.fullmatch(part) for part in text.split("."))
 
 
-def _bad_texts(name: object, description: object) -> Iterator[Problem]:
-    for key, text in (("name", name), ("description", description)):
-        if not isinstance(text, str):
-            yield Problem(message="must be a string", key=key, got=shown(text), path=(key,))
-        elif len(text) > LONGEST_TEXT:
-            yield Problem(message=f"longer than {LONGEST_TEXT} characters", key=key, got=shown(text), path=(key,))
-        elif not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
-            yield Problem(message="holds half a character", key=key, got=shown(text), path=(key,))
-
-
 def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]) -> Iterator[Problem]:
     for name, block in blocks.items():
         path = ("blocks", str(name))
@@ -304,27 +291,27 @@ def _settled(graph: Graph) -> Graph:
         raise ModelError([graph.placed(problem) for problem in own]) from None
 
 
-def _split_measures(given: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
+def _split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
     """Measures of signals, and those that are formulas of others."""
     formulas, problems = dict(derived), list[Problem]()
-    if not isinstance(given, Mapping):
-        return given, formulas, problems
-    for name, entry in given.items():
+    if not isinstance(measures, Mapping):
+        return measures, formulas, problems
+    for name, entry in measures.items():
         if is_formula(entry) and isinstance(name, str) and NAME.fullmatch(name):
             try:
                 formulas[name] = Formula(entry)
             except Refusal as error:
                 problems.append(error.problem(f"measures.{name}", entry, path=("measures", name)))
-    return {n: e for n, e in given.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
+    return {n: e for n, e in measures.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
 
 
-def _read_formulas(given: object) -> tuple[dict[str, Formula], list[Problem]]:
+def _read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
     hint = 'write formulas = { "x_axis.mass" = "= mass" }'
-    if not isinstance(given, Mapping):
-        return {}, [Problem(message="must be a table", key="formulas", got=shown(given), hint=hint, path=("formulas",))]
+    if not isinstance(table, Mapping):
+        return {}, [Problem(message="must be a table", key="formulas", got=shown(table), hint=hint, path=("formulas",))]
     formulas: dict[str, Formula] = {}
     problems: list[Problem] = []
-    for target, text in given.items():
+    for target, text in table.items():
         try:
             if not isinstance(text, Formula) and not is_formula(text):
                 raise Refusal("must be a text that begins with =", hint)
@@ -351,22 +338,7 @@ def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
     return moved(part if rate is None else part.changed(rate=rate), place.folder)
 
 
-def _bad_run(samples: object, duration: object, seed: object) -> Iterator[Problem]:
-    for key, value, lowest, largest in (("samples", samples, 1, LARGEST_RUN), ("seed", seed, 0, LARGEST_SEED)):
-        if value is None and key == "samples":
-            continue
-        expected = f"an integer from {lowest} to {largest:g}"
-        if isinstance(value, bool) or not isinstance(value, int):
-            hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
-            yield Problem(
-                message="must be an integer", key=key, got=shown(value), expected=expected, hint=hint, path=(key,)
-            )
-        elif not lowest <= value <= largest:
-            yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+def _two_lengths(samples: object, duration: object) -> Iterator[Problem]:
     if samples is not None and duration is not None:
         hint = "remove one of them"
         yield Problem(message="give samples or duration, not both", key="samples", hint=hint, path=("samples",))
-
-
-def _is_whole(value: object) -> TypeGuard[float]:
-    return isinstance(value, float) and value.is_integer() and 0 <= value <= LARGEST_SEED

@@ -51,7 +51,7 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
     """The graph with these parameters, and those that its formulas give; raises `ModelError`."""
     problems: list[Problem] = []
     rates: dict[str, Any] = {}
-    given = dict(numbers)
+    parameters = dict(numbers)
     for target, formula in graph.formulas.items():
         name, entry = split(target)
         path = ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
@@ -61,12 +61,12 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
             elif target == DURATION:
                 rates[target] = read_duration(Fraction(repr(number_of(formula, graph.values, Target("s")))))
             else:
-                given[target] = number_of(formula, graph.values, target_at(graph, target))
+                parameters[target] = number_of(formula, graph.values, target_at(graph, target))
         except Refusal as error:
             problems.append(error.problem(target, formula.text, path=path))
     if problems:
         raise ModelError(problems)
-    return _with_numbers(_with_rates(graph, rates) if rates else graph, given)
+    return _with_numbers(_with_rates(graph, rates) if rates else graph, parameters)
 
 
 def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
@@ -126,15 +126,15 @@ def change_part(part: Given, values: Mapping[str, object]) -> Given:
     return with_parameters(part, values)
 
 
-def read_formulas(target: str, given: object) -> tuple[object, dict[str, Formula], list[Problem]]:
+def read_formulas(target: str, value: object) -> tuple[object, dict[str, Formula], list[Problem]]:
     """The numbers and formulas of what is given for a parameter; None where a formula gives all of it.
 
     Entries of a list that are formulas are 0 among the numbers, until they are resolved.
     """
     formulas: dict[str, Formula] = {}
     problems: list[Problem] = []
-    listed = isinstance(given, list | tuple)
-    entries: list[object] = list(given) if isinstance(given, list | tuple) else [given]
+    listed = isinstance(value, list | tuple)
+    entries: list[object] = list(value) if isinstance(value, list | tuple) else [value]
     for index, entry in enumerate(entries):
         if is_formula(entry):
             key = f"{target}[{index}]" if listed else target
@@ -144,7 +144,7 @@ def read_formulas(target: str, given: object) -> tuple[object, dict[str, Formula
                 problems.append(error.problem(key, entry))
             entries[index] = 0.0
     if not formulas:
-        return given, {}, problems
+        return value, {}, problems
     return (entries if listed else None), formulas, problems
 
 

@@ -65,40 +65,40 @@ class Dependence:
 
     def followers(self, names: Collection[str]) -> list[Step]:
         """Return the formulas that move with one of some values, in order."""
-        moved, found = set(names), list[Step]()
+        moved, followers = set(names), list[Step]()
         for step in self.steps:
             if not moved.isdisjoint(step.names.values()):
                 moved.add(step.target)
-                found.append(step)
-        return found
+                followers.append(step)
+        return followers
 
     def followed(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
         """Return what follows from some numbers: values and parameters for which no number is given."""
-        known: dict[str, Any] = {**self.numbers, **numbers}
-        moved, found = set(numbers), dict[str, Any]()
+        all_numbers: dict[str, Any] = {**self.numbers, **numbers}
+        moved, follow = set(numbers), dict[str, Any]()
         for step in self.steps:
             if step.target not in numbers and not moved.isdisjoint(step.names.values()):
-                found[step.target] = known[step.target] = step.number(known, apply)
+                follow[step.target] = all_numbers[step.target] = step.number(all_numbers, apply)
                 moved.add(step.target)
-        return found
+        return follow
 
     def slopes(self, value: str) -> dict[str, float]:
         """Return the exact derivatives by one value of all parameters that follow from it."""
-        known: dict[str, float] = {value: 1.0}
+        slopes: dict[str, float] = {value: 1.0}
         for step in self.followers([value]):
             by_name = step.slopes(self.numbers)
-            known[step.target] = sum(slope * known[name] for name, slope in by_name.items() if name in known)
-        return {target: slope for target, slope in known.items() if target not in self.numbers}
+            slopes[step.target] = sum(slope * slopes[name] for name, slope in by_name.items() if name in slopes)
+        return {target: slope for target, slope in slopes.items() if target not in self.numbers}
 
     def _steps(self, path: str, part: Graph) -> Iterator[Step]:
-        own = {name: path + name for name in part.values}
+        paths = {name: path + name for name in part.values}
         for name, value in part.values.items():
             if value.formula is not None:
-                yield self._step(path + name, value.formula, own, coherent_unit(value.dimension), of_value=True)
+                yield self._step(path + name, value.formula, paths, coherent_unit(value.dimension), of_value=True)
         for target, formula in part.formulas.items():
             whole, of_value = path + target, path + target in self.numbers
             unit = self.units[whole] if of_value else _unit(part, target)
-            yield self._step(whole, formula, own, unit, of_value=of_value)
+            yield self._step(whole, formula, paths, unit, of_value=of_value)
 
     def _step(self, target: str, formula: Formula, own: Mapping[str, str], unit: str, *, of_value: bool) -> Step:
         return Step(target, formula, {name: own[name] for name in sorted(formula.names) if name in own}, unit, of_value)

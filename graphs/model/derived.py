@@ -60,9 +60,9 @@ def _units(flat: FlatGraph) -> dict[str, str]:
 
 def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Problem]:
     formulas = flat.root.derived
-    known = {name: unit(text).exponents for name, text in units.items()}
+    dimensions = {name: unit(text).exponents for name, text in units.items()}
     factors = {name: float(unit(text).factor) for name, text in units.items()}
-    unknown = (flat.measures.keys() | formulas.keys()) - known.keys()
+    unknown = (flat.measures.keys() | formulas.keys()) - dimensions.keys()
     needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
     while chain := circle(needs):
         message = f"the measure depends on itself: {' -> '.join(chain)}"
@@ -73,22 +73,22 @@ def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Pr
         if formula.names & unknown:
             continue  # what is wrong is said where it is
         try:
-            dimension = _dimension(flat, formula, known)
+            dimension = _dimension(flat, formula, dimensions)
         except Refusal as error:
             yield _problem(str(error), name, got=shown(formula.text), hint=error.hint)
             continue
         yield Derived(name, formula, coherent_unit(dimension), {n: factors[n] for n in formula.names if n in factors})
         unknown = unknown - {name}
-        known[name], factors[name] = dimension, 1.0
+        dimensions[name], factors[name] = dimension, 1.0
 
 
-def _dimension(flat: FlatGraph, formula: Formula, known: Mapping[str, Dimension]) -> Dimension:
-    values = formula.names & flat.root.values.keys() - known.keys()
+def _dimension(flat: FlatGraph, formula: Formula, dimensions: Mapping[str, Dimension]) -> Dimension:
+    values = formula.names & flat.root.values.keys() - dimensions.keys()
     if values:
         name = min(values)
         hint = f"measure a signal that has it, or write {name} as a number"
         raise Refusal(f"{name} is a value: a measure follows from measures alone", hint)
-    return dimension_of(formula.tree, known)
+    return dimension_of(formula.tree, dimensions)
 
 
 def _problem(message: str, name: str, **more: Any) -> Problem:

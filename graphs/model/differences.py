@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.units import same_unit, short_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten, parts
 from proofmass.graphs.model.graph import Graph, Wire, split
+from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.values import Value
@@ -49,12 +50,12 @@ def differences(first: Graph, second: Graph) -> list[Difference]:
     before, after = flatten(first), flatten(second)
     names = _Names(_renamed(before, after))
     followed = _followed(first, second, names)
-    found = [*_top(before, after), *_values(first, second, names, followed)]
-    found += [Difference("blocks", old, new) for old, new in names.blocks.items()]
+    changes = [*_top(before, after), *_values(first, second, names, followed)]
+    changes += [Difference("blocks", old, new) for old, new in names.blocks.items()]
     formulas = {names.signal(target): text for target, text in _formulas(first).items()}, _formulas(second)
     before = names.flat(before)
-    found += _blocks(before, after, formulas, followed)
-    return [*found, *_wires(before, after), *_rest(before, after)]
+    changes += _blocks(before, after, formulas, followed)
+    return [*changes, *_wires(before, after), *_rest(before, after)]
 
 
 class _Names:
@@ -85,12 +86,16 @@ class _Names:
 
 
 def _top(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
-    for key in ("name", "description"):
+    texts = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Text)]
+    integers = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Integer) and key != "samples"]
+    for key in texts:
         yield from _changed(key, getattr(before.root, key), getattr(after.root, key))
     yield from _changed("rate", _rate(before.rate), _rate(after.rate))
     lengths = [f"{g.samples} ticks" if g.samples is not None else _seconds(g.duration) for g in (before, after)]
     yield from _changed("duration", *lengths)
-    yield from _changed("seed", str(before.seed), str(after.seed))
+    for key in integers:
+        old, new = (getattr(flat.root, key) for flat in (before, after))
+        yield from _changed(key, "" if old is None else str(old), "" if new is None else str(new))
 
 
 def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[Difference]:
@@ -108,12 +113,12 @@ def _written(graph: Graph) -> dict[str, Value]:
 
 def _formulas(graph: Graph) -> dict[str, str]:
     """Return formulas by what they set; those of entries of a list are those of the list."""
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for path, part in parts(graph):
         for target, formula in part.formulas.items():
             whole = (path + target).partition("[")[0]
-            found[whole] = f"{found[whole]}, {formula.text}" if whole in found else formula.text
-    return found
+            texts[whole] = f"{texts[whole]}, {formula.text}" if whole in texts else formula.text
+    return texts
 
 
 def _followed(first: Graph, second: Graph, names: _Names) -> dict[str, str]:
@@ -196,11 +201,11 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
 
 
 def _loops(flat: FlatGraph) -> dict[str, str]:
-    found = {}
+    entries = {}
     for name, loop in flat.loops.items():
-        found[f"{name}.open_at"] = loop.open_at
-        found |= {f"{name}.{key}": f"{value:g} {REQUIREMENTS[key]}" for key, value in loop.requirements.items()}
-    return found
+        entries[f"{name}.open_at"] = loop.open_at
+        entries |= {f"{name}.{key}": f"{value:g} {REQUIREMENTS[key]}" for key, value in loop.requirements.items()}
+    return entries
 
 
 def line_of(table: Mapping[str, Any]) -> str:

@@ -75,19 +75,19 @@ def read_integration(table: object) -> Integration:
     if not isinstance(table, Mapping):
         hint = "write [integration] and below it accuracy = 1e-9"
         raise ModelError([_problem("must be a table", got=shown(table), hint=hint)])
-    known = {key: value for key, value in table.items() if key in INTEGRATION_KEYS}
+    settings = {key: value for key, value in table.items() if key in INTEGRATION_KEYS}
     problems = [
         _problem("unknown key", str(key), got=shown(key), hint=did_you_mean(str(key), INTEGRATION_KEYS, "the keys"))
         for key in table
-        if key not in known
+        if key not in settings
     ]
     try:
-        made = Integration(**known)
+        integration = Integration(**settings)
     except ModelError as error:
         raise ModelError([*problems, *error.problems]) from None
     if problems:
         raise ModelError(problems)
-    return made
+    return integration
 
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:

@@ -1,5 +1,30 @@
 """The keys of a graph file and what they mean: what the reader takes, the schema describes and hints name."""
 
+from typing import NamedTuple
+
+from proofmass.graphs.model.limits import LARGEST_RUN, LARGEST_SEED
+
+
+class Text(NamedTuple):
+    """A text of at most so many characters; empty by default."""
+
+    longest: int = 10_000
+
+
+class Integer(NamedTuple):
+    """An integer within two bounds; by default a number or, where that is None, missing."""
+
+    lowest: int
+    highest: int
+    default: int | None
+
+
+PLAIN_KEYS: dict[str, Text | Integer] = {  # read, written, described and compared by this row alone
+    "name": Text(),
+    "description": Text(),
+    "samples": Integer(1, LARGEST_RUN, None),
+    "seed": Integer(0, LARGEST_SEED, 0),
+}
 TOP_KEYS = {
     "name": "Name of the graph, in plots and reports.",
     "description": "What the graph is, in a few lines.",

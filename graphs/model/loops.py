@@ -33,14 +33,14 @@ class Loop:
         return {name: value for name, value in asdict(self).items() if name in REQUIREMENTS and value is not None}
 
 
-def read_loops(given: object, is_path: Callable[[str], bool]) -> tuple[dict[str, Loop], list[Problem]]:
+def read_loops(entries: object, is_path: Callable[[str], bool]) -> tuple[dict[str, Loop], list[Problem]]:
     """Loops by name, from values or tables, and what is wrong with them."""
     hint = 'write [loops.main] and below it open_at = "block.output"'
-    if not isinstance(given, Mapping):
-        return {}, [Problem(message="must be a table", key="loops", got=shown(given), hint=hint, path=("loops",))]
+    if not isinstance(entries, Mapping):
+        return {}, [Problem(message="must be a table", key="loops", got=shown(entries), hint=hint, path=("loops",))]
     loops: dict[str, Loop] = {}
     problems: list[Problem] = []
-    for name, value in sorted(given.items(), key=lambda item: str(item[0])):
+    for name, value in sorted(entries.items(), key=lambda item: str(item[0])):
         path, table = ("loops", str(name)), asdict(value) if isinstance(value, Loop) else value
         if not isinstance(name, str) or not is_path(name):
             expected = "lower-case letters and digits, words joined by single underscores"

@@ -55,14 +55,14 @@ def read_measures(table: object) -> dict[str, Measure]:
     problems: list[Problem] = []
     read: dict[str, Measure] = {}
     for name, measure in table.items():
-        given = _as_table(measure)
-        found = list(_problems(name, given))
-        problems += found
-        if not found:
-            options = {key: given[key] for key in STATISTICS[given["statistic"]].options}
+        entries = _as_table(measure)
+        wrong = list(_problems(name, entries))
+        problems += wrong
+        if not wrong:
+            options = {key: entries[key] for key in STATISTICS[entries["statistic"]].options}
             options |= {key: read_duration(value) for key, value in options.items() if key in TIMES}
-            start = read_duration(given.get("from", 0))
-            read[name] = Measure(given["signal"], given["statistic"], start, tuple(options.items()))
+            start = read_duration(entries.get("from", 0))
+            read[name] = Measure(entries["signal"], entries["statistic"], start, tuple(options.items()))
     if problems:
         raise ModelError(problems)
     return dict(sorted(read.items()))
@@ -75,23 +75,23 @@ def _as_table(measure: object) -> Any:
     return measure
 
 
-def _problems(name: object, given: Any) -> Iterator[Problem]:
+def _problems(name: object, table: Any) -> Iterator[Problem]:
     hint = 'write bias = { signal = "adc.code", statistic = "mean", from = "0.5 s" }'
     if not isinstance(name, str) or not NAME.fullmatch(name):
         yield _problem("not a name", str(name), got=shown(name), expected=EXPECTED_NAME)
         return
-    if not isinstance(given, Mapping):
-        yield _problem("must be a table", name, got=shown(given), hint=hint)
+    if not isinstance(table, Mapping):
+        yield _problem("must be a table", name, got=shown(table), hint=hint)
         return
-    for key in given:
+    for key in table:
         if key not in MEASURE_KEYS:
             near = did_you_mean(str(key), MEASURE_KEYS, "the keys")
             yield _problem("unknown key", name, str(key), got=shown(key), hint=near)
     for key in ("signal", "statistic"):
-        if key not in given:
+        if key not in table:
             expected = f"one of {', '.join(STATISTICS)}" if key == "statistic" else MEASURE_KEYS[key]
             yield _problem(f"has no {key}", name, expected=expected, hint=hint)
-    signal, statistic = given.get("signal", "a.b"), given.get("statistic", LAST)
+    signal, statistic = table.get("signal", "a.b"), table.get("statistic", LAST)
     if not isinstance(signal, str) or not all(NAME.fullmatch(part) for part in signal.split(".")) or "." not in signal:
         yield _problem("not an output", name, "signal", got=shown(signal), hint='write signal = "block.output"')
     if not isinstance(statistic, str) or statistic not in STATISTICS:
@@ -100,15 +100,15 @@ def _problems(name: object, given: Any) -> Iterator[Problem]:
         return
     wanted = STATISTICS[statistic].options
     for key in wanted:
-        if key not in given:
+        if key not in table:
             yield _problem(f"{statistic} needs {key}", name, expected=MEASURE_KEYS[key])
-    for key in set(given) & OPTIONS.keys() - wanted.keys():
-        yield _problem(f"{statistic} has no {key}", name, key, got=shown(given[key]), hint="leave it out")
+    for key in set(table) & OPTIONS.keys() - wanted.keys():
+        yield _problem(f"{statistic} has no {key}", name, key, got=shown(table[key]), hint="leave it out")
     for key in ("from", *TIMES):
         try:
-            read_duration(given.get(key, 0))
+            read_duration(table.get(key, 0))
         except Refusal as error:
-            yield _problem(str(error), name, key, got=shown(given[key]), hint=error.hint)
+            yield _problem(str(error), name, key, got=shown(table[key]), hint=error.hint)
 
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:

@@ -31,14 +31,14 @@ class Requirement:
         return {key: value for key, value in vars(self).items() if value not in (None, "")}
 
 
-def read_requirements(given: object) -> tuple[dict[str, Requirement], list[Problem]]:
+def read_requirements(entries: object) -> tuple[dict[str, Requirement], list[Problem]]:
     """Return the requirements of a table by their ids, and its problems; quantities and units are checked later."""
-    if not isinstance(given, Mapping):
+    if not isinstance(entries, Mapping):
         hint = f"write [requirements] and below it requirements; {_EXAMPLE}"
-        return {}, [_problem("must be a table", got=shown(given), hint=hint)]
+        return {}, [_problem("must be a table", got=shown(entries), hint=hint)]
     read: dict[str, Requirement] = {}
     problems: list[Problem] = []
-    for name, entry in given.items():
+    for name, entry in entries.items():
         table = entry.as_written() if isinstance(entry, Requirement) else entry
         wrong = list(_problems(name, table))
         problems += wrong

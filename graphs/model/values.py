@@ -51,17 +51,17 @@ def quantity_of(number: float, dimension: Dimension) -> Value:
     return Value(repr(float(number)) + (f" {own}" if own != "1" else ""), float(number), dimension)
 
 
-def read_values(given: object, taken: Mapping[str, str]) -> tuple[dict[str, Value], list[Problem]]:
+def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, Value], list[Problem]]:
     """Return the values of a table in the order of their names, and its problems; `taken` names are refused."""
-    if not isinstance(given, Mapping):
+    if not isinstance(table, Mapping):
         hint = f"write [values] and below it values; {EXAMPLE}"
-        return {}, [_problem("must be a table", (), got=shown(given), hint=hint)]
-    if len(given) > MOST_VALUES:
-        return {}, [_problem("too many", (), got=str(len(given)), expected=f"at most {MOST_VALUES}")]
-    problems = [problem for name in given for problem in bad_name(name, taken)]
+        return {}, [_problem("must be a table", (), got=shown(table), hint=hint)]
+    if len(table) > MOST_VALUES:
+        return {}, [_problem("too many", (), got=str(len(table)), expected=f"at most {MOST_VALUES}")]
+    problems = [problem for name in table for problem in bad_name(name, taken)]
     read: dict[str, Value] = {}
     formulas: dict[str, Formula] = {}
-    for name, entry in given.items():
+    for name, entry in table.items():
         try:
             if isinstance(entry, Value):
                 entry = entry.written
@@ -71,7 +71,7 @@ def read_values(given: object, taken: Mapping[str, str]) -> tuple[dict[str, Valu
                 read[str(name)] = read_quantity(entry)
         except Refusal as error:
             problems.append(_problem(str(error), (str(name),), got=shown(entry), hint=error.hint))
-    problems += _resolve(formulas, read, {str(name) for name in given} - read.keys() - formulas.keys())
+    problems += _resolve(formulas, read, {str(name) for name in table} - read.keys() - formulas.keys())
     return dict(sorted(read.items())), problems
 
 
@@ -99,11 +99,11 @@ def read_quantity(entry: object) -> Value:
     text = entry if isinstance(entry, str) else repr(entry)
     try:
         name = split_quantity(text)[1]
-        known = unit(name or "1")
-        number = float(convert_exactly(text, coherent_unit(known.exponents)))
+        parsed = unit(name or "1")
+        number = float(convert_exactly(text, coherent_unit(parsed.exponents)))
     except OverflowError:
         raise Refusal("is too large for a number") from None
-    return Value(text.strip(), number, known.exponents)
+    return Value(text.strip(), number, parsed.exponents)
 
 
 def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: set[str]) -> Iterator[Problem]:

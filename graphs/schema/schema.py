@@ -7,10 +7,18 @@ from urllib.parse import quote
 from proofmass.blocks.declaration.catalog import Own, all_blocks, facts
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.formulas.parser import LENGTH
-from proofmass.graphs.model.build import LONGEST_TEXT
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
-from proofmass.graphs.model.keys import BLOCK_KEYS, LOOP_KEYS, PART_KEYS, REQUIREMENT_KEYS, TOP_KEYS
-from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, LARGEST_SEED, NAME, TEXT_LENGTH, WIRES
+from proofmass.graphs.model.keys import (
+    BLOCK_KEYS,
+    LOOP_KEYS,
+    PART_KEYS,
+    PLAIN_KEYS,
+    REQUIREMENT_KEYS,
+    TOP_KEYS,
+    Integer,
+    Text,
+)
+from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.values import MOST_VALUES
@@ -43,8 +51,7 @@ def schema(own: Own | None = None) -> Schema:
     kinds = all_blocks(own)
     rate = _formulated({"type": "number", "exclusiveMinimum": 0})
     values: dict[str, Schema] = {
-        "name": {"type": "string", "maxLength": LONGEST_TEXT},
-        "description": {"type": "string", "maxLength": LONGEST_TEXT},
+        **{key: _plain(form) for key, form in PLAIN_KEYS.items()},
         "rate": rate,
         "duration": _formulated({"type": "number", "minimum": 0}),
         "values": {
@@ -58,8 +65,6 @@ def schema(own: Own | None = None) -> Schema:
             "propertyNames": {"pattern": f"^{_PATH}$"},
             "additionalProperties": {"$ref": "#/$defs/formula"},
         },
-        "samples": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN},
-        "seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0},
         "wires": {
             "type": "array",
             "maxItems": WIRES,
@@ -110,6 +115,13 @@ def schema(own: Own | None = None) -> Schema:
             "tune": tune_schema(),
         },
     }
+
+
+def _plain(form: Text | Integer) -> Schema:
+    if isinstance(form, Text):
+        return {"type": "string", "maxLength": form.longest}
+    value = {"type": "integer", "minimum": form.lowest, "maximum": form.highest}
+    return value if form.default is None else value | {"default": form.default}
 
 
 def _block(kind: type[Block], rate: Schema) -> Schema:

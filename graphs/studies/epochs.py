@@ -59,13 +59,13 @@ def regular_ages(table: Mapping[str, Any]) -> tuple[float, ...]:
 def read_intervals(table: Mapping[str, Any]) -> tuple[float, ...]:
     """The intervals of a table `[recalibration]`, in seconds; raises `Refusal`."""
     example = 'write every = "1 year", or every = ["never", "1 year", "1 month"] to compare'
-    given = table.get("every", ())
-    intervals = [given] if isinstance(given, str | int | float) else given
+    every = table.get("every", ())
+    intervals = [every] if isinstance(every, str | int | float) else every
     if not isinstance(intervals, list | tuple) or not intervals:
-        raise Refusal("must say how often", key="every", got=shown(given), hint=example)
+        raise Refusal("must say how often", key="every", got=shown(every), hint=example)
     read = [math.inf if entry == NEVER else float(_duration({"every": entry}, "every")) for entry in intervals]
     if min(read) <= 0.0 or len(set(read)) < len(read):
-        raise Refusal("intervals must differ and be above 0 s", key="every", got=shown(given), hint=example)
+        raise Refusal("intervals must differ and be above 0 s", key="every", got=shown(every), hint=example)
     return tuple(read)
 
 

@@ -100,21 +100,21 @@ class StudyTables:
         self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
         self.margins = self._operating_point(margins)
 
-    def _operating_point(self, given: object) -> str:
+    def _operating_point(self, point: object) -> str:
         """The time at which margins are wanted, as a text; "" where none are."""
-        if given == "":
+        if point == "":
             return ""
         try:
-            if given != SETTLED:
-                read_duration(given)
+            if point != SETTLED:
+                read_duration(point)
         except Refusal as error:
             hint = f'write a time, as "20 ms", or "{SETTLED}"'
-            self._refuse(Refusal(str(error), hint, got=shown(given)), "margins")
+            self._refuse(Refusal(str(error), hint, got=shown(point)), "margins")
         else:
             if not self.flat.loops:
                 hint = 'add [loops.main] to it with open_at = "dac.voltage"'
                 self._refuse(Refusal("the graph names no loops", hint), "margins")
-        return given if isinstance(given, str) else f"{given} s"
+        return point if isinstance(point, str) else f"{point} s"
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
         """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
@@ -131,11 +131,11 @@ class StudyTables:
                 self._refuse(error, table, key)
         return MappingProxyType(entries)
 
-    def ages(self, given: object) -> tuple[float, ...]:
+    def ages(self, epochs: object) -> tuple[float, ...]:
         """Ages in seconds; a study without epochs looks at new sensors."""
-        if given == {}:
+        if epochs == {}:
             return (0.0,)
-        table = given if isinstance(given, Mapping) else {}
+        table = epochs if isinstance(epochs, Mapping) else {}
         ages = table["ages"] if set(table) == {"ages"} else None
         if set(table) == {"every", "until"}:
             try:
@@ -144,7 +144,7 @@ class StudyTables:
                 self._refuse(error, "epochs")
             return (0.0,)
         if not isinstance(ages, list | tuple) or not ages:
-            self._refuse(Refusal("must hold a list of ages", got=shown(given), hint=AGES_EXAMPLE), "epochs")
+            self._refuse(Refusal("must hold a list of ages", got=shown(epochs), hint=AGES_EXAMPLE), "epochs")
             return (0.0,)
         read = []
         for number, age in enumerate(ages):
@@ -156,12 +156,12 @@ class StudyTables:
             self._refuse(Refusal("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
         return tuple(read) or (0.0,)
 
-    def recalibration(self, given: object) -> Recalibration:
+    def recalibration(self, entry: object) -> Recalibration:
         """When calibrations take place, and which parameters keep which measures."""
-        if given == {}:
+        if entry == {}:
             return Recalibration()
         try:
-            table = recalibration_table(given)
+            table = recalibration_table(entry)
             every = read_intervals(table)
         except Refusal as error:
             self._refuse(error, "recalibration")
@@ -210,14 +210,14 @@ class StudyTables:
                 self._refuse(error, "stop", *(() if error.key else (name,)))
         return MappingProxyType(widths)
 
-    def design(self, given: object, spread: Mapping[str, Spread]) -> str:
+    def design(self, name: object, spread: Mapping[str, Spread]) -> str:
         """How sensors are drawn."""
-        if given not in DESIGNS:
-            hint = did_you_mean(str(given), DESIGNS, "the designs")
-            self._refuse(Refusal("there is no such design", got=shown(given), hint=hint), "design")
-        elif given != "random" and not spread:
-            self._refuse(Refusal("there is nothing to draw", got=shown(given), hint=STUDY_KEYS["spread"]), "design")
-        return str(given)
+        if name not in DESIGNS:
+            hint = did_you_mean(str(name), DESIGNS, "the designs")
+            self._refuse(Refusal("there is no such design", got=shown(name), hint=hint), "design")
+        elif name != "random" and not spread:
+            self._refuse(Refusal("there is nothing to draw", got=shown(name), hint=STUDY_KEYS["spread"]), "design")
+        return str(name)
 
     def correlation(self, given: object, spread: Mapping[str, Spread], design: object) -> Correlation:
         """Coefficients between parameters that are spread normally."""
@@ -257,12 +257,12 @@ class StudyTables:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
         return units
 
-    def _entries(self, table: str, given: object) -> Iterator[tuple[str, Any]]:
-        if not isinstance(given, Mapping):
+    def _entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
+        if not isinstance(entries, Mapping):
             hint = self.docs[table.partition(".")[0]]
-            self._refuse(Refusal("must be a table", got=shown(given), hint=hint), table)
+            self._refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)
             return
-        yield from ((str(key), entry) for key, entry in given.items())
+        yield from ((str(key), entry) for key, entry in entries.items())
 
     def _unit_of(self, key: str, name: str) -> str:
         """Unit of a parameter or value that may vary; raises `Refusal`."""
@@ -285,25 +285,25 @@ class StudyTables:
 
     def _varied(self, key: str, name: str) -> str:
         """Unit of a number among the parameters that no wire drives; raises `Refusal`."""
-        found = find_any(self.flat, name.partition("[")[0])
+        target = find_any(self.flat, name.partition("[")[0])
         driver = next((wire.source for wire in self.flat.wires if wire.target == name), "")
-        if isinstance(found, Missing) and "." not in name and self.graph.values:
+        if isinstance(target, Missing) and "." not in name and self.graph.values:
             raise Refusal("there is no such value", did_you_mean(name, self.graph.values, "the values"), got=shown(key))
-        if isinstance(found, Missing):
-            raise Refusal(found.message, found.hint, got=shown(key))
-        if not isinstance(found[1], Parameter):
-            numbers = [n for n, p in type(found[0]).parameters.items() if p.kind is float]
+        if isinstance(target, Missing):
+            raise Refusal(target.message, target.hint, got=shown(key))
+        if not isinstance(target[1], Parameter):
+            numbers = [n for n, p in type(target[0]).parameters.items() if p.kind is float]
             hint = did_you_mean(split(name)[1], numbers, f"parameters of {split(name)[0]}")
             raise Refusal("is a port, not a parameter", got=shown(key), hint=hint)
-        if found[1].kind is not float:
-            raise _fixed(key, found[1])
-        if type(found[0]).has_formats():
+        if target[1].kind is not float:
+            raise _fixed(key, target[1])
+        if type(target[0]).has_formats():
             hint = "its numbers are part of its circuit: make a study of each"
             raise Refusal("the block works in fixed point", got=shown(key), hint=hint)
         if driver:
             message, hint = f"is driven by {driver}: a value would change nothing", f"vary {split(driver)[0]} instead"
             raise Refusal(message, got=shown(key), hint=hint)
-        return unit_of(found[0], found[1])
+        return unit_of(target[0], target[1])
 
     def _refuse(self, error: Refusal, *path: str) -> None:
         path = (*path[0].split("."), *path[1:], *([error.key] if error.key else []))

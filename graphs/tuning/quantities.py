@@ -93,12 +93,12 @@ Quantity = LoopFigure | Noise | TransferPart | MeasureOf
 
 def read_quantity_of(table: Mapping[str, Any], flat: FlatGraph) -> Quantity:
     """Return the quantity that the keys of a table name; raises `Refusal`."""
-    given = [key for key in _CHOICES if key in table]
-    if len(given) != 1:
+    kinds = [key for key in _CHOICES if key in table]
+    if len(kinds) != 1:
         expected = f"one of {', '.join(_CHOICES)}"
         hint = 'write { loop = "main", figure = "phase_margin", at_least = "60 deg" }'
         raise Refusal("must name one quantity", hint, got=shown(dict(table)), expected=expected)
-    (kind,) = given
+    (kind,) = kinds
     suited = {"loop": {"figure"}, "noise": {"input", "band"}, "measure": set[str]()}.get(kind, {"input"})
     for key in table:
         if key in QUANTITY_KEYS and key != kind and key not in suited:
@@ -147,11 +147,11 @@ def _output(table: Mapping[str, Any], key: str, flat: FlatGraph) -> tuple[str, s
     if not isinstance(signal, str):
         raise Refusal("not an output", 'write "block.output"', key=key, got=shown(signal))
     name = inside(flat.root, signal)
-    found = find_output(flat, name)
-    if isinstance(found, Missing):
-        raise Refusal(found.message, found.hint, key=key, got=shown(signal))
-    assert not isinstance(found[1], Parameter)
-    return signal, short_unit(unit_of(*found))
+    output = find_output(flat, name)
+    if isinstance(output, Missing):
+        raise Refusal(output.message, output.hint, key=key, got=shown(signal))
+    assert not isinstance(output[1], Parameter)
+    return signal, short_unit(unit_of(*output))
 
 
 def _band(table: Mapping[str, Any]) -> tuple[float, float] | None:

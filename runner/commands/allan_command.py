@@ -22,33 +22,30 @@ def show_allan(request: SignalRequest, picture: Path | None, tau: str | None, co
     """Show the Allan deviation of a signal and return the exit code."""
     seconds = quantity("--tau", tau, "s") if tau else None
     error = quantity("--confidence", confidence, "1")
-    found = allan(signal_of(request))
-    needed = duration(found, seconds, error) if seconds is not None else None
+    result = allan(signal_of(request))
+    needed = duration(result, seconds, error) if seconds is not None else None
     if request.as_json:
-        print_json(found.as_data() | ({"needed": needed.as_data()} if needed else {}))
+        print_json(result.as_data() | ({"needed": needed.as_data()} if needed else {}))
     else:
-        print_text([allan_text(found), *([duration_text(needed)] if needed else [])])
+        print_text([allan_text(result), *([duration_text(needed)] if needed else [])])
     if picture is not None:
-        print_file(save_figure(plot_allan(found), picture), request.as_json)
+        print_file(save_figure(plot_allan(result), picture), request.as_json)
     return DONE
 
 
-def allan_text(found: Allan) -> str:
+def allan_text(of: Allan) -> str:
     """Coefficients and a row of the curve for each octave of averaging time, for people."""
     lines = [
-        f"{found.name or 'signal'}: {found.values:,} values at {1.0 / found.period:.9g} Hz,"
-        f" {found.values * found.period:.6g} s",
-        *(coefficient_text(level, found.unit) for level in found.levels.levels),
-        *_misfit(found),
+        f"{of.name or 'signal'}: {of.values:,} values at {1.0 / of.period:.9g} Hz, {of.values * of.period:.6g} s",
+        *(coefficient_text(level, of.unit) for level in of.levels.levels),
+        *_misfit(of),
         f"  {'tau [s]':>12} {'Allan':>12}  {'95 %':^27} {'freedom':>8} {'Hadamard':>12} {'modified':>12}"
-        f"  [{field_unit('B', found.unit)}]",
+        f"  [{field_unit('B', of.unit)}]",
     ]
-    curve = found.curves[Statistic.ALLAN]
+    curve = of.curves[Statistic.ALLAN]
     for i in _octaves(curve):
-        cells = [in_field_unit("B", float(v[i]), found.unit) for v in (curve.deviation, curve.low, curve.high)]
-        others = [
-            _at(found.curves[s], float(curve.taus[i]), found.unit) for s in (Statistic.HADAMARD, Statistic.MODIFIED)
-        ]
+        cells = [in_field_unit("B", float(v[i]), of.unit) for v in (curve.deviation, curve.low, curve.high)]
+        others = [_at(of.curves[s], float(curve.taus[i]), of.unit) for s in (Statistic.HADAMARD, Statistic.MODIFIED)]
         lines.append(
             f"  {curve.taus[i]:12.6g} {cells[0]:12.6g}  {cells[1]:12.6g} to {cells[2]:<11.6g} {curve.freedom[i]:8.1f}"
             + "".join(f" {other:>12}" for other in others)

@@ -16,25 +16,25 @@ WIDTH = 110  # of a description, in letters
 def show_gallery(name: str | None, as_json: bool) -> int:
     """List all exhibits, or show one, and return the exit code."""
     if name is not None:
-        one = exhibit(name)
+        chosen = exhibit(name)
         if as_json:
-            print_json(_facts(one))
+            print_json(_facts(chosen))
         else:
-            print_text(_about(one))
+            print_text(_about(chosen))
     elif as_json:
-        print_json([_facts(one) for one in exhibits()])
+        print_json([_facts(chosen) for chosen in exhibits()])
     else:
         print_text(_list())
     return DONE
 
 
-def _facts(one: Exhibit) -> dict[str, Any]:
+def _facts(item: Exhibit) -> dict[str, Any]:
     return {
-        "name": one.name,
-        "family": one.family,
-        "title": one.title,
-        "description": one.description,
-        "path": str(one.path),
+        "name": item.name,
+        "family": item.family,
+        "title": item.title,
+        "description": item.description,
+        "path": str(item.path),
     }
 
 
@@ -48,13 +48,13 @@ def _list() -> Iterator[str]:
     yield "copy one to start from: proofmass new sensor.toml --from NAME"
 
 
-def _about(one: Exhibit) -> Iterator[str]:
-    yield f"{one.name}: {one.title}"
+def _about(item: Exhibit) -> Iterator[str]:
+    yield f"{item.name}: {item.title}"
     yield ""
-    yield from wrap(one.description, WIDTH)
-    if one.description:
+    yield from wrap(item.description, WIDTH)
+    if item.description:
         yield ""
-    yield f"file    {one.path}"
-    if one.family == PARTS:
-        yield f'use     [blocks.NAME] with graph = "library:{one.path.name}"'
-    yield f"start   proofmass new sensor.toml --from {one.name}"
+    yield f"file    {item.path}"
+    if item.family == PARTS:
+        yield f'use     [blocks.NAME] with graph = "library:{item.path.name}"'
+    yield f"start   proofmass new sensor.toml --from {item.name}"

@@ -28,11 +28,11 @@ class LibraryFile(click.Path):
         if not str(value).startswith(LIBRARY):
             return super().convert(value, param, ctx)
         name, files = str(value).removeprefix(LIBRARY), library_files()
-        found = files.get(name) or files.get(f"{name}.toml")
-        if found is None:
+        path = files.get(name) or files.get(f"{name}.toml")
+        if path is None:
             stems = [Path(file).stem for file in files]
             self.fail(f"there is no such graph: {name}; {did_you_mean(name, stems, 'the library')}", param, ctx)
-        return found
+        return path
 
 
 _FILE = click.Path(dir_okay=False, path_type=Path)

@@ -28,37 +28,40 @@ POINTS = 9
 
 def show_together(graph: Graph, loops: tuple[str, ...], at: str, picture: Path | None, as_json: bool) -> int:
     """Show the disk margin of several loops at once; exit code 1 if they are not stable."""
-    found = margins_together(graph, loops, at=at)
+    together = margins_together(graph, loops, at=at)
     if as_json:
-        print_json({"graph": graph.name} | found.as_data())
+        print_json({"graph": graph.name} | together.as_data())
     else:
-        print_text(_together_lines(found))
+        print_text(_together_lines(together))
     if picture is not None:
-        print_file(save_figure(plot_together(found), picture), as_json)
-    return DONE if found.margin is not None else WRONG_MODEL
+        print_file(save_figure(plot_together(together), picture), as_json)
+    return DONE if together.margin is not None else WRONG_MODEL
 
 
-def _together_lines(found: Together) -> list[str]:
-    named = ", ".join(f"{name} at {place}" for name, place in zip(found.loops, found.open_at, strict=True))
-    lines = [f"{len(found.loops)} loops at once: {named}"]
-    if found.margin is None:
-        return [*lines, f"  the loops are {found.verdict}", *(f"  note: {note}" for note in found.notes)]
-    gain = found.gain or math.inf
+def _together_lines(together: Together) -> list[str]:
+    named = ", ".join(f"{name} at {place}" for name, place in zip(together.loops, together.open_at, strict=True))
+    lines = [f"{len(together.loops)} loops at once: {named}"]
+    if together.margin is None:
+        return [*lines, f"  the loops are {together.verdict}", *(f"  note: {note}" for note in together.notes)]
+    gain = together.gain or math.inf
     gains = "by any factor" if math.isinf(gain) else f"by +-{20.0 * math.log10(gain):.3g} dB"
-    lines.append(f"  disk margin {found.margin:.5g}, least at {found.frequency:.5g} Hz")
+    lines.append(f"  disk margin {together.margin:.5g}, least at {together.frequency:.5g} Hz")
     lines.append(
-        f"  every gain may move {gains}, or every phase by +-{math.degrees(found.phase or 0.0):.3g} deg, at once"
+        f"  every gain may move {gains}, or every phase by +-{math.degrees(together.phase or 0.0):.3g} deg, at once"
     )
-    if found.reached is not None and found.reached > found.margin * (1.0 + 1e-6):
+    if together.reached is not None and together.reached > together.margin * (1.0 + 1e-6):
         lines.append(
-            f"  it is at least that; a perturbation that makes the loops unstable is known at {found.reached:.5g}"
+            f"  it is at least that; a perturbation that makes the loops unstable is known at {together.reached:.5g}"
         )
-    factors = [f"{n} {_polar(f)}" for n, f in zip(found.loops, found.factors, strict=True)]
+    factors = [f"{n} {_polar(f)}" for n, f in zip(together.loops, together.factors, strict=True)]
     lines.append(f"  these factors make them unstable: {', '.join(factors)}")
-    rows = [("loop", "disk margin alone"), *((n, f"{v:.5g}") for n, v in zip(found.loops, found.alone, strict=True))]
+    rows = [
+        ("loop", "disk margin alone"),
+        *((n, f"{v:.5g}") for n, v in zip(together.loops, together.alone, strict=True)),
+    ]
     lines += [f"  {line}" for line in text_table(rows, left=(0,))]
-    lines.append(f"  with perturbations between the wires too: {found.unstructured:.5g}")
-    return [*lines, *(f"  note: {note}" for note in found.notes)]
+    lines.append(f"  with perturbations between the wires too: {together.unstructured:.5g}")
+    return [*lines, *(f"  note: {note}" for note in together.notes)]
 
 
 def _polar(factor: complex) -> str:
@@ -68,16 +71,16 @@ def _polar(factor: complex) -> str:
 def show_over(source: Graph | Study, over: str, loop: str, at: str, picture: Path | None, as_json: bool) -> int:
     """Show margins over a parameter, or of a study over age; exit code 1 if some loop is not stable somewhere."""
     if isinstance(source, Study):
-        name, found = source.graph.name, margins_over_age(source, loop=loop, at=at)
+        name, by_age = source.graph.name, margins_over_age(source, loop=loop, at=at)
     else:
-        name, found = source.name, _over(source, over, loop, at)
+        name, by_age = source.name, _over(source, over, loop, at)
     if as_json:
-        print_json({"graph": name} | found.as_data())
+        print_json({"graph": name} | by_age.as_data())
     else:
-        print_text(_over_lines(found))
+        print_text(_over_lines(by_age))
     if picture is not None:
-        print_file(save_figure(plot_over(found), picture), as_json)
-    return DONE if all(m.stable for loops in found.margins for m in loops.values()) else WRONG_MODEL
+        print_file(save_figure(plot_over(by_age), picture), as_json)
+    return DONE if all(m.stable for loops in by_age.margins for m in loops.values()) else WRONG_MODEL
 
 
 def _over(graph: Graph, over: str, loop: str, at: str) -> MarginsOver:
@@ -109,12 +112,12 @@ def _over(graph: Graph, over: str, loop: str, at: str) -> MarginsOver:
     return margins_over(graph, signal, values, unit=unit, loop=loop, at=at)
 
 
-def _over_lines(found: MarginsOver) -> list[str]:
-    age = found.axis == "age"
-    head = ("age" if age else f"{found.axis}", "loop", "gain margin", "phase margin", "sensitivity peak", "bandwidth")
+def _over_lines(over: MarginsOver) -> list[str]:
+    age = over.axis == "age"
+    head = ("age" if age else f"{over.axis}", "loop", "gain margin", "phase margin", "sensitivity peak", "bandwidth")
     rows: list[tuple[str, ...]] = [head]
-    for value, loops in zip(found.values, found.margins, strict=True):
-        at = age_text(value) if age else f"{value:.6g}" + (f" {found.unit}" if found.unit != "1" else "")
+    for value, loops in zip(over.values, over.margins, strict=True):
+        at = age_text(value) if age else f"{value:.6g}" + (f" {over.unit}" if over.unit != "1" else "")
         rows += [(at, name, *_figures(margins)) for name, margins in loops.items()]
     return text_table(rows, left=(1,))
 

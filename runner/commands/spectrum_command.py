@@ -82,21 +82,21 @@ def _median(of: Spectrum, lines: Any) -> float:
     return float(np.median(of.amplitude_density[lines]))
 
 
-def tone_text(found: Tones, of: Spectrum) -> str:
+def tone_text(measured: Tones, of: Spectrum) -> str:
     """The figures of a tone for people."""
     unit = f" {of.unit}" if of.unit != "1" else ""
     lines = [
-        f"tone at {found.frequency:.9g} Hz ({of.window} window over all values)",
-        f"  rms               {found.rms:.6g}{unit}, noise {found.noise:.6g}{unit}",
-        f"  SNR, SNDR         {found.snr:.2f} dB, {found.sndr:.2f} dB",
-        f"  THD               {found.thd:.2f} dB",
-        f"  SFDR              {found.sfdr:.2f} dB, by {found.spur:.9g} Hz",
-        f"  ENOB              {found.enob:.2f} bits, if the tone fills the range",
+        f"tone at {measured.frequency:.9g} Hz ({of.window} window over all values)",
+        f"  rms               {measured.rms:.6g}{unit}, noise {measured.noise:.6g}{unit}",
+        f"  SNR, SNDR         {measured.snr:.2f} dB, {measured.sndr:.2f} dB",
+        f"  THD               {measured.thd:.2f} dB",
+        f"  SFDR              {measured.sfdr:.2f} dB, by {measured.spur:.9g} Hz",
+        f"  ENOB              {measured.enob:.2f} bits, if the tone fills the range",
     ]
-    if not found.coherent:
-        nearest = max(1, round(found.cycles)) * of.step
+    if not measured.coherent:
+        nearest = max(1, round(measured.cycles)) * of.step
         lines.append(
-            f"  note: {found.cycles:.2f} cycles of the tone are not a whole number:"
+            f"  note: {measured.cycles:.2f} cycles of the tone are not a whole number:"
             + (" what leaks counts as noise; take another window, or" if of.window == "rectangular" else "")
             + f" a tone of {nearest:.9g} Hz would be coherent"
         )

@@ -50,7 +50,7 @@ def show_worst(request: WorstRequest) -> int:
     """Show worst cases and return the exit code."""
     source, quantities = _source(request), dict(_quantities(request))
     with progress(request.quiet or request.as_json, "point") as bar:
-        found = worst(
+        cases = worst(
             source,
             quantities or None,
             tolerances=dict(map(_tolerance, request.tolerances)),
@@ -62,12 +62,12 @@ def show_worst(request: WorstRequest) -> int:
         )
     if request.as_json:
         name = source.graph.name if isinstance(source, Study) else source.name
-        print_json({"graph": name} | found.as_data())
+        print_json({"graph": name} | cases.as_data())
     else:
-        print_text([worst_text(found)])
+        print_text([worst_text(cases)])
     if request.picture is not None:
-        print_file(save_figure(plot_worst(found), request.picture), request.as_json)
-    return INTERRUPTED if found.interrupted else DONE
+        print_file(save_figure(plot_worst(cases), request.picture), request.as_json)
+    return INTERRUPTED if cases.interrupted else DONE
 
 
 def _source(request: WorstRequest) -> Graph | Study:

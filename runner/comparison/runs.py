@@ -199,13 +199,13 @@ def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: T
         size = max(size, float(np.nanmax(np.abs(_numbers(before, start, end)), initial=0.0)))
     allowed, largest, squares, first = tolerance.of(size), 0.0, 0.0, None
     for start, end in pieces(of.rows, entries):
-        one, other = _numbers(before, start, end), _numbers(after, start, end)
+        old, new = _numbers(before, start, end), _numbers(after, start, end)
         with np.errstate(invalid="ignore"):
-            apart = np.abs(other - one)
+            apart = np.abs(new - old)
         strange = np.isnan(apart)
         if strange.any():  # both NaN, or both the same infinity
             apart[strange] = np.where(
-                (one[strange] == other[strange]) | (np.isnan(one) & np.isnan(other))[strange], 0.0, np.inf
+                (old[strange] == new[strange]) | (np.isnan(old) & np.isnan(new))[strange], 0.0, np.inf
             )
         furthest = float(apart.max(initial=0.0))
         if furthest > 0.0:

@@ -76,7 +76,7 @@ class StudyComparison:
 
 def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
     """Compare two studies, ended or under way."""
-    found = [*differences(before.study.graph, after.study.graph), *study_differences(before.study, after.study)]
+    changes = [*differences(before.study.graph, after.study.graph), *study_differences(before.study, after.study)]
     paired = _same_sensors(before.study, after.study)
     places: tuple[Any, Any] = (slice(None), slice(None))
     if paired:
@@ -85,7 +85,7 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
     yields = list(_yields(before, after, places, paired=paired))
     adjusted = iter(_holm([*(mean.probability for mean in means), *(part.probability for part in yields)]))
     return StudyComparison(
-        tuple(found),
+        tuple(changes),
         paired,
         tuple(replace(mean, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for mean in means),
         tuple(replace(part, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for part in yields),
@@ -132,14 +132,14 @@ def _means(before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, 
                 yield _mean_change(name, units[name], age, *values, paired=paired)
 
 
-def _mean_change(name: str, unit: str, age: float, one: Array, other: Array, *, paired: bool) -> MeanChange:
+def _mean_change(name: str, unit: str, age: float, first: Array, second: Array, *, paired: bool) -> MeanChange:
     if paired:
-        interval, probability = mean_interval(other - one), _paired(other - one)
+        interval, probability = mean_interval(second - first), _paired(second - first)
     else:
-        interval, probability = _independent(one, other)
-    means = float(one.mean()), float(other.mean())
-    difference = float((other - one).mean()) if paired else means[1] - means[0]
-    return MeanChange(name, unit, age, (len(one), len(other)), *means, difference, interval, probability)
+        interval, probability = _independent(first, second)
+    means = float(first.mean()), float(second.mean())
+    difference = float((second - first).mean()) if paired else means[1] - means[0]
+    return MeanChange(name, unit, age, (len(first), len(second)), *means, difference, interval, probability)
 
 
 def _paired(apart: Array) -> float:
@@ -154,16 +154,16 @@ def _paired(apart: Array) -> float:
     return float(test.pvalue)
 
 
-def _independent(one: Array, other: Array) -> tuple[Interval, float]:
+def _independent(first: Array, second: Array) -> tuple[Interval, float]:
     """Interval of the difference of two means and the probability of Welch's test."""
     need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import ttest_ind
 
-    if np.ptp(one) == 0.0 and np.ptp(other) == 0.0:
-        difference = float(other[0] - one[0])
+    if np.ptp(first) == 0.0 and np.ptp(second) == 0.0:
+        difference = float(second[0] - first[0])
         return (difference, difference), 1.0 if difference == 0.0 else 0.0
-    test: Any = ttest_ind(other, one, equal_var=False)
+    test: Any = ttest_ind(second, first, equal_var=False)
     low, high = test.confidence_interval(LEVEL)
     return (float(low), float(high)), float(test.pvalue)
 
@@ -184,16 +184,16 @@ def _kept(result: StudyResult, name: str) -> Array:
     return good
 
 
-def _yield_probability(one: Array, other: Array, *, paired: bool) -> float:
+def _yield_probability(first: Array, second: Array, *, paired: bool) -> float:
     """McNemar's exact test of sensors that changed sides, or Fisher's of two samples."""
     need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import binomtest, fisher_exact
 
     if paired:
-        lost, won = int((one & ~other).sum()), int((other & ~one).sum())
+        lost, won = int((first & ~second).sum()), int((second & ~first).sum())
         return float(binomtest(won, lost + won).pvalue) if lost + won else 1.0
-    table = [[int(column.sum()), int((~column).sum())] for column in (one, other)]
+    table = [[int(column.sum()), int((~column).sum())] for column in (first, second)]
     test: Any = fisher_exact(table)
     return float(test.pvalue)
 

@@ -36,13 +36,13 @@ def factors_of(rates: Rates, size: int, candidates: Sequence[int]) -> tuple[int,
 
 def _multiplies(rates: Rates, size: int, place: int) -> bool:
     """Whether an input changes what another entry does."""
-    held = [1.375 * float(i == place) for i in range(size)]
-    rest, offset = rates([0.0] * size), rates(held)
+    point = [1.375 * float(i == place) for i in range(size)]
+    rest, offset = rates([0.0] * size), rates(point)
     for other in range(size):
         if other == place:
             continue
         alone = rates([float(i == other) for i in range(size)])
-        both = rates([value + float(i == other) for i, value in enumerate(held)])
+        both = rates([value + float(i == other) for i, value in enumerate(point)])
         for a, b, c, d in zip(alone, both, offset, rest, strict=True):
             if not abs((b - c) - (a - d)) <= _ROUNDING * (abs(a) + abs(b) + abs(c) + abs(d)):
                 return True

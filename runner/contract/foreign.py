@@ -78,7 +78,7 @@ class WebAssembly(Foreign):
         for number, content in enumerate(contents):
             (folder / f"memory_{number}").write_bytes(content.data)
         stack = _aligned(base + max(len(content.data) for content in contents) + _STACK_BYTES)
-        told = {
+        settings = {
             "base": base,
             "entry": ENTRY,
             "pages": stack // _PAGE + 1,
@@ -88,7 +88,7 @@ class WebAssembly(Foreign):
                 for (numbers, _), content in zip(calls, contents, strict=True)
             ],
         }
-        (folder / "told.json").write_text(json.dumps(told), encoding="utf-8")
+        (folder / "told.json").write_text(json.dumps(settings), encoding="utf-8")
         _done([self.command, "run.mjs"], folder)
         for number, content in enumerate(contents):
             content.read((folder / f"memory_{number}").read_bytes())

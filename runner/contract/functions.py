@@ -32,11 +32,11 @@ def repeatable(kind: type[Block]) -> Verdict:
 
     def problems() -> Iterator[Problem]:
         for name, behaviour in named.items():
-            told = _differs(kind, behaviour.function, ("period",) if "period" in behaviour.arguments else ())
-            if told:
+            difference = _differs(kind, behaviour.function, ("period",) if "period" in behaviour.arguments else ())
+            if difference:
                 message = f"{name} gives another result when it is called again"
                 hint = "let it follow from its arguments alone; what a block remembers is its state"
-                yield problem(kind, behaviour.function.__name__, message, got=told, hint=hint)
+                yield problem(kind, behaviour.function.__name__, message, got=difference, hint=hint)
 
     return verdict("purity", problems(), _said(len(named)))
 

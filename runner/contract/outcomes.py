@@ -110,12 +110,12 @@ def resumed_differences(
 
 
 def lane_differences(
-    sensors: Sequence[Sensor], outcomes: Sequence[Outcome], given: Mapping[Endpoint, Array], lanes: int
+    sensors: Sequence[Sensor], outcomes: Sequence[Outcome], numbers: Mapping[Endpoint, Array], lanes: int
 ) -> Iterator[str]:
-    """Where runs side by side differ; `given` has what each varied parameter is in each of them."""
+    """Where runs side by side differ; `numbers` has what each varied parameter is in each of them."""
     plans = [replace(sensor.plan, probes=()) for sensor in sensors]
-    compiled = CompiledLanes(plans[0], frozenset(given), lanes)
-    run = Lanes(compiled, plans[0].graph.seed, [sensor.run for sensor in sensors], given, plans)
+    compiled = CompiledLanes(plans[0], frozenset(numbers), lanes)
+    run = Lanes(compiled, plans[0].graph.seed, [sensor.run for sensor in sensors], numbers, plans)
     after = {o.ticks for o in outcomes} | {o.ticks + 1 for o in outcomes if o.fault}
     for tick in sorted(after):
         run.advance(tick)
@@ -199,13 +199,13 @@ def _bits(array: Array) -> Array:
 
 
 def _unlike(sensor: Sensor, rows: Sequence[Array], expected: Sequence[Array]) -> Iterator[str]:
-    for probe, one, other in zip(sensor.plan.probes, rows, expected, strict=True):
-        unlike = _bits(one) != _bits(other)
+    for probe, got, wanted in zip(sensor.plan.probes, rows, expected, strict=True):
+        unlike = _bits(got) != _bits(wanted)
         different = np.flatnonzero(unlike.any(axis=tuple(range(1, unlike.ndim))))
         if len(different):
             row = different[0]
             tick = row * probe.stride
-            yield _said(sensor, f"{probe.signal} in tick {tick} is {one[row]!r}, not {other[row]!r}")
+            yield _said(sensor, f"{probe.signal} in tick {tick} is {got[row]!r}, not {wanted[row]!r}")
 
 
 def _said(sensor: Sensor, text: str) -> str:

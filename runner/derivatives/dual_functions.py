@@ -31,14 +31,14 @@ def quantises(function: Callable[..., Any]) -> bool:
     return _reaches(function, set())
 
 
-def _reaches(function: Any, seen: set[Any]) -> bool:
+def _reaches(function: Any, visited: set[Any]) -> bool:
     if function in _RULES:
         return True
-    if not isinstance(function, types.FunctionType) or function in seen:
+    if not isinstance(function, types.FunctionType) or function in visited:
         return False
-    seen.add(function)
+    visited.add(function)
     named = (function.__globals__.get(name) for name in _names(function.__code__))
-    return any(_reaches(value, seen) for value in named if isinstance(value, types.FunctionType))
+    return any(_reaches(value, visited) for value in named if isinstance(value, types.FunctionType))
 
 
 def with_quantisers(function: Callable[..., Any], quantise: Callable[[Callable[[Any], Any], Any], Any]) -> Any:

@@ -84,9 +84,9 @@ class DualAdvance(Advance):
         group = self.stages.group
         now = [getattr(states[block], field) for block, field in group.states]
         now += [wires[node] for node in group.inputs]
-        held = [value_of(value, SIGNALS) for value in now]
+        held_values = [value_of(value, SIGNALS) for value in now]
         n = len(group.states)
-        about = [*middle, *held[n:]] if middle else held
+        about = [*middle, *held_values[n:]] if middle else held_values
         seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(about)]
         guesses = [plain(wires[node]) for node in group.guesses]
         rates = self._rates(constants, seeded, n, guesses, time)
@@ -99,11 +99,11 @@ class DualAdvance(Advance):
         forced = [[*row, *(float(i == j) for j in range(n))] for i, row in enumerate(b)]
         transition, entry = self._hold(a, forced)
         turned = {} if guesses or middle else self._turned(constants, now, rates, a, time)
-        apart = [value - point for value, point in zip(now, held, strict=True)]
+        apart = [value - point for value, point in zip(now, held_values, strict=True)]
         apart += [_without(rate, len(now)) for rate in rates]
         moved = [
             sum((factor * v for factor, v in zip((*left, *right), apart, strict=True)), point)
-            for left, right, point in zip(transition, entry, held, strict=False)
+            for left, right, point in zip(transition, entry, held_values, strict=False)
         ]
         moved = [value + dual(0.0, {k: z[i] for k, z in turned.items()}, SIGNALS) for i, value in enumerate(moved)]
         fields = zip(group.kinds, now, moved, strict=False)

@@ -24,7 +24,7 @@ def solve_dual(tears: Sequence[Any], others: Sequence[Any], signals: Any, value:
     if not solve_in_place(tears, others, signals, lambda node: plain(value(node))):
         return False
 
-    def found(unknown: list[Any]) -> list[Any]:
+    def equations(unknown: list[Any]) -> list[Any]:
         for tear, held in zip(tears, unknown, strict=True):
             signals[tear] = held
         for node in others:
@@ -33,18 +33,18 @@ def solve_dual(tears: Sequence[Any], others: Sequence[Any], signals: Any, value:
 
     solution: list[Any] = [signals[tear] for tear in tears]
     directions = [("tear", number) for number in range(len(tears))]
-    moved = found([dual(v, {key: 1.0}, SIGNALS) for v, key in zip(solution, directions, strict=True)])
+    moved = equations([dual(v, {key: 1.0}, SIGNALS) for v, key in zip(solution, directions, strict=True)])
     jacobian = [[plain(slopes_of(v, SIGNALS).get(key, 0.0)) for key in directions] for v in moved]
     inverse = _inverse([[float(i == j) - v for j, v in enumerate(row)] for i, row in enumerate(jacobian)])
     if inverse is None:
         return False
     for _ in range(_ORDERS):
-        apart = [there - here for there, here in zip(found(solution), solution, strict=True)]
+        apart = [there - here for there, here in zip(equations(solution), solution, strict=True)]
         solution = [
             sum((factor * d for factor, d in zip(row, apart, strict=True)), here)
             for row, here in zip(inverse, solution, strict=True)
         ]
-    found(solution)
+    equations(solution)
     return True
 
 

@@ -23,16 +23,25 @@ _MOVING = (Deviate, State, Buffer, Time, Tick)
 
 def noise_blocks(plan: Plan) -> list[str]:
     """The blocks that draw random numbers, or round what is not always the same."""
-    drawing = {name for name in plan.blocks if any(isinstance(b, Deviate) for b in _given(plan, name))}
+    drawing = given(plan, (Deviate,))
     steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
     rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}
-    return sorted((drawing | (rounding & _moving(plan))) - plan.digital.keys())
+    return sorted((drawing | (rounding & changing(plan, _MOVING))) - plan.digital.keys())
 
 
-def _moving(plan: Plan) -> set[str]:
-    """Blocks that do not always do the same: they, or what they depend on, have a state or follow the time."""
-    own = {name for name in plan.blocks if any(isinstance(b, _MOVING) for b in _given(plan, name))}
-    own |= {name for name, block in plan.blocks.items() if type(block).continuous()}
+def changing(plan: Plan, by: tuple[type, ...]) -> set[str]:
+    """Blocks that do not always do the same: they, or what they depend on, are continuous or given such bindings."""
+    own = {name for name, block in plan.blocks.items() if type(block).continuous()}
+    return reached(plan, own | given(plan, by))
+
+
+def given(plan: Plan, by: tuple[type, ...]) -> set[str]:
+    """Blocks whose functions are given such bindings, as a state."""
+    return {name for name in plan.blocks if any(isinstance(b, by) for b in _given(plan, name))}
+
+
+def reached(plan: Plan, own: set[str]) -> set[str]:
+    """These blocks and all that depend on them."""
     readers: dict[str, set[str]] = {}
     for (name, _), (source, _) in plan.schedule.drivers.items():
         readers.setdefault(source, set()).add(name)

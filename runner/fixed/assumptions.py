@@ -32,12 +32,12 @@ class Assumptions:
     @contextmanager
     def also(self, condition: Operation, outcome: bool) -> Iterator[None]:
         """Assume a condition inside the `with` block."""
-        known, found, first = dict(self._known), dict(self._found), self._first
+        known_before, found_before, first_before = dict(self._known), dict(self._found), self._first
         self.assume(condition, outcome)
         try:
             yield
         finally:
-            self._known, self._found, self._first = known, found, first
+            self._known, self._found, self._first = known_before, found_before, first_before
 
     def assume(self, condition: Operation, outcome: bool) -> None:
         """From here on the condition is known to hold (`outcome` True), or not to."""

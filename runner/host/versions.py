@@ -3,7 +3,7 @@
 import importlib.metadata as metadata
 from functools import cache
 
-PROOFMASS = "0.1.0"
+PROOFMASS = "0.2.0"
 
 
 @cache

@@ -126,12 +126,12 @@ def _blocks(graph: Graph) -> str:
     drivers = {wire.target: wire.source for wire in flat.wires}
     rows = []
     for name, block in flat.blocks.items():
-        own = list(_parameters(name, block, drivers)) or ["<td></td>" * 4]
+        of_block = list(_parameters(name, block, drivers)) or ["<td></td>" * 4]
         about = (type(block).__doc__ or "").strip().split("\n")[0]
         rate = f" at {write_rate(flat.rates[name])}" if name in flat.rates else ""
         kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{small(about)}"
-        head = f'<th rowspan="{len(own)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
-        rows += [(head if i == 0 else "") + cells for i, cells in enumerate(own)]
+        head = f'<th rowspan="{len(of_block)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
+        rows += [(head if i == 0 else "") + cells for i, cells in enumerate(of_block)]
     return table(("block", "parameter", "value", "unit", ""), rows, numbers=(2,))
 
 

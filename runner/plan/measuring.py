@@ -91,11 +91,11 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
 
 def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
     """The measures of a run that has ended with this memory, those of formulas last."""
-    found = {m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic) for m in plan.measures}
-    values = {name: measure.value for name, measure in found.items()}
+    measures = {m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic) for m in plan.measures}
+    values = {name: measure.value for name, measure in measures.items()}
     for derived, value in zip(plan.derived, derived_values(plan, values), strict=True):
-        found[derived.name] = Measured(value, derived.unit, derived.formula.text, FORMULA)
-    return found
+        measures[derived.name] = Measured(value, derived.unit, derived.formula.text, FORMULA)
+    return measures
 
 
 def derived_values(

@@ -16,15 +16,17 @@ def assemble(
     `factors` are inputs that multiply others, with their values: the column of the first is what they do to states and
     inputs at zero, for an input of one; those of the others are zero.
     """
-    group, held = stages.group, factors or {}
+    group, factors_at = stages.group, factors or {}
     n, m = len(group.states), len(group.inputs)
-    rest = [0.0] * n + [held.get(node, 0.0) for node in group.inputs]
-    places = [n + group.inputs.index(node) for node in held]
-    offset = rates_at(stages, constants, rest) if held else [0.0] * n
+    rest = [0.0] * n + [factors_at.get(node, 0.0) for node in group.inputs]
+    places = [n + group.inputs.index(node) for node in factors_at]
+    offset = rates_at(stages, constants, rest) if factors_at else [0.0] * n
     columns = [
         ([0.0] * n if j in places[1:] else offset)
         if j in places
-        else _less(rates_at(stages, constants, [1.0 if i == j else v for i, v in enumerate(rest)]), offset, bool(held))
+        else _less(
+            rates_at(stages, constants, [1.0 if i == j else v for i, v in enumerate(rest)]), offset, bool(factors_at)
+        )
         for j in range(n + m)
     ]
     rows = [list(row) for row in zip(*columns, strict=True)]

@@ -26,11 +26,11 @@ def looks_at_numbers(block: Block) -> bool:
     return any(_looks(block, known, behaviour) for behaviour in behaviours)
 
 
-def _looks(block: Block, known: Any, behaviour: Behaviour) -> bool:
+def _looks(block: Block, constants: Any, behaviour: Behaviour) -> bool:
     state = type(block).state_class()
     x = state and state(*(_Number() for _ in state.__annotations__))
     try:
-        behaviour.function(known, *(x if meaning is Meaning.STATE else _Number() for meaning in behaviour.meanings))
+        behaviour.function(constants, *(x if meaning is Meaning.STATE else _Number() for meaning in behaviour.meanings))
     except _LookedAtError as looked:
         frame = looked.__traceback__
         while frame is not None and frame.tb_next is not None and frame.tb_next.tb_frame.f_globals is not globals():

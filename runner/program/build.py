@@ -78,12 +78,12 @@ class Builder:
 
     def compute(self, operation: str, *operands: Given, name: str = "") -> form.Operand:
         """An operation on values, folded where all of them are constants."""
-        given = tuple(map(operand, operands))
-        folded = _folded(operation, given)
+        values = tuple(map(operand, operands))
+        folded = _folded(operation, values)
         if folded is not None:
             return folded
-        kind = form.OPERATIONS[operation].result or kind_of(given[-1])
-        return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, given, self.line))
+        kind = form.OPERATIONS[operation].result or kind_of(values[-1])
+        return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
 
     def likely(self, condition: Given, value: Given, other: Given) -> form.Operand:
         """One of two numbers, the first as a rule."""
@@ -130,11 +130,11 @@ class Builder:
 
     def give(self, *values: Given) -> None:
         """Leave the function with these results."""
-        given = tuple(map(operand, values))
+        results = tuple(map(operand, values))
         if self._results is None:
-            self._results = tuple(map(kind_of, given))
-        assert self._results == tuple(map(kind_of, given)), "results of different kinds"
-        self.add(form.Return(given, self.line))
+            self._results = tuple(map(kind_of, results))
+        assert self._results == tuple(map(kind_of, results)), "results of different kinds"
+        self.add(form.Return(results, self.line))
 
     def leave(self) -> None:
         """Leave the innermost loop."""
@@ -309,34 +309,34 @@ def _leaves(region: form.Region) -> bool:
     return False
 
 
-def _folded(operation: str, given: tuple[form.Operand, ...]) -> form.Operand | None:
+def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand | None:
     """What an operation gives without computing it; only what is exact, and no NaN, whose bits machines differ in."""
-    if all(isinstance(each, form.Constant) for each in given):
-        value: Any = EVALUATE[operation](*(each.value for each in given if isinstance(each, form.Constant)))
-        kind = form.OPERATIONS[operation].result or kind_of(given[-1])
+    if all(isinstance(operand, form.Constant) for operand in operands):
+        value: Any = EVALUATE[operation](*(operand.value for operand in operands if isinstance(operand, form.Constant)))
+        kind = form.OPERATIONS[operation].result or kind_of(operands[-1])
         return None if isinstance(value, float) and math.isnan(value) else form.Constant(kind, value)
     if operation == "select":
-        test, a, b = given
+        test, a, b = operands
         if isinstance(test, form.Constant):
             return a if test.value else b
         return a if a is b else None
-    return _neutral(operation, *given) if len(given) == 2 else None
+    return _neutral(operation, *operands) if len(operands) == 2 else None
 
 
 def _neutral(operation: str, a: form.Operand, b: form.Operand) -> form.Operand | None:
     """What an operation of integers or truth values gives of which one operand is known."""
-    for known, other, first in ((a, b, True), (b, a, False)):
-        if not isinstance(known, form.Constant):
+    for constant, other, first in ((a, b, True), (b, a, False)):
+        if not isinstance(constant, form.Constant):
             continue
-        match operation, known.value:
+        match operation, constant.value:
             case ("both", True) | ("either", False):
                 return other
             case ("both", False) | ("either", True):
-                return known
+                return constant
             case ("add_integers" | "or" | "xor", 0) | ("multiply_integers", 1):
                 return other
             case ("multiply_integers", 0):
-                return known
+                return constant
             case ("subtract_integers" | "shift_left" | "shift_right", 0) if not first:
                 return other
     return None

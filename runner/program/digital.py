@@ -46,13 +46,13 @@ class DigitalWriter:
         """What the integer code of a digital block gives."""
         step, frame = self.plan.digital[name].steps[function], self.frame
         given = [frame.now(frame.constants[name]), *map(frame.argument, self.plan.bindings(name, function))]
-        made = call(frame.builder, step.code.function, given)
+        results = call(frame.builder, step.code.function, given)
         beside = ([self._lost[name]] if step.overflows else []) + ([self.refused] if step.refuses else [])
         if not beside:
-            return made
-        for flag, value in zip(beside, made[1:], strict=True):
+            return results
+        for flag, value in zip(beside, results[1:], strict=True):
             self._note(flag, value)
-        return made[0]
+        return results[0]
 
     def hold(self, node: Endpoint) -> None:
         """Mantissas that a converter made must fit their format; integer code relies on it to the end of the chunk."""

@@ -68,13 +68,13 @@ class Frame:
         """What an output holds, or a buffer."""
         return self.now(self.wires[node])
 
-    def set(self, held: Lowered, value: Lowered) -> None:
+    def set(self, target: Lowered, value: Lowered) -> None:
         """Variables become values."""
-        if isinstance(held, tuple):
-            for place, part in zip(held, value, strict=True):
+        if isinstance(target, tuple):
+            for place, part in zip(target, value, strict=True):
                 self.set(place, part)
-        elif isinstance(held, Variable):
-            self.builder.set(held, as_kind(self.builder, value, held.kind))
+        elif isinstance(target, Variable):
+            self.builder.set(target, as_kind(self.builder, value, target.kind))
 
     def put(self, node: Endpoint, value: Lowered) -> None:
         """What an output holds from here on."""

@@ -264,24 +264,26 @@ class ExactGroup(GroupWriter):
         matrix = arrays[0]
         with builder.counted(0, size * size, 1, "entry") as entry:
             builder.store(matrix, entry, 0.0)
-        held = {n + self.group.inputs.index(node): f for node, f in zip(self.solver.factors, factors, strict=True)}
+        factor_columns = {
+            n + self.group.inputs.index(node): f for node, f in zip(self.solver.factors, factors, strict=True)
+        }
 
         def rates_at(point: Sequence[Any]) -> Sequence[Operand]:
             at = context._replace(inputs=tuple(point[n:]))
             return builder.call(rates, *leaves((at,)), 0.0, *point[:n])
 
         def rates_for(unit: int) -> Sequence[Operand]:
-            return rates_at([held.get(i, operand(float(i == unit))) for i in range(n + m)])
+            return rates_at([factor_columns.get(i, operand(float(i == unit))) for i in range(n + m)])
 
-        offset = rates_for(-1) if held else ()
+        offset = rates_for(-1) if factor_columns else ()
         if self.large:
             self._columns(builder, arrays, rates_at)
         for j in range(0 if self.large else n + m):
-            if j in held and j != next(iter(held)):
+            if j in factor_columns and j != next(iter(factor_columns)):
                 continue
-            column: Sequence[Operand] = offset if j in held else rates_for(j)
+            column: Sequence[Operand] = offset if j in factor_columns else rates_for(j)
             for i, rate in enumerate(column):
-                if held and j not in held:
+                if factor_columns and j not in factor_columns:
                     rate = builder.compute("subtract", rate, offset[i])
                 builder.store(matrix, i * size + j, rate)
         call(builder, scale_rows, (matrix, operand(n), operand(n + m), operand(size), period))

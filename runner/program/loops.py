@@ -38,7 +38,7 @@ class LoopWriter:
         """What is found for the tears from what is assumed for them; not finite where something in between is not."""
         builder, n = frame.builder, len(self.tears)
         unknown = Array(FLOAT, n, True, "unknown")
-        found = Array(FLOAT, n, True, "found")
+        values = Array(FLOAT, n, True, "found")
         total: Operand = operand(0.0)
         for i, tear in enumerate(self.tears):
             frame.put(tear, builder.load(unknown, i))
@@ -49,8 +49,8 @@ class LoopWriter:
         for i, tear in enumerate(self.tears):
             value = frame.number(frame.call(*tear))
             known = builder.compute("equal", total, 0.0)
-            builder.store(found, i, builder.compute("select", known, value, total))
-        builder.parameters += [unknown, found]
+            builder.store(values, i, builder.compute("select", known, value, total))
+        builder.parameters += [unknown, values]
         return builder.function()
 
 

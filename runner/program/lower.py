@@ -60,22 +60,24 @@ def _filled(result: Lowered, values: Any) -> Lowered:
 
 
 def _lowered(
-    given: Callable[..., Any],
+    callable_: Callable[..., Any],
     arguments: tuple[Lowered, ...],
     within: tuple[types.FunctionType, ...],
     own: dict[Hashable, LoweredFunction],
 ) -> LoweredFunction:
     """The function for arguments like these; one for functions of a program is kept with these, in `own`."""
-    function = inspect.unwrap(given)
+    function = inspect.unwrap(callable_)
     if not isinstance(function, types.FunctionType):
         message = f"a {type(function).__name__} is no function"
         raise ModelError([Problem(message=message, hint="write it with `def`")])
     key = (function, shape_of(arguments))
-    kept = own if has_functions(arguments) else _kept
-    before = kept.get(key)
+    functions = own if has_functions(arguments) else _kept
+    before = functions.get(key)
     if before is None or not unchanged(list(before.read)):
         before = _read(function, arguments, described(key[1]), within, own)
-        before = kept[key] = kept.setdefault(before.function.name, before)  # the same code may be of two functions
+        before = functions[key] = functions.setdefault(
+            before.function.name, before
+        )  # the same code may be of two functions
     return before
 
 
@@ -171,16 +173,16 @@ def _collect(function: Function, functions: dict[str, Function]) -> None:
 
 def _called_in(region: Region) -> list[Function]:
     """Functions that statements call, each once."""
-    found: dict[Function, None] = {}
+    functions: dict[Function, None] = {}
     left = [region]
     while left:
         for statement in left.pop():
             if isinstance(statement, Call) and isinstance(statement.function, Function):
-                found[statement.function] = None
+                functions[statement.function] = None
             for name in ("then", "otherwise", "test", "body"):
                 if hasattr(statement, name):
                     left.append(getattr(statement, name))
-    return list(found)
+    return list(functions)
 
 
 def _declared_result(function: types.FunctionType) -> Any:

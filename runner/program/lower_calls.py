@@ -52,35 +52,35 @@ class Calls(Expressions):
             owner = self.expression(node.func.value)
             return owner._replace(**{str(k.arg): self.expression(k.value) for k in node.keywords})
         target = self.expression(node.func)
-        given: list[Lowered] = []
+        arguments: list[Lowered] = []
         for part in node.args:
             if isinstance(part, ast.Starred):
-                given += self.expression(part.value)
+                arguments += self.expression(part.value)
             else:
-                given.append(self.expression(part))
+                arguments.append(self.expression(part))
         named = {str(keyword.arg): self.expression(keyword.value) for keyword in node.keywords}
         if named and not is_record(target):
-            given = self._in_order(node, target, given, named)
+            arguments = self._in_order(node, target, arguments, named)
         elif is_record(target):
-            return self._record(node, target, given, named)
-        return self.call(node, target, given)
+            return self._record(node, target, arguments, named)
+        return self.call(node, target, arguments)
 
     def _in_order(
-        self, node: ast.Call, target: Any, given: Sequence[Lowered], named: dict[str, Lowered]
+        self, node: ast.Call, target: Any, arguments: Sequence[Lowered], named: dict[str, Lowered]
     ) -> list[Lowered]:
         """Arguments in the order in which the function has them, those that it has a value for filled in."""
         try:
-            bound = inspect.signature(target).bind(*given, **named)
+            bound = inspect.signature(target).bind(*arguments, **named)
         except (TypeError, ValueError) as error:
             raise refuse(node, f"{ast.unparse(node.func)}: {error}") from None
         bound.apply_defaults()
         return [self.known(value) if isinstance(value, int | float) else value for value in bound.arguments.values()]
 
-    def _record(self, node: ast.AST, kind: Any, given: Sequence[Lowered], named: dict[str, Lowered]) -> Lowered:
-        values = dict(zip(kind._fields, given, strict=False)) | named
+    def _record(self, node: ast.AST, kind: Any, arguments: Sequence[Lowered], named: dict[str, Lowered]) -> Lowered:
+        values = dict(zip(kind._fields, arguments, strict=False)) | named
         for name, value in kind._field_defaults.items():
             values.setdefault(name, self.known(value))
-        if len(given) > len(kind._fields) or set(values) != set(kind._fields):
+        if len(arguments) > len(kind._fields) or set(values) != set(kind._fields):
             raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {kind._fields}")
         return kind._make(self._declared(kind.__annotations__.get(n), values[n]) for n in kind._fields)
 
@@ -101,11 +101,11 @@ class Calls(Expressions):
             return self.builder.compute("likely", numbers.as_kind(self.builder, self._scalar(node, *arguments), TRUTH))
         if isinstance(function, types.FunctionType):
             return self.called(node, function, arguments)
-        made = self._own(node, function, arguments) if callable(function) else None
-        if made is None:
+        result = self._own(node, function, arguments) if callable(function) else None
+        if result is None:
             name = getattr(function, "__name__", type(function).__name__)
             raise refuse(node, f"{name}() is not compiled", f"write {name} as a function of your own, of numbers")
-        return made
+        return result
 
     def _program(self, function: Function, arguments: Sequence[Lowered]) -> Lowered:
         """A function that is one of the program already."""
@@ -116,21 +116,21 @@ class Calls(Expressions):
     def _float(self, node: ast.AST, value: Lowered) -> Operand:
         return numbers.as_kind(self.builder, self._scalar(node, value), FLOAT)
 
-    def _own(self, node: ast.AST, function: Any, given: Sequence[Lowered]) -> Lowered | None:
+    def _own(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered | None:
         """Functions of Python itself."""
-        if function in (min, max) and len(given) == 1 and isinstance(given[0], tuple):
-            given = given[0]
+        if function in (min, max) and len(arguments) == 1 and isinstance(arguments[0], tuple):
+            arguments = arguments[0]
         if function in (min, max):
-            return self._extreme("less", function is max, [self._scalar(node, value) for value in given])
-        if function is len and isinstance(given[0], tuple):
-            return self.known(len(given[0]))
-        if function is len and isinstance(given[0], Array) and given[0].length is not None:
-            return self.known(given[0].length)
-        if function is tuple and isinstance(given[0], tuple):
-            return tuple(given[0])
+            return self._extreme("less", function is max, [self._scalar(node, value) for value in arguments])
+        if function is len and isinstance(arguments[0], tuple):
+            return self.known(len(arguments[0]))
+        if function is len and isinstance(arguments[0], Array) and arguments[0].length is not None:
+            return self.known(arguments[0].length)
+        if function is tuple and isinstance(arguments[0], tuple):
+            return tuple(arguments[0])
         if function in _OPERATIONS:
-            return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in given))
-        return self._of_one(function, self._scalar(node, given[0])) if len(given) == 1 else None
+            return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in arguments))
+        return self._of_one(function, self._scalar(node, arguments[0])) if len(arguments) == 1 else None
 
     def _of_one(self, function: Any, value: Operand) -> Operand | None:
         if function in KINDS:

@@ -162,11 +162,11 @@ class Expressions:
             if function is None:
                 raise refuse(node, "bits of a number", "the operators of bits are of integers: write int(...)")
             kind = INTEGER if whole else FLOAT
-            given = [numbers.as_kind(self.builder, part, kind) for part in (a, b)]
-            made: Operand = self.call(node, function, given)
+            operands = [numbers.as_kind(self.builder, part, kind) for part in (a, b)]
+            made: Operand = self.call(node, function, operands)
             if whole or operator is ast.Pow:
                 return made
-            return self.builder.compute("select", self.builder.compute("equal", given[1], 0.0), numbers.nan(), made)
+            return self.builder.compute("select", self.builder.compute("equal", operands[1], 0.0), numbers.nan(), made)
         if isinstance(value, Value) and value.kind is INTEGER and self._is_natural(operator, a, b):
             self.natural.add(value)
         return value
@@ -271,12 +271,12 @@ class Expressions:
             if isinstance(holds, Constant) and not holds.value:
                 return holds
             read = lambda left=left, operator=operator, part=part: self._pair(node, left, operator, part)  # noqa: E731
-            (right, one), region = self._apart(read)
+            (right, comparison), region = self._apart(read)
             if isinstance(holds, Constant) or is_cheap(region):
                 self.builder.splice(region)
-                holds = self.builder.compute("both", holds, one)
+                holds = self.builder.compute("both", holds, comparison)
             elif part is node.comparators[-1]:
-                holds = self._either(holds, one, region, zero(TRUTH), [])
+                holds = self._either(holds, comparison, region, zero(TRUTH), [])
             else:
                 raise refuse(node, "a chain of comparisons that calls functions", "join them by `and`")
             left = right
@@ -327,11 +327,11 @@ class Expressions:
 
     def entry(self, node: ast.AST, whole: tuple[Lowered, ...], index: Operand) -> Lowered:
         """An entry of a tuple."""
-        known = numbers.as_index(index)
-        if known is not None:
-            if not -len(whole) <= known < len(whole):
-                raise refuse(node, f"there is no entry {known} among {len(whole)}")
-            return whole[known]
+        place = numbers.as_index(index)
+        if place is not None:
+            if not -len(whole) <= place < len(whole):
+                raise refuse(node, f"there is no entry {place} among {len(whole)}")
+            return whole[place]
         parts = [list(leaves(part)) for part in whole]
         alike = len(set(map(shape_of, whole))) == 1
         if not whole or not all(is_scalar(leaf) for part in parts for leaf in part):
@@ -368,13 +368,13 @@ class Expressions:
 
     def _slice(self, node: ast.Subscript, part: ast.Slice, whole: Lowered) -> Lowered:
         bounds = [None if bound is None else self.expression(bound) for bound in (part.lower, part.upper, part.step)]
-        known = [None if bound is None else numbers.as_index(bound) for bound in bounds]
-        if any(bound is not None and index is None for bound, index in zip(bounds, known, strict=True)):
+        places = [None if bound is None else numbers.as_index(bound) for bound in bounds]
+        if any(bound is not None and index is None for bound, index in zip(bounds, places, strict=True)):
             raise refuse(node, "a part of a list whose ends are not known", "write a loop over its entries")
         if isinstance(whole, tuple):
-            return tuple(whole)[slice(*known)]
-        if isinstance(whole, Array) and whole.length is not None and known[2] in (None, 1):
-            first, last, _ = slice(*known).indices(whole.length)
+            return tuple(whole)[slice(*places)]
+        if isinstance(whole, Array) and whole.length is not None and places[2] in (None, 1):
+            first, last, _ = slice(*places).indices(whole.length)
             return self.builder.view(whole, first, max(last - first, 0))
         raise refuse(node, "a part of a list", "write a loop over its entries")
 

@@ -96,13 +96,13 @@ class Statements(Calls):
         if name not in self.changing:
             self.names[name] = value
             return
-        held = self.names.get(name)
-        if held is None or name not in self.names:
+        variable = self.names.get(name)
+        if variable is None or name not in self.names:
             count = iter(range(1 << 30))
             self.names[name] = mapped(value, lambda leaf: self._first(f"{name}", next(count), leaf))
             return
-        before, after = list(_places(held)), list(leaves(value))
-        if type(held) is not type(value) and (isinstance(held, tuple) or isinstance(value, tuple)):
+        before, after = list(_places(variable)), list(leaves(value))
+        if type(variable) is not type(value) and (isinstance(variable, tuple) or isinstance(value, tuple)):
             raise refuse(target, f"{name} is of another type elsewhere", "take another name")
         for number, (place, part) in enumerate(zip(before, after, strict=True)):
             if isinstance(place, Variable):
@@ -250,13 +250,13 @@ class Statements(Calls):
         raise refuse(node, "raise is not compiled", "return NaN: a number that is not finite ends the run")
 
 
-def _places(held: Lowered) -> Any:
+def _places(value: Lowered) -> Any:
     """Variables and arrays of what a name holds."""
-    if isinstance(held, tuple):
-        for part in held:
+    if isinstance(value, tuple):
+        for part in value:
             yield from _places(part)
-    elif isinstance(held, Variable | Array) or is_scalar(held):
-        yield held
+    elif isinstance(value, Variable | Array) or is_scalar(value):
+        yield value
 
 
 def _kinds(result: Lowered) -> Any:

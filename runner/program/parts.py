@@ -114,7 +114,7 @@ class _Division:
     def _find_shared(self) -> None:
         users: dict[form.Variable, _Part] = {}
         for part in self.parts:
-            own = set(set_first(part.body))
+            set_here = set(set_first(part.body))
             for statement in statements(part.body):
                 for read in operands(statement):
                     if isinstance(read, form.Value) and self.homes.get(read, part) is not part:
@@ -123,7 +123,7 @@ class _Division:
                         self.possible = False
                 if isinstance(statement, form.Get | form.Set) and statement.variable not in self.places:
                     variable = statement.variable
-                    if variable not in own or users.setdefault(variable, part) is not part:
+                    if variable not in set_here or users.setdefault(variable, part) is not part:
                         self.shared[variable] = None
         for loop in self.loops():
             self.shared |= {

@@ -51,13 +51,13 @@ class SteppedGroup(GroupWriter):
     def _functions(self, context: Context) -> tuple[Function, ...]:
         """What steps the group, and what sees to its events."""
         rates = self.rates(context)
-        given: Lowered = context
+        context_and_work: Lowered = context
         if self.solver.method == "radau":
-            given = (context, self.largest, self.steps_work)
-            step = self._radau(given, rates)
+            context_and_work = (context, self.largest, self.steps_work)
+            step = self._radau(context_and_work, rates)
         else:
             step = self._explicit(context, rates)
-        return (step,) if self.fixed else (step, self._clearances(given), self._then(given))
+        return (step,) if self.fixed else (step, self._clearances(context_and_work), self._then(context_and_work))
 
     # -- in each tick ------------------------------------------------------------------------------------------------
 
@@ -123,11 +123,11 @@ class SteppedGroup(GroupWriter):
 
     def _rates_into(self, context: Context, rates: Function) -> Function:
         builder, size = self.builder.beside(f"{self.name}_rates_into"), len(self.group.states)
-        given = parameters_like(builder, "at", context)
+        parameters = parameters_like(builder, "at", context)
         time = builder.parameter(FLOAT, "time")
         x, out = builder.array(FLOAT, size, "x", True), builder.array(FLOAT, size, "out", True)
         states = [builder.load(x, i) for i in range(size)]
-        for i, rate in enumerate(builder.call(rates, *leaves(given), time, *states)):
+        for i, rate in enumerate(builder.call(rates, *leaves(parameters), time, *states)):
             builder.store(out, i, rate)
         return builder.function()
 

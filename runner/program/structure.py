@@ -33,11 +33,11 @@ def like(value: tuple[Any, ...], parts: Iterable[Any]) -> tuple[Any, ...]:
     return make(parts)
 
 
-def mapped(value: Lowered, made: Callable[[Any], Any]) -> Lowered:
+def mapped(value: Lowered, change: Callable[[Any], Any]) -> Lowered:
     """The same structure with something else in the place of its numbers, arrays and variables."""
     if isinstance(value, tuple):
-        return like(value, [mapped(part, made) for part in value])
-    return made(value) if isinstance(value, Value | Constant | Array | Variable) else value
+        return like(value, [mapped(part, change) for part in value])
+    return change(value) if isinstance(value, Value | Constant | Array | Variable) else value
 
 
 def rebuilt(shape: Lowered, parts: Iterable[Any]) -> Lowered:

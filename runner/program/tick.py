@@ -236,13 +236,13 @@ class TickWriter:
             return self.digital.call(name, function)
         return self.fault(self.frame.call(name, function))
 
-    def fault(self, made: Called) -> Lowered:
+    def fault(self, called: Called) -> Lowered:
         """Note a fault, which ends the run."""
-        if made.fault is not None:
+        if called.fault is not None:
             builder = self.builder
-            number = builder.compute("integer_of_truth", made.fault)
+            number = builder.compute("integer_of_truth", called.fault)
             builder.set(self.numbers.refused, builder.compute("or", builder.get(self.numbers.refused), number))
-        return made.value
+        return called.value
 
     def look_at(self, value: Operand) -> None:
         """NaN from here on when a number is not finite."""

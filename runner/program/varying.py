@@ -130,12 +130,12 @@ class _Reader:
     def __init__(self, function: form.Function, way: Way, lanes: Lanes) -> None:
         self.found, self.lanes = Varying(function, way), lanes
         self.found.results = [False] * len(function.results)
-        for parameter, given in zip(function.parameters, way.parameters, strict=True):
+        for parameter, argument in zip(function.parameters, way.parameters, strict=True):
             if isinstance(parameter, form.Array):
-                assert isinstance(given, ArrayOf)
-                self.found.parts[parameter] = _Part(parameter, None if given.apart else 0, given.apart)
-                self.found.entries[parameter] = ALL if given.apart else given.entries
-            elif given:
+                assert isinstance(argument, ArrayOf)
+                self.found.parts[parameter] = _Part(parameter, None if argument.apart else 0, argument.apart)
+                self.found.entries[parameter] = ALL if argument.apart else argument.entries
+            elif argument:
                 self.found.numbers.add(parameter)
 
     def read(self) -> Varying:
@@ -161,42 +161,43 @@ class _Reader:
         return left
 
     def _statement(self, s: form.Statement, apart: bool, apart_in_loop: bool) -> _Left:
-        found = self.found
+        varying = self.found
         match s:
             case form.Compute(result, _, operands):
-                self._note(result, any(map(found.differs, operands)))
+                self._note(result, any(map(varying.differs, operands)))
             case form.Get(result, variable):
-                self._note(result, variable in found.numbers)
+                self._note(result, variable in varying.numbers)
             case form.Set(variable, value):
-                self._note(variable, apart or found.differs(value))
+                self._note(variable, apart or varying.differs(value))
             case form.Load(result, array, index):
-                self._note(result, found.read_differs(array, index))
+                self._note(result, varying.read_differs(array, index))
             case form.Store(array, index, value):
-                if apart or found.way.masked or found.differs(value) or found.differs(index):
-                    self._spoil(array, found.bits(array, index, 1))
-                elif found.parts[array].apart:
+                if apart or varying.way.masked or varying.differs(value) or varying.differs(index):
+                    self._spoil(array, varying.bits(array, index, 1))
+                elif varying.parts[array].apart:
                     self._spoil(array, ALL)
             case form.View(part, whole, first):
                 self._view(part, whole, first)
             case form.Call():
                 self._call(s, apart)
             case form.If(condition, then, otherwise):
-                differs = found.differs(condition)
+                differs = varying.differs(condition)
                 regions = (then, otherwise)
                 parted = [self._region(r, apart or differs, apart_in_loop or differs) for r in regions]
                 return parted[0] | parted[1]
             case form.For():
                 return self._for(s, apart)
             case form.While(test, condition, body):
-                if found.differs(condition):
-                    found.loops.add(id(s))
-                self._region(test, apart or id(s) in found.loops, False)
+                if varying.differs(condition):
+                    varying.loops.add(id(s))
+                self._region(test, apart or id(s) in varying.loops, False)
                 return self._loop(s, body, apart)
             case form.Break() | form.Continue():
                 return _Left(loop=apart_in_loop)
             case form.Return(values):
-                found.results = [
-                    before or apart or found.differs(value) for before, value in zip(found.results, values, strict=True)
+                varying.results = [
+                    before or apart or varying.differs(value)
+                    for before, value in zip(varying.results, values, strict=True)
                 ]
                 return _Left(function=apart)
         return _Left()
@@ -228,15 +229,15 @@ class _Reader:
         return _Left(function=left.function)
 
     def _call(self, s: form.Call, apart: bool) -> None:
-        found = self.found
+        varying = self.found
         if isinstance(s.function, form.External):
-            differ = any(found.differs(a) for a in s.arguments if not isinstance(a, form.Array))
+            differ = any(varying.differs(a) for a in s.arguments if not isinstance(a, form.Array))
             for result in s.results:
                 self._note(result, differ or not s.function.pure)
             return
-        masked = apart or found.way.masked
+        masked = apart or varying.way.masked
         way = Way(masked, tuple(self._argument(a, p) for a, p in zip(s.arguments, s.function.parameters, strict=True)))
-        found.calls[id(s)] = way
+        varying.calls[id(s)] = way
         inside = self.lanes.of(s.function, way)
         for result, differs in zip(s.results, inside.results, strict=True):
             self._note(result, differs)
@@ -245,13 +246,13 @@ class _Reader:
                 self._behind(argument, inside.entries[parameter])
 
     def _argument(self, argument: form.Operand | form.Array, parameter: form.Value | form.Array) -> bool | ArrayOf:
-        found = self.found
+        varying = self.found
         if not isinstance(argument, form.Array):
-            return found.differs(argument)
-        part, rows = found.parts[argument], found.given(argument).rows
+            return varying.differs(argument)
+        part, rows = varying.parts[argument], varying.given(argument).rows
         if part.apart:
             return ArrayOf(rows, ALL, True)
-        bits = found.entries[part.root]
+        bits = varying.entries[part.root]
         if part.first is None or argument.length is None:
             whole = part.first == 0 and argument.length is None
             return ArrayOf(rows, bits if whole else (ALL if bits else 0))

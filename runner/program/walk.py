@@ -66,14 +66,14 @@ def results(statement: form.Statement) -> tuple[form.Value, ...]:
 
 def used_once(region: form.Region) -> frozenset[form.Value]:
     """Results of operations that are read once, in the region that they are computed in: parts of an expression."""
-    found: set[form.Value] = set()
-    _uses(region, {}, found)
-    return frozenset(found)
+    values: set[form.Value] = set()
+    _uses(region, {}, values)
+    return frozenset(values)
 
 
-def _uses(region: form.Region, uses: dict[form.Value, int], found: set[form.Value]) -> None:
-    """Count reads; add to `found` the values of the region that only its own statements read, one of them, once."""
-    own, direct = [], set[form.Value]()
+def _uses(region: form.Region, uses: dict[form.Value, int], once: set[form.Value]) -> None:
+    """Count reads; add to `once` the values of the region that only its own statements read, one of them, once."""
+    results_here, direct = [], set[form.Value]()
     for statement in region:
         for operand in operands(statement):
             if not isinstance(operand, form.Array | form.Constant):
@@ -81,7 +81,7 @@ def _uses(region: form.Region, uses: dict[form.Value, int], found: set[form.Valu
                 if not isinstance(statement, form.While):
                     direct.add(operand)
         for inner in regions(statement):
-            _uses(inner, uses, found)
+            _uses(inner, uses, once)
         if isinstance(statement, form.Compute):
-            own.append(statement.result)
-    found.update(value for value in own if uses.get(value) == 1 and value in direct)
+            results_here.append(statement.result)
+    once.update(value for value in results_here if uses.get(value) == 1 and value in direct)

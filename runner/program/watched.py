@@ -19,7 +19,7 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
     """Outputs of numbers to be looked at in every tick; with them finite, those left out are."""
     order = outputs_of(plan.schedule.order)
     solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
-    kept = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
+    of_groups = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
     floats = {node for node in order if type(plan.blocks[node[0]]).outputs[node[1]].dtype is float}
     passed, plain = set[Endpoint](), floats - solved
     for node in plain:
@@ -36,15 +36,15 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
                 and passes_on(block, node[1], argument, plan.constants[node[0]])
             ):
                 passed.add(driver)
-    return frozenset(floats - passed - kept)
+    return frozenset(floats - passed - of_groups)
 
 
 def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     """Whether an output is not finite whenever that argument is not, whatever the other floats are."""
-    output, known = type(block).output_functions[port], type(block).constants_class()
-    held = {
+    output, constants_class = type(block).output_functions[port], type(block).constants_class()
+    constant_values = {
         f: _Number() if kind is float or isinstance(constants, Driven) else getattr(constants, f)
-        for f, kind in fields(known)
+        for f, kind in fields(constants_class)
     }
     state = type(block).state_class()
     x = state and state(*(_Number() for _ in fields(state)))
@@ -55,8 +55,8 @@ def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     form = form_of(type(block), output, compiled=True)
     function = output.function if form is None else form.function
     try:
-        found = function(known(**held), *numbers.values())
-        return isinstance(found[0] if form and form.fails else found, _NotFinite)
+        value = function(constants_class(**constant_values), *numbers.values())
+        return isinstance(value[0] if form and form.fails else value, _NotFinite)
     except Exception:  # it looks at a number, gives it to a library, or raises
         return False
 

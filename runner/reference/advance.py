@@ -117,12 +117,12 @@ class PlainAdvance(Advance):
             moved.append(total)
         return moved
 
-    def _current(self, constants: Mapping[str, Any], held: Mapping[Endpoint, float]) -> tuple[Matrix, Matrix]:
+    def _current(self, constants: Mapping[str, Any], factors: Mapping[Endpoint, float]) -> tuple[Matrix, Matrix]:
         """The matrices, made anew when a driven parameter or a factor has moved."""
         if self.solver.renewed or self._assembled_from is None:
-            used = [constants[name] for name in self.solver.group.members] + list(held.values())
+            used = [constants[name] for name in self.solver.group.members] + list(factors.values())
             if used != self._assembled_from:
-                self._matrices = assemble(self.stages, constants, self.period, held)
+                self._matrices = assemble(self.stages, constants, self.period, factors)
                 self._assembled_from = used
         return self._matrices
 

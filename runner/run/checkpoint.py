@@ -90,12 +90,12 @@ def remove_checkpoint(result: Result, folder: Path) -> None:
             _trace(folder, trace.signal).unlink(missing_ok=True)
 
 
-def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, kept: int) -> Recorder:
+def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_kept: int) -> Recorder:
     """A recorder that goes on behind the first rows in a folder; a file of rows is not copied."""
     path = _trace(folder, probe.signal)
     if not streamed:
         writer = Recorder(probe, rows, None)
-        writer.keep(np.load(path)[:kept])
+        writer.keep(np.load(path)[:rows_kept])
         return writer
     aside = path.with_suffix(".kept")
     path.replace(aside)
@@ -103,9 +103,9 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, kept:
     head = path.read_bytes()
     with aside.open("r+b") as file:
         file.write(head)  # of the whole run: that of the interrupted run told fewer rows
-        file.truncate(len(head) + _bytes(probe, kept))
+        file.truncate(len(head) + _bytes(probe, rows_kept))
     aside.replace(path)
-    writer.count = kept
+    writer.count = rows_kept
     return writer
 
 

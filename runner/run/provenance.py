@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.host.versions import version
+from proofmass.runner.host.versions import PROOFMASS, version
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.engine_table import ENGINES
@@ -46,7 +46,7 @@ def provenance(graph: Graph, engine: str, integration: str = "", handed_over: in
         "engine": engine,
         **({"handed_over": f"by plain Python at tick {handed_over}"} if handed_over is not None else {}),
         **({"integration": integration} if integration else {}),
-        "proofmass": version("proofmass"),
+        "proofmass": PROOFMASS,
         "python": platform.python_version(),
         **{library: version(library) for library in libraries},
         "platform": platform.platform(),

@@ -52,12 +52,12 @@ class SideBySide:
     def _inside(self, values: Mapping[str, Array], sensors: int) -> Array:
         """Return which sensors have parameters within their bounds."""
         inside = np.ones(sensors, dtype=bool)
-        for given in values.values():
-            inside &= np.isfinite(given)
+        for drawn in values.values():
+            inside &= np.isfinite(drawn)
         for name, (block, parameter) in self._free.items():
-            declared, given = type(self.plan.blocks[block]).parameters[parameter], values[name]
-            if not (declared.inside(given.min()) and declared.inside(given.max())):
-                inside &= np.array([declared.inside(value) for value in given.tolist()])
+            declared, drawn = type(self.plan.blocks[block]).parameters[parameter], values[name]
+            if not (declared.inside(drawn.min()) and declared.inside(drawn.max())):
+                inside &= np.array([declared.inside(value) for value in drawn.tolist()])
         return inside
 
     def _plan(self, values: Mapping[str, Array], number: int) -> Plan | None:

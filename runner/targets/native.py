@@ -38,12 +38,12 @@ class CompiledPlan:
 
     def vector(self, memory: Memory, node: VectorOf, kind: type) -> Array:
         """A vector that a run begins with; what runs only read is made once for all of them."""
-        held = memory.vector(node)
+        initial = memory.vector(node)
         if node not in self.plan.recorded:
-            return np.array(held, dtype=dtype_of(kind))
+            return np.array(initial, dtype=dtype_of(kind))
         known = self._recorded.get(node)
-        if known is None or known[0] is not held:
-            known = self._recorded[node] = held, np.array(held, dtype=dtype_of(kind))
+        if known is None or known[0] is not initial:
+            known = self._recorded[node] = initial, np.array(initial, dtype=dtype_of(kind))
         return known[1]
 
     def constant_values(self, plan: Plan) -> Mapping[Given, Any]:

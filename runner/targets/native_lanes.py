@@ -94,11 +94,11 @@ class Lanes:
             copies[key][:] = of_one
         return copies
 
-    def _padded(self, given: Array) -> Array:
+    def _padded(self, numbers: Array) -> Array:
         """A number for every lane of every group; lanes without a run do as the first one."""
-        padded = aligned((self._groups, self._compiled.lanes), given.dtype)
-        padded[:] = given[0]
-        padded.reshape(-1)[: self._count] = given
+        padded = aligned((self._groups, self._compiled.lanes), numbers.dtype)
+        padded[:] = numbers[0]
+        padded.reshape(-1)[: self._count] = numbers
         return padded
 
     def _set(self, values: Mapping[Endpoint, Array]) -> None:
@@ -174,13 +174,13 @@ def _differing(plan: Plan, written: TickLoop, varied: Collection[Endpoint], sett
     blocks that are settled before."""
     entry = written.program.entry.parameters
     arrays = [parameter for parameter in entry if isinstance(parameter, ProgramArray)]
-    given, moving_, vectors = arrays[:2], arrays[2:4], dict(zip(written.vectors, arrays[5:], strict=True))
+    constants, moving_, vectors = arrays[:2], arrays[2:4], dict(zip(written.vectors, arrays[5:], strict=True))
     entries = dict.fromkeys(arrays, 0)
     for key, (kind, place) in written.constants.kinds.items():
         if isinstance(key, ConstantOf | ParameterOf):
             name = key.field if isinstance(key, ConstantOf) else key.parameter
             if key.block in settled or (key.block, name) in varied:
-                entries[given[kind is not float]] |= 1 << place
+                entries[constants[kind is not float]] |= 1 << place
     for moves, (kind, place) in written.memory.kinds.items():
         if moves.block in settled:
             entries[moving_[kind is not float]] |= 1 << place

@@ -4,9 +4,12 @@ import re
 import tomllib
 from pathlib import Path
 
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.host.versions import PROOFMASS
+from proofmass.runner.run.provenance import provenance
 
 ROOT = Path(__file__).parents[2]
+KINDS_OF_CHANGE = ["Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"]  # in the order of Keep a Changelog
 
 
 def test_the_citation_agrees_with_the_package() -> None:
@@ -16,6 +19,20 @@ def test_the_citation_agrees_with_the_package() -> None:
     assert facts["version"] == PROOFMASS
     assert facts["license"] == project["license"]
     assert re.findall(r"^  - name: \"(.+)\"$", citation, re.MULTILINE) == [x["name"] for x in project["authors"]]
+
+
+def test_the_changelog_names_this_version_and_each_kind_of_change_once() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.findall(r"^## (\d+\.\d+\.\d+), (?:unreleased|\d{4}-\d\d-\d\d)$", text, re.MULTILINE)
+    assert versions[0] == PROOFMASS
+    assert len(versions) == len(re.findall(r"^## ", text, re.MULTILINE))
+    for entry in text.split("\n## ")[1:]:
+        kinds = re.findall(r"^### (.+)$", entry, re.MULTILINE)
+        assert kinds == [kind for kind in KINDS_OF_CHANGE if kind in kinds]
+
+
+def test_a_result_states_the_version_of_the_code_that_ran() -> None:
+    assert provenance(Graph(name="empty", rate="1 Hz", blocks={}), "python")["proofmass"] == PROOFMASS
 
 
 def test_every_extra_says_what_each_dependency_is_for() -> None:

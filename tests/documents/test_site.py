@@ -20,15 +20,6 @@ from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.runner.command_line import cli
 
 ROOT = Path(__file__).parents[2]
-PLAIN_PAGES = [
-    *(ROOT / name for name in ("README.md", "KNOWN_GAPS.md", "SECURITY.md")),
-    *(ROOT / "docs" / f"{name}.md" for name in ("README", "what-it-does", "graph-files", "fixed-point", "benchmarks")),
-    *(
-        path
-        for folder in ("tutorial", "how-to", "explanation", "coming-from", "project")
-        for path in sorted((ROOT / "docs" / folder).glob("*.md"))
-    ),
-]
 
 
 @pytest.fixture(scope="module")
@@ -137,19 +128,6 @@ def public_members(name: str) -> Iterator[tuple[str, Any]]:
 def test_every_public_name_is_documented(name: str) -> None:
     silent = [path for path, thing in public_members(name) if not (inspect.getdoc(thing) or "").strip()]
     assert silent == []
-
-
-def sentences(page: Path) -> Iterator[str]:
-    """Yield the sentences of a page's text: code, tables and headings are left out."""
-    text = re.sub(r"^```.*?^```$", "\n", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    lines = [line for line in text.splitlines() if not re.match(r"\s*(\||#|!\[)", line)]
-    for paragraph in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.|:) )", "\n".join(lines)):
-        yield from re.split(r"(?<=[.:?!])\s+", re.sub(r"`[^`]*`", "code", " ".join(paragraph.split())))
-
-
-@pytest.mark.parametrize("page", PLAIN_PAGES, ids=lambda page: f"{page.parent.name}-{page.stem}")
-def test_sentences_are_short(page: Path) -> None:
-    assert [sentence for sentence in sentences(page) if len(sentence.split()) > 30] == []
 
 
 def test_every_written_page_has_one_title() -> None:

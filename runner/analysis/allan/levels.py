@@ -137,12 +137,12 @@ class _Fit:
         The score of the likelihood is zero where least squares weighted by its own prediction come to rest.
         """
         free = [i for i in range(self.terms.shape[1]) if i != fixed]
-        known = square * self.terms[:, fixed] if fixed >= 0 else np.zeros(len(self.density))
+        fixed_part = square * self.terms[:, fixed] if fixed >= 0 else np.zeros(len(self.density))
         model, squares = self.density.copy(), np.zeros(self.terms.shape[1])
         for _ in range(_ITERATIONS):
             weight, before = np.sqrt(self.counts) / model, squares
             squares = np.full(len(before), square)
-            squares[free] = _positive(self.terms[:, free] * weight[:, None], (self.density - known) * weight)
+            squares[free] = _positive(self.terms[:, free] * weight[:, None], (self.density - fixed_part) * weight)
             model = np.maximum(self.terms @ squares, 1e-12 * self.density)
             if np.allclose(squares, before, rtol=1e-6, atol=0.0):
                 break

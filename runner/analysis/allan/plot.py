@@ -15,26 +15,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot_allan(found: Allan) -> "Figure":
+def plot_allan(allan: Allan) -> "Figure":
     """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient that is seen."""
     need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 
-    curve = found.curves[Statistic.ALLAN]
-    factor = in_field_unit("B", 1.0, found.unit)
+    curve = allan.curves[Statistic.ALLAN]
+    factor = in_field_unit("B", 1.0, allan.unit)
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 5.2), facecolor=PAPER, layout="constrained")
         panel = figure.subplots()
-        figure.suptitle(f"Allan deviation of {found.name or 'the signal'}".replace("$", r"\$"), size=12, weight="bold")
+        figure.suptitle(f"Allan deviation of {allan.name or 'the signal'}".replace("$", r"\$"), size=12, weight="bold")
         panel.fill_between(curve.taus, factor * curve.low, factor * curve.high, color=BLUE, alpha=0.2, linewidth=0)
         panel.loglog(curve.taus, factor * curve.deviation, color=BLUE, label="measured, 95 %")
-        model = np.sqrt(found.levels.variance(curve.taus))
+        model = np.sqrt(allan.levels.variance(curve.taus))
         panel.loglog(curve.taus, factor * model, color=ORANGE, linewidth=1.0, label="N, B, K, Q fitted")
         bottom = 0.5 * factor * float(np.min(curve.low))
         terms = np.sqrt(allan_terms(curve.taus))
-        for column, level in enumerate(found.levels.levels):
+        for column, level in enumerate(allan.levels.levels):
             line = factor * level.value * terms[:, column]
             shown = line > bottom
             if level.seen and shown.any():
@@ -47,7 +47,7 @@ def plot_allan(found: Allan) -> "Figure":
                 )  # fmt: skip
         panel.set_ylim(bottom=bottom)
         panel.set_xlabel("averaging time [s]")
-        panel.set_ylabel(f"[{field_unit('B', found.unit)}]")
+        panel.set_ylabel(f"[{field_unit('B', allan.unit)}]")
         panel.margins(x=0.01)
         panel.legend(loc="best")
     return figure

@@ -51,13 +51,13 @@ def predicted(graph: Graph, name: str) -> list[LimitCycle]:
     linear = plan(replaced(flat, {name: 1.0}))
     system = open_loop(linear, (name, "output"))
     w = sweep(system)
-    found = []
+    cycles = []
     for branch in _branches(describing):
-        found += list(_crossed(system, w, branch))
+        cycles += list(_crossed(system, w, branch))
     if not system.continuous:
-        found += list(_at_half_the_rate(system, describing))
+        cycles += list(_at_half_the_rate(system, describing))
     apart: list[LimitCycle] = []
-    for cycle in sorted(found, key=lambda cycle: (cycle.frequency, cycle.amplitude)):
+    for cycle in sorted(cycles, key=lambda cycle: (cycle.frequency, cycle.amplitude)):
         if not apart or not _alike(cycle, apart[-1]):
             apart.append(cycle)
     return apart

@@ -55,11 +55,11 @@ def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
         before = f"{source}.output" if source in gains else wire.source
         after = f"{target}.input" if target in gains else wire.target
         wires.append(Wire(before, after))
-    kept = tuple(probe for probe in flat.probes if split(probe.signal)[0] not in gains)
+    probes = tuple(probe for probe in flat.probes if split(probe.signal)[0] not in gains)
     loops = {name: replace(loop, open_at=_renamed(flat, loop.open_at, gains)) for name, loop in flat.loops.items()}
     rates = {name: rate for name, rate in flat.rates.items() if name in blocks}
     return flat.as_graph().changed(
-        blocks=blocks, wires=tuple(wires), probes=kept, measures={}, derived={}, loops=loops, rates=rates
+        blocks=blocks, wires=tuple(wires), probes=probes, measures={}, derived={}, loops=loops, rates=rates
     )
 
 

@@ -48,14 +48,14 @@ class Forward:
             began = time.perf_counter()
             if not self._engine.advance(following, ()):
                 name_fault(self._plan, self._plan.graph.seed, 0, before(), following)
-            taken = time.perf_counter() - began
+            seconds = time.perf_counter() - began
             self.tick = following
-            if taken < _CHUNK / 2:
+            if seconds < _CHUNK / 2:
                 self._chunk *= 2
-            elif taken > 2 * _CHUNK:
+            elif seconds > 2 * _CHUNK:
                 self._chunk = max(self._chunk // 2, 1)
-            self._spent += taken
-            left = taken / (self.tick - first) * (max(of, last) - self.tick)
+            self._spent += seconds
+            left = seconds / (self.tick - first) * (max(of, last) - self.tick)
             if self._engine.name == "python" and self._spent > INTERPRETED < left:
                 self._compile()
         return self._engine.memory().copy()

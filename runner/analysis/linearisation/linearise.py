@@ -17,8 +17,9 @@ from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
 from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import map_at, variation
+from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import PERIODIC, PeriodicPoint, Point, periodic_point
 from proofmass.runner.analysis.linearisation.settle import settled_tick

@@ -10,6 +10,8 @@ import scipy.linalg
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
 
+LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
+NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
 
 
@@ -62,6 +64,29 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
                 moved = np.linalg.norm(after - before, axis=(1, 2))
                 changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
+
+
+def variation(closed: Array, later: Sequence[Array]) -> Array:
+    """Return the changes of the entries of a closed transition matrix, as far as they move poles near the boundary.
+
+    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
+    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
+    """
+    change = np.abs(later[0] - closed)
+    eigen: Any = scipy.linalg.eig
+    poles, left, right = eigen(closed, left=True, right=True)
+    bounds = np.einsum("ki,kl,li->i", np.abs(left), change, np.abs(right))
+    shifts = np.max(
+        [
+            np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - closed, right)) / periods
+            for periods, matrix in zip(LOOKS, later, strict=False)
+        ],
+        axis=0,
+    )
+    distances = np.abs(1.0 - np.abs(poles))
+    near = distances <= max(NEAR, float(np.min(distances, initial=1.0)))
+    parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
+    return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
 
 
 def _responses(found: PeriodMap, matrix: Array, z: Complex) -> Complex:

@@ -62,13 +62,13 @@ class OpenLoop:
         are read alike, as by an average.
         """
         a, b, c, d = self.matrices
-        found = _factored(np.vstack([b, d]))
-        if found is not None:
-            column, row = found
+        factors = _factored(np.vstack([b, d]))
+        if factors is not None:
+            column, row = factors
             return a, column[: len(a)], row @ c, float(row @ column[len(a) :])
-        found = _factored(np.hstack([c, d]).T)
-        if found is not None:
-            row, column = found
+        factors = _factored(np.hstack([c, d]).T)
+        if factors is not None:
+            row, column = factors
             return a, b @ column, row[: len(a)], float(row[len(a) :] @ column)
         return None
 

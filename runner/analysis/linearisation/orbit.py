@@ -7,22 +7,24 @@ periods. Where they differ, it may be taken
 - over k periods, if the orbit closes after k: this is exact, since the map of k periods does not change; or
 - over one, if it changes little in 1 / w, w being the lowest gain crossover: a loop frozen in its motion.
 
+A switch that waits, such as a chopper, changes nothing until then, so that a run is followed for as long as a change
+would matter (`waiting`).
+
 Otherwise no time-invariant map describes the loop, and it is refused. Tick 0 is not refused, since a graph starts there
 from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
-from proofmass.runner.analysis.linearisation.map_changes import change_between, effect, pole_rates
+from proofmass.runner.analysis.linearisation.map_changes import LOOKS, NEAR, change_between, effect, pole_rates
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
@@ -35,16 +37,16 @@ from proofmass.runner.analysis.linearisation.period_map import (
 )
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
+from proofmass.runner.analysis.linearisation.waiting import Waiting
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, without_noise
 
 SAME = 1e-9  # relative change of a map that is rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
-_LOOKS = (1, 2, 8, 64)  # periods after which the map is compared
-_DOUBLED = (1, 2, 4, 8, 16, 32, 64)
+_WAITED = 2  # periods that a switch stands still, at least
+MOST_SWITCHED = 1_000  # periods of a map over those of a switch
 _BACK = 0.1  # by which the map of noise over several periods may differ from that of the next ones
-_NEAR = 1e-3  # distance of a pole from the boundary of stability
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
 
 
@@ -181,10 +183,13 @@ class _Search:
         self._period = self._ticks * plan.period
         self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
         self._first = tick - tick % self._ticks
-        self._names = sorted(blocks_of_map(plan, inputs, outputs, everything, noise)[0])
+        upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
+        self._names = sorted(upstream)
         run = without_noise(plan) if noise else plan
-        self._memories = [memory_at(run, self._first)]
+        self._quiet = run
+        self._memories = {0: memory_at(run, self._first)}
         self._run = Forward(run, self._memories[0].copy())
+        self._waiting = Waiting(run, upstream, moving, self._memories[0], self._ticks)
 
     def whole_point(self) -> _Point:
         """The map, with the memory that it starts from and the ticks that it covers."""
@@ -194,24 +199,31 @@ class _Search:
     def point(self) -> _Point:
         """The map, over how many periods it is, and what is to be said of it."""
         first = self._map(self._after(0))
-        if not self._moves():
+        changes = self._waiting.changes(self._after, self._horizon(first))
+        if not changes and not self._moves():
             return _Point(first, 1)
         maps = dict[int, PeriodMap]()
-        for look in self._looks():
+        for look in sorted({*self._looks(), *changes}):
             maps[look] = self._map(self._after(look))
-            if look == 1 and self._same(first, maps[look]) and not self._switches():
+            if look == 1 and not changes and self._same(first, maps[look]):
                 return _Point(first, 1)
-        if self._switches() and all(self._same(first, after) for after in maps.values()):
+        switched = [look for look in changes if not self._same(first, maps[look])]
+        if changes and not switched and self._same(first, maps[1]):
             return _Point(first, 1)
-        change, later = self._drift(first, maps, 1, first), tuple(maps.values())
+        change, later = self._drift(first, maps, 1, first), tuple(maps[look] for look in LOOKS if look in maps)
+        if switched and (self._noise or change > FROZEN):
+            closed = self._closed(first, self._repetition())
+            if closed is not None:
+                return closed
+        until = self._until(first, maps, switched)
         if change <= NOTED:
-            return _Point(first, 1, (), later)
+            return _Point(first, 1, until, later)
         if self._first == 0:
-            return _Point(first, 1, (self._start_up(),), later)
+            return _Point(first, 1, until or (self._start_up(),), later)
         if change <= FROZEN:
-            return _Point(first, 1, _moving(change), later)
+            return _Point(first, 1, (*until, *_moving(change)), later)
         orbit = self._orbit()
-        closed = self._closed(first, orbit)
+        closed = self._closed(first, orbit.returns())
         if closed is None:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
@@ -231,14 +243,34 @@ class _Search:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
         rates, rates_later = pole_rates(of_period), pole_rates(later[max(later)])
         # What is much nearer to neutral later, such as the phase of an oscillation that settles, is neutral.
-        slow = (rates > SAME) & ((rates >= _NEAR) | (rates_later > 0.5 * rates))
-        return speed * periods / float(np.min(rates, where=slow, initial=1.0))
+        slow = (rates > SAME) & ((rates >= NEAR) | (rates_later > 0.5 * rates))
+        return speed * periods / _slowest(rates[slow])
 
     def _after(self, periods: int) -> Memory:
         """Return the memory some periods after the operating point."""
-        while len(self._memories) <= periods:
-            self._memories.append(self._run.to(self._first + len(self._memories) * self._ticks))
+        if periods not in self._memories:
+            tick = self._first + periods * self._ticks
+            if self._run.tick > tick:
+                earlier = max(known for known in self._memories if known < periods)
+                self._run = Forward(self._quiet, self._memories[earlier].copy())
+            self._memories[periods] = self._run.to(tick)
         return self._memories[periods]
+
+    def _horizon(self, first: PeriodMap) -> int:
+        """Return the number of periods within which a switch of the whole loop would matter."""
+        longest = LONGEST_ORBIT // self._ticks
+        if self._noise:
+            return longest
+        crossovers = self._crossovers(first)
+        rate = 2.0 * math.pi * crossovers[0] * self._period if crossovers else _slowest(pole_rates(first))
+        return int(min(longest, 1.0 / (FROZEN * rate)))
+
+    def _repetition(self) -> list[int]:
+        """Return the number of periods after which all switches do as before, if there is one."""
+        longest = min(LONGEST_ORBIT // self._ticks, MOST_SWITCHED)
+        run = Forward(self._quiet, self._after(0).copy())
+        found = self._waiting.repetition(lambda period: run.to(self._first + period * self._ticks), longest)
+        return [found] if found else []
 
     def _map(self, memory: Memory, periods: int = 1) -> PeriodMap:
         return period_map(
@@ -264,18 +296,8 @@ class _Search:
         return replace(of, outputs=tuple(of.outputs[i] for i in wanted), matrix=of.matrix[rows], slopes={})
 
     def _looks(self) -> tuple[int, ...]:
-        """Return the periods after which the map is compared: a switch that waits has changed after one of them."""
-        if not self._noise:
-            return _LOOKS
-        doubled = _DOUBLED if self._switches() else _LOOKS
-        return tuple(look for look in doubled if look == 1 or look * self._ticks <= LONGEST_ORBIT)
-
-    def _switches(self) -> bool:
-        """Return whether the map is one of noise, and what counts or switches moves: a chopper, a sequence."""
-        before, once = (dict(states_of(self._after(i), self._names)) for i in range(2))
-        return bool(self._noise) and any(
-            isinstance(value, int) and value != once.get(key) for key, value in before.items()
-        )
+        """Return the periods after which the map is compared."""
+        return tuple(look for look in LOOKS if look == 1 or not self._noise or look * self._ticks <= LONGEST_ORBIT)
 
     def _moves(self) -> bool:
         """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
@@ -293,9 +315,9 @@ class _Search:
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
 
-    def _closed(self, first: PeriodMap, orbit: "Orbit") -> _Point | None:
+    def _closed(self, first: PeriodMap, returns: Iterable[int]) -> _Point | None:
         """The map over so many periods that the orbit comes back."""
-        for periods in orbit.returns():
+        for periods in returns:
             closed = self._map(self._after(0), periods)
             change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
             after = self._map(self._after(periods), periods)
@@ -311,6 +333,14 @@ class _Search:
         later = map(self._after, range(1, 2 + self._most))
         rows = [dict(states_of(m, self._names)) | dict(wires_of(m, self._names)) for m in later]
         return Orbit(rows, paired=bool(self._noise))
+
+    def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
+        """Return what is to be said of a switch that has waited, if it matters."""
+        shown = self._shown(first)
+        for look in switched[:1]:
+            if look > _WAITED and change_between(shown, self._shown(maps[look])) > FROZEN:
+                return (f"a switch changes it within {_time(look * self._period)}: this is what holds until then",)
+        return ()
 
     def _start_up(self) -> str:
         return (
@@ -337,27 +367,9 @@ class _Search:
         )
 
 
-def variation(closed: Array, later: Sequence[Array]) -> Array:
-    """Return the changes of the entries of a closed transition matrix, as far as they move poles near the boundary.
-
-    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
-    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
-    """
-    change = np.abs(later[0] - closed)
-    eigen: Any = scipy.linalg.eig
-    poles, left, right = eigen(closed, left=True, right=True)
-    bounds = np.einsum("ki,kl,li->i", np.abs(left), change, np.abs(right))
-    shifts = np.max(
-        [
-            np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - closed, right)) / periods
-            for periods, matrix in zip(_LOOKS, later, strict=False)
-        ],
-        axis=0,
-    )
-    distances = np.abs(1.0 - np.abs(poles))
-    near = distances <= max(_NEAR, float(np.min(distances, initial=1.0)))
-    parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
-    return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
+def _slowest(rates: Array) -> float:
+    """Return the least rate of those that are not neutral, a period; 1 if there is none."""
+    return float(np.min(rates, where=rates > SAME, initial=1.0))
 
 
 def _moving(change: float) -> tuple[str, ...]:

@@ -40,12 +40,12 @@ def gain_crossings(loop: Rational) -> list[Crossing]:
     A first crossover does not count if |L| is 1 to rounding all the way up to it, as in filters at low frequency.
     """
     difference = square(loop.numerator) - square(loop.denominator)
-    found = positive_roots(difference)
+    roots = positive_roots(difference)
     at_rest = rest(loop)
-    if found and at_rest is not None and abs(at_rest.size - 1.0) < _FLAT:
-        largest = max(abs(abs(_value(loop, found[0].sqrt() * part)) - 1) for part in (0.1, 0.5, 0.9))
-        found = found[1:] if largest < _FLAT else found
-    return [_crossing(loop, y) for y in found]
+    if roots and at_rest is not None and abs(at_rest.size - 1.0) < _FLAT:
+        largest = max(abs(abs(_value(loop, roots[0].sqrt() * part)) - 1) for part in (0.1, 0.5, 0.9))
+        roots = roots[1:] if largest < _FLAT else roots
+    return [_crossing(loop, y) for y in roots]
 
 
 def phase_crossings(loop: Rational) -> list[Crossing]:

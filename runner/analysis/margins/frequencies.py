@@ -121,12 +121,12 @@ def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:
     """Return frequency and value at which a measure of the response is largest."""
     w, values, curve = samples.w, measure(samples.values), _curve(samples, measure)
     best = int(np.argmax(values))
-    found = (float(w[best]), float(values[best]))
+    peak = (float(w[best]), float(values[best]))
     for i in map(int, np.flatnonzero(values >= 0.98 * values[best])):
         before, after = max(i - 1, 0), min(i + 1, len(w) - 1)
         if values[i] >= max(values[before], values[after]):
-            found = max(found, _refined(curve, float(w[before]), float(w[after])), key=lambda pair: pair[1])
-    return found
+            peak = max(peak, _refined(curve, float(w[before]), float(w[after])), key=lambda pair: pair[1])
+    return peak
 
 
 def _with_dips(samples: Samples, measure: RealFunction) -> tuple[Array, Array]:

@@ -183,7 +183,7 @@ def noise(
     densities = to_output.densities(shown)
     moved = {dither.block: dither for dither in dithers(whole)}
     total = float(np.sum(squares))
-    made = [
+    sources_made = [
         Source(
             block=name,
             kind=QUANTISATION if part == ROUNDING else type(planned.blocks[name]).__name__,
@@ -199,7 +199,7 @@ def noise(
         unit=_unit(planned, target),
         rate=to_output.rate,
         band=limits,
-        sources=tuple(sorted(made, key=lambda source: (-source.rms, source.block, source.kind))),
+        sources=tuple(sorted(sources_made, key=lambda source: (-source.rms, source.block, source.kind))),
         rms=math.sqrt(total),
         frequencies=shown,
         density=np.sum(densities, axis=1),
@@ -207,12 +207,12 @@ def noise(
         input_unit=_unit(planned, sources[0]) if sources else "",
         gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=to_output.period,
-        notes=(*whole.notes, *_notes(planned, whole, made, to_output, band)),
+        notes=(*whole.notes, *_notes(planned, whole, sources_made, to_output, band)),
     )
     if not derivatives:
         return budget
     counted = limits if band is not None or not to_output.settles else None
-    rounding = [source.block for source in made if source.kind == QUANTISATION]
+    rounding = [source.block for source in sources_made if source.kind == QUANTISATION]
 
     def again(changed: Graph) -> float:
         return noise(changed, output, band=band, at=at, frequencies=shown[:1].tolist()).rms

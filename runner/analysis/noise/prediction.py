@@ -18,12 +18,12 @@ _POINTS = 400  # above
 
 def allan_deviation(frequencies: Array, density: Array, period: float, taus: Array) -> Array:
     """The deviation of values that lie a period apart, with a density that is known at some frequencies."""
-    known = np.log(np.maximum(density, 1e-300))
+    logarithms = np.log(np.maximum(density, 1e-300))
 
     def at(f: Array) -> Array:
         below = np.maximum(0.0, np.log(frequencies[0] / f))  # it goes on as it began
-        slope = (known[1] - known[0]) / np.log(frequencies[1] / frequencies[0])
-        return np.asarray(np.exp(np.interp(np.log(f), np.log(frequencies), known) - slope * below))
+        slope = (logarithms[1] - logarithms[0]) / np.log(frequencies[1] / frequencies[0])
+        return np.asarray(np.exp(np.interp(np.log(f), np.log(frequencies), logarithms) - slope * below))
 
     return np.asarray(np.sqrt([_variance(at, period, round(tau / period)) for tau in taus]))
 

@@ -39,13 +39,13 @@ def dithers(whole: PeriodMap) -> Iterator[Dither]:
         yield _dither(block, rows_of(whole, rows).between())
 
 
-def _dither(block: str, found: PeriodMap) -> Dither:
-    a, b, c, d = found.parts()
+def _dither(block: str, whole: PeriodMap) -> Dither:
+    a, b, c, d = whole.parts()
     lasting = Lasting(a)
     if lasting.passes(b, c):  # a random walk
         return Dither(block, math.inf, math.inf)
     a, b, c = lasting.without(a, b, c)
-    variances = np.array([VARIANCES.get(part, 0.0) for _, part, _ in found.inputs])
+    variances = np.array([VARIANCES.get(part, 0.0) for _, part, _ in whole.inputs])
     p = summed(a, b * variances @ b.T)
     following = np.vstack([c[1:], c[:1] @ a]), np.vstack([d[1:], c[:1] @ b])
     squares = _squares(c, d, p, variances)

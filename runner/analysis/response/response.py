@@ -159,12 +159,12 @@ def response(
     planned = plan(graph)
     source, target = node_of(planned, input), node_of(planned, output)
     tick = common_period(planned, [source], [target]) if at is None else tick_at(planned, at)
-    found = response_of(planned, source, target, tick, frequencies)
+    at_tick = response_of(planned, source, target, tick, frequencies)
     if simulate is None:
-        return found
+        return at_tick
     stimulus = Stimulus(simulate, read_amplitude(planned, source, amplitude), band)
-    run = simulated(planned, source, target, found.wires, stimulus, tick_of(tick), found.bandwidth, progress)
-    return replace(found, simulated=run)
+    run = simulated(planned, source, target, at_tick.wires, stimulus, tick_of(tick), at_tick.bandwidth, progress)
+    return replace(at_tick, simulated=run)
 
 
 def response_of(

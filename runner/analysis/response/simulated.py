@@ -120,11 +120,11 @@ class _Bench:
         signal, rate = ".".join(self._source), self._rate()
         name = _free("stimulus", flat.blocks)
         total = _free("stimulated", flat.blocks)
-        own = {name: RepeatingSequence(values=values.tolist(), unit=self.unit), total: Sum(unit=self.unit)}
+        added = {name: RepeatingSequence(values=values.tolist(), unit=self.unit), total: Sum(unit=self.unit)}
         wires = [Wire(f"{total}.output" if w.source == signal else w.source, w.target) for w in flat.wires]
         wires += [Wire(signal, f"{total}.first"), Wire(f"{name}.output", f"{total}.second")]
         return flat.as_graph().changed(
-            blocks={**flat.blocks, **own},
+            blocks={**flat.blocks, **added},
             rates={**flat.rates, name: rate, total: rate},
             wires=tuple(wires),
             probes=(Probe(".".join(self._target)),),

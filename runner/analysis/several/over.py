@@ -85,14 +85,14 @@ def _over(
         nodes = dict([one_loop(planned, loop)])
     else:
         nodes = {name: node_of(planned, made.open_at) for name, made in loops_of(planned).items()}
-    found = []
+    margins_by_age = []
     for row in rows:
         changed = varied(planned, changed_blocks(planned.blocks, adjustable.settings(row)))
         tick = tick_at(changed, at)
-        found.append(
+        margins_by_age.append(
             {name: margins_of(open_loop(changed, node, tick), name, ".".join(node)) for name, node in nodes.items()}
         )
-    return MarginsOver(axis, unit, tuple(values), tuple(found))
+    return MarginsOver(axis, unit, tuple(values), tuple(margins_by_age))
 
 
 def spread_evenly(low: float, high: float, count: int) -> list[float]:

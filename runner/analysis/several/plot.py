@@ -18,7 +18,7 @@ _COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okab
 YEAR = 31_557_600.0  # s
 
 
-def plot_together(found: Together) -> "Figure":
+def plot_together(together: Together) -> "Figure":
     """Draw the disk margin that each frequency leaves, of all loops at once and of each alone."""
     need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
@@ -28,36 +28,36 @@ def plot_together(found: Together) -> "Figure":
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 4.6), facecolor=PAPER, layout="constrained")
         panel = figure.subplots()
-        if found.margin is None:
-            panel.set_title(f"the loops are {found.verdict}", loc="left")
+        if together.margin is None:
+            panel.set_title(f"the loops are {together.verdict}", loc="left")
             return figure
-        for row, name, colour in zip(found.of_each, found.loops, _COLOURS * len(found.loops), strict=False):
-            panel.plot(found.frequencies, 1.0 / row, "--", color=colour, label=f"{name} alone")
-        panel.plot(found.frequencies, 1.0 / found.bounds, color=INK, linewidth=1.8, label="all at once")
-        panel.plot([finite(found.frequency)], [found.margin], "o", color=INK)
+        for row, name, colour in zip(together.of_each, together.loops, _COLOURS * len(together.loops), strict=False):
+            panel.plot(together.frequencies, 1.0 / row, "--", color=colour, label=f"{name} alone")
+        panel.plot(together.frequencies, 1.0 / together.bounds, color=INK, linewidth=1.8, label="all at once")
+        panel.plot([finite(together.frequency)], [together.margin], "o", color=INK)
         panel.set_xscale("log")
         panel.set_yscale("log")
         panel.set_xlabel("frequency [Hz]")
         panel.set_ylabel("disk margin")
-        panel.set_title(f"disk margin {found.margin:.4g} at {found.frequency:.4g} Hz", loc="left", weight="bold")
+        panel.set_title(f"disk margin {together.margin:.4g} at {together.frequency:.4g} Hz", loc="left", weight="bold")
         panel.legend(loc="best")
     return figure
 
 
-def plot_over(found: MarginsOver) -> "Figure":
+def plot_over(over: MarginsOver) -> "Figure":
     """Draw gain margin, phase margin and sensitivity peak of each loop over the values; unstable ones are left out."""
     need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 
-    axis, factor = (f"{found.axis} [{found.unit}]", 1.0) if found.axis != "age" else ("age [years]", 1.0 / YEAR)
-    values = np.array(found.values) * factor
+    axis, factor = (f"{over.axis} [{over.unit}]", 1.0) if over.axis != "age" else ("age [years]", 1.0 / YEAR)
+    values = np.array(over.values) * factor
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 7.2), facecolor=PAPER, layout="constrained")
         panels = figure.subplots(3, 1, sharex=True)
-        for name, colour in zip(found.margins[0], _COLOURS * len(found.margins[0]), strict=False):
-            rows = [loops[name] for loops in found.margins]
+        for name, colour in zip(over.margins[0], _COLOURS * len(over.margins[0]), strict=False):
+            rows = [loops[name] for loops in over.margins]
             curves = (
                 [finite(decibels(m.gain_margin)) for m in rows],
                 [math.degrees(finite(m.phase_margin)) for m in rows],
@@ -73,6 +73,6 @@ def plot_over(found: MarginsOver) -> "Figure":
             panel.set_ylabel(label)
         panels[0].legend(loc="best")
         panels[2].set_xlabel(axis)
-        if any(not margins.stable for loops in found.margins for margins in loops.values()):
+        if any(not margins.stable for loops in over.margins for margins in loops.values()):
             panels[0].set_title("dotted: not stable", loc="left", size=10)
     return figure

@@ -50,16 +50,16 @@ def upper_bound(matrix: Complex, sizes: Sequence[int], begin: Array | None = Non
     for _ in range(_CUTS):
         low = np.maximum(centre[1:] - radius, -_LIMIT)
         high = np.minimum(centre[1:] + radius, _LIMIT)
-        found = _programme(
+        scales = _programme(
             np.append(np.zeros(count - 1), 1.0),
             A_ub=np.array(planes),
             b_ub=np.array(levels),
             bounds=[*zip(low, high, strict=True), (None, None)],
             method="highs",
         )
-        if found.x is None:
+        if scales.x is None:
             break
-        point = np.append(0.0, found.x[:-1])
+        point = np.append(0.0, scales.x[:-1])
         value, slope = _largest(matrix, sizes, point)
         planes.append(np.append(slope[1:], -1.0))
         levels.append(slope @ point - value)
@@ -70,7 +70,7 @@ def upper_bound(matrix: Complex, sizes: Sequence[int], begin: Array | None = Non
             radius = min(2.0 * radius, _LIMIT) if at_edge else radius
         elif not at_edge:
             radius = max(radius * 0.7, 1e-9)
-        if best - float(found.fun) <= close and not at_edge:
+        if best - float(scales.fun) <= close and not at_edge:
             break
     return Scaled(float(np.exp(best)), at)
 
@@ -83,13 +83,13 @@ def _of_two(matrix: Complex, sizes: Sequence[int]) -> Scaled:
         one, two = np.linalg.norm(matrix[:a, :a], 2), np.linalg.norm(matrix[a:, a:], 2)
         return Scaled(float(max(one, two)), np.zeros(2))
     middle = 0.5 * float(np.log(norms[0] / norms[1]))
-    found = _minimise(
+    minimum = _minimise(
         lambda scale: _largest(matrix, sizes, np.array([0.0, scale]))[0],
         bounds=(middle - _WIDE, middle + _WIDE),
         method="bounded",
         options={"xatol": 1e-10},
     )
-    return Scaled(float(np.exp(found.fun)), np.array([0.0, found.x]))
+    return Scaled(float(np.exp(minimum.fun)), np.array([0.0, minimum.x]))
 
 
 def _largest(matrix: Complex, sizes: Sequence[int], scales: Array) -> tuple[float, Array]:

@@ -175,8 +175,8 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
     deltas = turn / low if low else turn
     ends = np.cumsum([0, *sizes])
     blocks = list(pairwise(ends.tolist()))
-    each = np.array([[np.linalg.norm(m[a:b, a:b], 2) for m in matrices] for a, b in blocks])
-    alone = tuple(1.0 / _peak_of(system, w, row, a, b) for row, (a, b) in zip(each, blocks, strict=True))
+    gains = np.array([[np.linalg.norm(m[a:b, a:b], 2) for m in matrices] for a, b in blocks])
+    alone = tuple(1.0 / _peak_of(system, w, row, a, b) for row, (a, b) in zip(gains, blocks, strict=True))
     values = {**vars(base)}
     values |= {
         "margin": 1.0 / upper,
@@ -187,7 +187,7 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
         "unstructured": 1.0 / max(float(np.linalg.norm(matrix, 2)) for matrix in [*matrices, critical]),
         "frequencies": w / (2.0 * math.pi),
         "bounds": quick,
-        "of_each": each,
+        "of_each": gains,
     }
     return Together(**values)
 

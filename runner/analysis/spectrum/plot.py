@@ -54,8 +54,8 @@ def _thinned(
     place = np.log(of.frequencies[lines])
     bins = ((place - place[0]) / (place[-1] - place[0]) * (_LINES // 2)).astype(int)
     starts = np.flatnonzero(np.diff(bins, prepend=-1))
-    kept = []
+    places = []
     for first, last in zip(starts, [*starts[1:], len(lines)], strict=True):
         values = of.density[lines[first:last]]
-        kept += sorted({int(first + np.argmin(values)), int(first + np.argmax(values))})
-    return np.asarray(lines[np.array(kept)])
+        places += sorted({int(first + np.argmin(values)), int(first + np.argmax(values))})
+    return np.asarray(lines[np.array(places)])

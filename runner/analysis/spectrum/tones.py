@@ -60,19 +60,19 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     middle = _middle(of, power, lobe, tone, band)
     frequency = _frequency(of, power, middle)
     inside = of.within(band) & ~_near(of, [0.0], lobe)
-    own = _near(of, [frequency], lobe)
+    main_lobe = _near(of, [frequency], lobe)
     multiples = [frequency * order for order in range(2, HARMONICS + 2)]
-    harmonic = _near(of, [_folded(f, of.rate) for f in multiples], lobe) & ~own & inside
-    rest = inside & ~own & ~harmonic
+    harmonic = _near(of, [_folded(f, of.rate) for f in multiples], lobe) & ~main_lobe & inside
+    rest = inside & ~main_lobe & ~harmonic
     if not rest.any():
         raise ModelError([_no_room(of)])
     step = of.step
     floor = float(np.mean(of.density[rest]))
     noise = float(np.sum(np.where(rest, of.density, _beneath(of, rest, lobe))[of.within(band)])) * step
     beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # of noise; another tone lifts the mean
-    signal = _above(of, own, beneath)
+    signal = _above(of, main_lobe, beneath)
     distortion = _above(of, harmonic, beneath)
-    beside = np.where(inside & ~own, power, -1.0)
+    beside = np.where(inside & ~main_lobe, power, -1.0)
     spur = int(np.argmax(beside))
     if not signal > 0.0:
         raise ModelError([_no_tone(of)])

@@ -81,11 +81,11 @@ class Fitted:
     @property
     def changes(self) -> dict[str, float | str]:
         """The parameters with their units, by the names that the graph file has."""
-        known = {e.name: (e.value, e.unit) for e in self.estimates if not e.name.startswith((OFFSET, DELAY))}
-        known |= {level.parameter: (level.value, level.unit) for level in self.levels if level.value is not None}
+        estimates = {e.name: (e.value, e.unit) for e in self.estimates if not e.name.startswith((OFFSET, DELAY))}
+        estimates |= {level.parameter: (level.value, level.unit) for level in self.levels if level.value is not None}
         return {
             name: f"{float(f'{value:.{_DIGITS}g}')!r} {unit}" if unit != "1" else float(f"{value:.{_DIGITS}g}")
-            for name, (value, unit) in known.items()
+            for name, (value, unit) in estimates.items()
         }
 
     @cached_property

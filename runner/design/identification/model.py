@@ -74,13 +74,13 @@ def output_units(graph: Graph, signals: Sequence[str]) -> dict[str, str]:
     """Return the unit of each signal; raises `ModelError` for one that is no output, or no single number."""
     flat, units, problems = flatten(graph), {}, []
     for signal in signals:
-        found = find_output(flat, inside(graph, signal))
-        if isinstance(found, Missing):
-            problems.append(Problem(message=found.message, key=signal, hint=found.hint))
-        elif found[1].shape or found[1].dtype is bool:
+        output = find_output(flat, inside(graph, signal))
+        if isinstance(output, Missing):
+            problems.append(Problem(message=output.message, key=signal, hint=output.hint))
+        elif output[1].shape or output[1].dtype is bool:
             problems.append(Problem(message="not an output that is one number", key=signal))
         else:
-            units[signal] = short_unit(unit_of(*found))
+            units[signal] = short_unit(unit_of(*output))
     if problems:
         raise ModelError(problems)
     return units

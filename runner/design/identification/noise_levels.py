@@ -56,25 +56,25 @@ def noise_levels(
     budgets = {signal: noise(graph, signal) for signal in left}
     for written in parameters:
         name = inside(graph, graph.exports.get(written, written))
-        found = find_any(flat, name)
-        if isinstance(found, Missing):
-            raise ModelError([Problem(message=found.message, key=written, hint=found.hint)])
-        if not isinstance(found[1], Parameter) or found[1].kind is not float:
+        target = find_any(flat, name)
+        if isinstance(target, Missing):
+            raise ModelError([Problem(message=target.message, key=written, hint=target.hint)])
+        if not isinstance(target[1], Parameter) or target[1].kind is not float:
             raise ModelError([Problem(message="is not a level of noise", key=written, hint="name a parameter")])
         block, parameter = split(name)
         before = float(getattr(flat.blocks[block], parameter))
         shares = {}
         for signal, budget in budgets.items():
-            own = sum(source.rms**2 for source in budget.sources if source.block == block)
-            shares[signal] = own, budget.rms**2 - own
+            of_block = sum(source.rms**2 for source in budget.sources if source.block == block)
+            shares[signal] = of_block, budget.rms**2 - of_block
         signal = max(shares, key=lambda key: shares[key][0] / (sum(shares[key]) or 1.0))
-        own, others = shares[signal]
-        if own <= 0.0 or before <= 0.0:
+        of_block, others = shares[signal]
+        if of_block <= 0.0 or before <= 0.0:
             message, hint = "makes no noise in the recorded outputs", "give it a value above zero to begin with"
             raise ModelError([Problem(message=message, key=written, got=f"{before:g}", hint=hint)])
         rms, count = left[signal]
         rest = rms**2 - others
-        value = before * math.sqrt(rest / own) if rest > 0.0 else None
+        value = before * math.sqrt(rest / of_block) if rest > 0.0 else None
         half = math.inf if value is None else _QUANTILE * value * rms**2 / rest / math.sqrt(2.0 * count)
-        unit = short_unit(unit_of(found[0], found[1]))
+        unit = short_unit(unit_of(target[0], target[1]))
         yield NoiseLevel(written, unit, before, value, half, signal)

@@ -33,11 +33,11 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             place = max(places, key=lambda i: len(fitted.recordings[i].times))
             recording, run = fitted.recordings[place], fitted.modelled[place][output.signal]
             measured, times = recording.outputs[output.signal], recording.times
-            kept = slice(None, None, max(1, len(times) // _ROWS))
+            every = slice(None, None, max(1, len(times) // _ROWS))
             factor, unit = prefix(output.unit, float(np.nanmax(np.abs(measured))) or 1.0)
             upper = figure.add_subplot(grid[2 * number, :2])
-            upper.plot(times[kept], measured[kept] * factor, ".", markersize=2.5, color=ORANGE)
-            upper.plot(times[kept], run[kept] * factor, color=BLUE)
+            upper.plot(times[every], measured[every] * factor, ".", markersize=2.5, color=ORANGE)
+            upper.plot(times[every], run[every] * factor, color=BLUE)
             upper.set_ylabel(f"{output.signal} [{unit}]")
             upper.set_title(f"{output.signal}: {100.0 * output.explained:.4g} % explained", loc="left", size=10)
             closer = figure.add_subplot(grid[2 * number, 2])
@@ -49,7 +49,7 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             closer.legend(loc="lower center", bbox_to_anchor=(0.6, 1.0), ncols=2)
             lower = figure.add_subplot(grid[2 * number + 1, :2], sharex=upper)
             factor, unit = prefix(output.unit, float(np.nanmax(np.abs(run - measured))) or 1.0)
-            lower.plot(times[kept], (run - measured)[kept] * factor, ".", markersize=2.5, color=INK)
+            lower.plot(times[every], (run - measured)[every] * factor, ".", markersize=2.5, color=INK)
             lower.set_ylabel(f"left [{unit}]")
             lower.set_xlabel("time [s]")
             panel = figure.add_subplot(grid[2 * number + 1, 2])

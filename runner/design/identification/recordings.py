@@ -101,7 +101,7 @@ def _stretches(
     times = _converted(table, first, "s")
     _refuse_times(table.source, first, times)
     played = {w.signal: _converted(table, w.column, w.unit) for w in inputs}
-    seen = {w.signal: _converted(table, w.column, w.unit) for w in outputs}
+    measured = {w.signal: _converted(table, w.column, w.unit) for w in outputs}
     for wanted in inputs:
         missing = np.flatnonzero(~np.isfinite(played[wanted.signal]))
         if len(missing):
@@ -109,7 +109,7 @@ def _stretches(
             got, hint = f"the first in row {missing[0] + 1}", "an input must be known at all times: fill the values in"
             raise ModelError([Problem(message=message, file=table.source, key=wanted.column, got=got, hint=hint)])
     for wanted in outputs:
-        missing = np.flatnonzero(~np.isfinite(seen[wanted.signal]))
+        missing = np.flatnonzero(~np.isfinite(measured[wanted.signal]))
         if len(missing) == len(times):
             raise ModelError([Problem(message="holds no values", file=table.source, key=wanted.column)])
         if len(missing):
@@ -126,40 +126,40 @@ def _stretches(
         problem = Problem(message=message, file=table.source, key=first, got=some + more, expected=expected, hint=hint)
         raise ModelError([problem])
     ends = [0, *(int(i) + 1 for i in cuts), len(times)]
-    made = []
+    stretches = []
     for low, high in pairwise(ends):
         if high - low < FEWEST:
             notes.append(f"a piece of {high - low} rows at {times[low]:.6g} s is left out")
             continue
         inside = slice(low, high)
-        made.append(
+        stretches.append(
             Recording(
                 table.source,
                 times[inside] - times[low],
                 {signal: values[inside] for signal, values in played.items()},
-                {signal: values[inside] for signal, values in seen.items()},
+                {signal: values[inside] for signal, values in measured.items()},
             )
         )
-    if not made:
+    if not stretches:
         message = f"holds {len(times)} rows"
         raise ModelError([Problem(message=message, file=table.source, expected=f"at least {FEWEST} without a gap")])
-    rows, seconds = sum(len(r.times) for r in made), sum(r.duration for r in made)
-    pieces = f" in {len(made)} pieces" if len(made) > 1 else ""
-    notes.append(f"{rows:,} rows{pieces}, {seconds:.6g} s at {made[0].rate:.6g} Hz")
-    return made, notes
+    rows, seconds = sum(len(r.times) for r in stretches), sum(r.duration for r in stretches)
+    pieces = f" in {len(stretches)} pieces" if len(stretches) > 1 else ""
+    notes.append(f"{rows:,} rows{pieces}, {seconds:.6g} s at {stretches[0].rate:.6g} Hz")
+    return stretches, notes
 
 
 def _converted(table: Table, name: str, unit: str) -> Array:
-    values, given = table.column(name), table.units.get(name, "") or unit
+    values, unit_given = table.column(name), table.units.get(name, "") or unit
     try:
-        if not same_dimension(given, unit):
+        if not same_dimension(unit_given, unit):
             hint = f"a column without a unit is taken to be in {unit}"
             message = "is in a unit that does not fit"
-            problem = Problem(message=message, file=table.source, key=name, got=given, expected=unit, hint=hint)
+            problem = Problem(message=message, file=table.source, key=name, got=unit_given, expected=unit, hint=hint)
             raise ModelError([problem])
-        factor = float(convert_exactly(f"1 {given}", unit))
+        factor = float(convert_exactly(f"1 {unit_given}", unit))
     except Refusal as error:
-        raise ModelError([error.problem(name, given).at(table.source, 0)]) from None
+        raise ModelError([error.problem(name, unit_given).at(table.source, 0)]) from None
     return values if factor == 1.0 else np.asarray(values * factor)
 
 

@@ -98,10 +98,10 @@ class Solver:
 
     def solved(self, begin: Array) -> Solution:
         """Return the solution from a start: again with the noise that is left, until that settles."""
-        values, found = begin, self._least_squares(begin)
+        values, best = begin, self._least_squares(begin)
         for number in range(_PASSES):
-            found = self._least_squares(values) if number else found
-            values = found.x * self.scales
+            best = self._least_squares(values) if number else best
+            values = best.x * self.scales
             left = self._noise_left(self.raw(values))
             change = max(abs(math.log(left[s] / self.noise[s])) for s in self.signals)
             self.noise = left
@@ -111,7 +111,7 @@ class Solver:
         if self.loss == "linear":
             values = self._polished(values)
         residuals, jacobian = self.residuals(values), self.jacobian(values)
-        return Solution(values, residuals, jacobian, dict(self.noise), float(found.cost), bool(found.success))
+        return Solution(values, residuals, jacobian, dict(self.noise), float(best.cost), bool(best.success))
 
     def _polished(self, values: Array) -> Array:
         """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop."""
@@ -175,11 +175,11 @@ class Solver:
         parts = iter(self.raw(values))
         outputs = []
         for model, masks in zip(self.models, self.masks, strict=True):
-            made = {}
+            by_signal = {}
             for signal, mask in zip(model.signals, masks, strict=True):
-                made[signal] = np.full(len(mask), np.nan)
-                made[signal][mask] = next(parts)[1] + model.recording.outputs[signal][mask]
-            outputs.append(made)
+                by_signal[signal] = np.full(len(mask), np.nan)
+                by_signal[signal][mask] = next(parts)[1] + model.recording.outputs[signal][mask]
+            outputs.append(by_signal)
         return outputs
 
     def raw(self, values: Array) -> list[tuple[str, Array]]:
@@ -189,9 +189,9 @@ class Solver:
         if self._progress:
             self._expected = max(self._expected, self.runs + 2 * len(self.unknowns) + 1)
             self._progress(self.runs, self._expected)
-        given = dict(zip((unknown.name for unknown in self.unknowns), values.tolist(), strict=True))
-        parameters = {u.name: given[u.name] for u in self.unknowns if u.of_block}
-        delays = {name.removeprefix(f"{DELAY} "): value for name, value in given.items() if name.startswith(DELAY)}
+        by_name = dict(zip((unknown.name for unknown in self.unknowns), values.tolist(), strict=True))
+        parameters = {u.name: by_name[u.name] for u in self.unknowns if u.of_block}
+        delays = {name.removeprefix(f"{DELAY} "): value for name, value in by_name.items() if name.startswith(DELAY)}
         parts = []
         for model, masks in zip(self.models, self.masks, strict=True):
             outputs = model.outputs(parameters, {s: d for s, d in delays.items() if s in model.signals})
@@ -200,7 +200,7 @@ class Solver:
                 if outputs is None:
                     parts.append((signal, np.full(len(measured), _FAILED * self.noise[signal])))
                 else:
-                    offset = given.get(f"{OFFSET} {signal}", 0.0)
+                    offset = by_name.get(f"{OFFSET} {signal}", 0.0)
                     parts.append((signal, np.asarray(outputs[number][mask] + offset - measured)))
         return parts
 

@@ -66,7 +66,7 @@ def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> l
     entries = read.parameters("free", table, _read_entry)
     unknowns = []
     adjustable = Adjustable(read.flat)
-    for name, known in entries.items():
+    for name, entry in entries.items():
         value, unit = adjustable.nominal(name), adjustable.unit_of(name)
         bounds, limits = list[float](), list[float]()
         if not adjustable.is_value(name):
@@ -74,12 +74,12 @@ def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> l
             declared = type(read.flat.blocks[block]).parameters[parameter]
             bounds = [bound for bound in (declared.above, declared.at_least) if bound is not None]
             limits = [bound for bound in (declared.below, declared.at_most) if bound is not None]
-        low = max([known.get("at_least", -math.inf), *bounds])
-        high = min([known.get("at_most", math.inf), *limits])
+        low = max([entry.get("at_least", -math.inf), *bounds])
+        high = min([entry.get("at_most", math.inf), *limits])
         if not low <= value <= high:
             message, expected = "its value in the graph is out of its bounds", f"{low:g} to {high:g}"
             read.refuse(Refusal(message, got=f"{value:g}", expected=expected), "free", read.written[name])
-        beforehand = {key: known[key] for key in ("expected", "uncertainty") if key in known}
+        beforehand = {key: entry[key] for key in ("expected", "uncertainty") if key in entry}
         unknowns.append(Unknown(name, read.written[name], unit, value, low, high, **beforehand))
     if read.problems:
         raise ModelError(read.problems)
@@ -96,10 +96,10 @@ class _Tables(StudyTables):
 
 def _read_entry(entry: object, unit: str) -> dict[str, float]:
     table = checked_table(entry, UNKNOWN_KEYS, 'write { at_least = "100 N/m", at_most = "200 N/m" }')
-    known = {key: read_quantity(table, key, unit) for key in table}
-    if known.get("at_least", -math.inf) >= known.get("at_most", math.inf):
+    quantities = {key: read_quantity(table, key, unit) for key in table}
+    if quantities.get("at_least", -math.inf) >= quantities.get("at_most", math.inf):
         raise Refusal("leaves nothing free", got=shown(dict(table)), expected="at_least below at_most")
-    if ("expected" in known) != ("uncertainty" in known) or known.get("uncertainty", 1.0) <= 0.0:
+    if ("expected" in quantities) != ("uncertainty" in quantities) or quantities.get("uncertainty", 1.0) <= 0.0:
         expected = "a value and its standard deviation above zero"
         raise Refusal("expected and uncertainty go together", got=shown(dict(table)), expected=expected)
-    return known
+    return quantities

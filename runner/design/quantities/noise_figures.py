@@ -35,12 +35,12 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
     inputs, noisy = [source] if source else [], noise_blocks(planned)
     tick = tick_at(planned, at) if at else common_period(planned, inputs, [target], noise=noisy)
     whole = map_at(planned, inputs, [target], noise=noisy, by_parameters=slopes, tick=tick)
-    found = noise_map(whole, target)
-    if not found.settles and wanted.band is None:
+    to_output = noise_map(whole, target)
+    if not to_output.settles and wanted.band is None:
         return None
-    if found.grows:
+    if to_output.grows:
         return None
-    value, ends = _mean_square(found, source, wanted.band, None)
+    value, ends = _mean_square(to_output, source, wanted.band, None)
     if not slopes or value <= 0.0:
         return Reading(math.sqrt(value), {})
     names = [name for name in parameters if name in whole.slopes]
@@ -60,21 +60,21 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
 
 
 def _mean_square(
-    found: NoiseMap, source: Endpoint | None, band: tuple[float, float] | None, ends: Array | None
+    to_output: NoiseMap, source: Endpoint | None, band: tuple[float, float] | None, ends: Array | None
 ) -> tuple[float, Array | None]:
     """Return the mean square, and the frequencies between which a density was integrated."""
     if source is None and band is None:
-        return float(np.sum(found.mean_squares())), None
-    half = 0.5 * found.rate
+        return float(np.sum(to_output.mean_squares())), None
+    half = 0.5 * to_output.rate
     low, high = band or (_LEAST * half, half)
     high = min(high, half)
     if ends is None:
-        ends = bends(found, low, high)
+        ends = bends(to_output, low, high)
 
     def density(frequencies: Array) -> Array:
-        squares = found.densities(frequencies).sum(axis=1)
+        squares = to_output.densities(frequencies).sum(axis=1)
         if source is not None:
-            squares = squares / np.abs(found.gain(frequencies, source)) ** 2
+            squares = squares / np.abs(to_output.gain(frequencies, source)) ** 2
         return np.asarray(squares[:, None])
 
     return float(rule(density, ends)[2][0]), ends
@@ -85,12 +85,12 @@ def _whole_slopes(whole: PeriodMap, target: Endpoint, names: list[str]) -> dict[
     rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == target]
     reached = rows_of(whole, rows).between()
     a, b, c, d = reached.parts()
-    found = noise_map(whole, target)
-    if len(found.matrices[0]) != len(a):
+    to_output = noise_map(whole, target)
+    if len(to_output.matrices[0]) != len(a):
         return None
-    variance, values = found.variances, found.values
+    variance, values = to_output.variances, to_output.values
     covariance = summed(a, (b * variance) @ b.T)
-    observed = found.observed
+    observed = to_output.observed
     slopes = {}
     for name in names:
         da, db, dc, dd = reached.parts(reached.slopes[name])

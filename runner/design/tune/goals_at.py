@@ -152,9 +152,9 @@ class GoalsAt:
 
 def worst_reading(at: At, goal: str, sign: float) -> tuple[str, Reading | None]:
     """Return the case in which a goal has its lowest value (sign 1) or highest (-1), and the reading."""
-    found = {case: readings[goal] for case, readings in at.readings.items()}
-    undefined = next((case for case, reading in found.items() if reading is None), None)
+    by_case = {case: readings[goal] for case, readings in at.readings.items()}
+    undefined = next((case for case, reading in by_case.items() if reading is None), None)
     if undefined is not None:
         return undefined, None
-    case = min(found, key=lambda name: sign * (found[name].value if found[name] else 0.0))  # type: ignore[union-attr]
-    return case, found[case]
+    case = min(by_case, key=lambda name: sign * (by_case[name].value if by_case[name] else 0.0))  # type: ignore[union-attr]
+    return case, by_case[case]

@@ -106,7 +106,7 @@ class Search:
             return (row.value, row.gradient) if row is not None else (1.0, np.zeros(len(parts)))
 
         scale = max(abs(at.growth.value), 1e-6)
-        found = _minimize(
+        optimum = _minimize(
             lambda parts: tuple(entry / scale for entry in growth(parts)),
             at.parts,
             jac=True,
@@ -114,7 +114,7 @@ class Search:
             bounds=[(0.0, 1.0)] * len(at.parts),
             options={"maxiter": _ROUNDS, "ftol": 1e-3},
         )
-        return self._full(found.x)
+        return self._full(optimum.x)
 
     def _feasible(self, at: At) -> At:
         """Raise the worst slack until all goals are met, as far as it goes."""
@@ -128,14 +128,14 @@ class Search:
             return np.hstack([now, -np.ones((len(at.slacks), 1))])
 
         begin = np.append(at.parts, -max(at.violation, 0.0))
-        found = self._solved(
+        optimum = self._solved(
             lambda x: (-x[size], np.append(np.zeros(size), -1.0)),
             begin,
             [(0.0, 1.0)] * size + [(2.0 * UNDEFINED, 0.05)],
             slacks,
             gradients,
         )
-        return self._full(found[:size])
+        return self._full(optimum[:size])
 
     def _improved(self, at: At) -> At:
         """Lower the worst objective while all hard goals stay met."""
@@ -154,17 +154,17 @@ class Search:
             return np.vstack([above, below])
 
         begin = np.append(at.parts, at.objective)
-        found = self._solved(
+        optimum = self._solved(
             lambda x: (x[size], np.append(np.zeros(size), 1.0)),
             begin,
             [(0.0, 1.0)] * size + [(-1e4, 1e4)],
             constraints,
             gradients,
         )
-        return self._full(found[:size])
+        return self._full(optimum[:size])
 
     def _solved(self, objective: Any, begin: Array, bounds: Any, constraints: Any, gradients: Any) -> Array:
-        found = _minimize(
+        optimum = _minimize(
             objective,
             begin,
             jac=True,
@@ -173,7 +173,7 @@ class Search:
             constraints=[{"type": "ineq", "fun": constraints, "jac": gradients}],
             options={"maxiter": _ROUNDS, "ftol": _ACCURACY},
         )
-        return np.asarray(found.x)
+        return np.asarray(optimum.x)
 
 
 def better(one: At, other: At) -> bool:

@@ -183,25 +183,25 @@ def _multipliers(at: At, tuning: Tuning) -> tuple[dict[str, float], dict[str, st
         return {}, {}
     if missed:
         sought = [row._replace(value=-row.value, gradient=-row.gradient) for row in at.slacks]
-        worst, kept = [row for row in sought if row.value >= at.violation - _ACTIVE], list[Row]()
+        worst, independent = [row for row in sought if row.value >= at.violation - _ACTIVE], list[Row]()
     else:
         worst = [row for row in at.objectives if row.value >= at.objective - _ACTIVE]
-        kept = [row for row in at.slacks if row.value <= _ACTIVE]
+        independent = [row for row in at.slacks if row.value <= _ACTIVE]
     sides = [(i, "lower") for i, part in enumerate(at.parts) if part <= 1e-6]
     sides += [(i, "upper") for i, part in enumerate(at.parts) if part >= 1.0 - 1e-6]
     size = len(at.parts)
     edges = [np.eye(size)[i] * (1.0 if side == "lower" else -1.0) for i, side in sides]
-    columns = [row.gradient for row in worst] + [-row.gradient for row in kept] + [-edge for edge in edges]
+    columns = [row.gradient for row in worst] + [-row.gradient for row in independent] + [-edge for edge in edges]
     scale = max((float(np.max(np.abs(column), initial=0.0)) for column in columns), default=0.0) or 1.0
     table = np.array(columns).T / scale
-    table = np.vstack([table, [1.0] * len(worst) + [0.0] * (len(kept) + len(edges))])
+    table = np.vstack([table, [1.0] * len(worst) + [0.0] * (len(independent) + len(edges))])
     factors = scipy.optimize.nnls(table, np.append(np.zeros(size), 1.0))[0]
     prices = dict[str, float]()
-    for row, factor in zip([*worst, *kept], factors, strict=False):
-        if missed or row in kept:
+    for row, factor in zip([*worst, *independent], factors, strict=False):
+        if missed or row in independent:
             prices[row.goal] = prices.get(row.goal, 0.0) + float(factor) * (1.0 if missed else 0.01)
     names = list(tuning.free)
-    on_edges = zip(sides, factors[len(worst) + len(kept) :], strict=True)
+    on_edges = zip(sides, factors[len(worst) + len(independent) :], strict=True)
     return prices, {names[i]: side for (i, side), factor in on_edges if factor > 1e-3}
 
 

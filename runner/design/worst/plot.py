@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 _MOST = 15  # bars
 
 
-def plot_worst(found: WorstCases) -> "Figure":
+def plot_worst(cases: WorstCases) -> "Figure":
     """Draw a tornado for each quantity: both ends of each parameter alone, and the worst of all together."""
     need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
 
-    bars = min(len(found.ranges), _MOST)
+    bars = min(len(cases.ranges), _MOST)
     height = 1.5 + 0.27 * (bars + 1)
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.5, height * len(found.cases)), facecolor=PAPER, layout="constrained")
-        panels = figure.subplots(len(found.cases), 1, squeeze=False)[:, 0]
-        for panel, case in zip(panels, found.cases, strict=True):
+        figure = Figure(figsize=(9.5, height * len(cases.cases)), facecolor=PAPER, layout="constrained")
+        panels = figure.subplots(len(cases.cases), 1, squeeze=False)[:, 0]
+        for panel, case in zip(panels, cases.cases, strict=True):
             _draw(panel, case)
     return figure
 

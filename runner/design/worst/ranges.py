@@ -84,22 +84,22 @@ class _Tables(StudyTables):
         self._refuse(error, *path)
 
 
-def _tolerance(given: object, nominal: float, unit: str) -> tuple[float, float]:
-    if isinstance(given, list | tuple) and len(given) == 2:
-        low, high = (convert(end, unit) if isinstance(end, str) else float(end) for end in given)
+def _tolerance(written: object, nominal: float, unit: str) -> tuple[float, float]:
+    if isinstance(written, list | tuple) and len(written) == 2:
+        low, high = (convert(end, unit) if isinstance(end, str) else float(end) for end in written)
         if not low <= nominal <= high:
             raise Refusal("does not hold the value of the graph", got=f"{low:g} to {high:g}", expected=f"{nominal:g}")
         return low, high
     try:
-        part = convert(given, "1") if isinstance(given, str) else float(given)  # type: ignore[arg-type]
+        part = convert(written, "1") if isinstance(written, str) else float(written)  # type: ignore[arg-type]
         width = abs(nominal) * part
     except UnitError:
-        width = convert(str(given), unit)
+        width = convert(str(written), unit)
     except (TypeError, ValueError):
-        raise Refusal("is no tolerance", 'write "5 %", or a width with a unit', got=shown(given)) from None
+        raise Refusal("is no tolerance", 'write "5 %", or a width with a unit', got=shown(written)) from None
     if not (math.isfinite(width) and width > 0.0):
         hint = "give its width in its unit" if nominal == 0.0 else 'write "5 %"'
-        raise Refusal("leaves no room", hint, got=shown(given))
+        raise Refusal("leaves no room", hint, got=shown(written))
     return nominal - width, nominal + width
 
 

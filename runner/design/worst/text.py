@@ -11,15 +11,15 @@ _ROWS = 12  # parameters in a table
 _NOTHING = 1e-9  # part of the largest effect
 
 
-def worst_text(found: WorstCases) -> str:
+def worst_text(cases: WorstCases) -> str:
     """Return each worst case with what makes it, and how much was looked at."""
-    lines = ["interrupted: the worst so far"] if found.interrupted else []
-    for case in found.cases:
-        lines += [*_case(case, found), ""]
-    return "\n".join([*lines, *_coverage(found)])
+    lines = ["interrupted: the worst so far"] if cases.interrupted else []
+    for case in cases.cases:
+        lines += [*_case(case, cases), ""]
+    return "\n".join([*lines, *_coverage(cases)])
 
 
-def _case(case: WorstCase, found: WorstCases) -> Iterator[str]:
+def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
     unit = f" {case.quantity.unit}" if case.quantity.unit != "1" else ""
     worst = "unstable" if case.worst is None else f"{_number(case.worst)}{unit}"
     where = "inside the tolerances" if case.inside else "at a corner"
@@ -29,7 +29,7 @@ def _case(case: WorstCase, found: WorstCases) -> Iterator[str]:
     effects = {single.parameter: _effect(case, single.parameter) for single in case.one_at_a_time}
     largest = max(effects.values(), default=0.0)
     rows: list[tuple[str, ...]] = [("parameter", "low", "high", "at worst", "unit", "alone, low", "alone, high")]
-    order = sorted(found.ranges, key=lambda r: -effects[r.written])
+    order = sorted(cases.ranges, key=lambda r: -effects[r.written])
     shown = [r for r in order if effects[r.written] > _NOTHING * largest][:_ROWS]
     singles = {single.parameter: single for single in case.one_at_a_time}
     for r in shown:
@@ -52,16 +52,16 @@ def _effect(case: WorstCase, parameter: str) -> float:
     return max((change for change in changes if math.isfinite(change)), default=math.inf)
 
 
-def _coverage(found: WorstCases) -> Iterator[str]:
-    corners = 2 ** len(found.ranges)
-    tried = "all" if found.all_corners else f"{found.corners:,} of"
+def _coverage(cases: WorstCases) -> Iterator[str]:
+    corners = 2 ** len(cases.ranges)
+    tried = "all" if cases.all_corners else f"{cases.corners:,} of"
     yield (
-        f"looked at {tried} {count(corners, 'corner')} and {count(found.random, 'random point')} of"
-        f" {count(len(found.ranges), 'parameter')}, {count(found.evaluations, 'point')} in all"
+        f"looked at {tried} {count(corners, 'corner')} and {count(cases.random, 'random point')} of"
+        f" {count(len(cases.ranges), 'parameter')}, {count(cases.evaluations, 'point')} in all"
     )
-    if found.random:
+    if cases.random:
         yield (
-            f"no random point is worse: with 95 % confidence less than {100.0 * found.unseen:.2g} % of the box is;"
+            f"no random point is worse: with 95 % confidence less than {100.0 * cases.unseen:.2g} % of the box is;"
             " this is a search, not a proof"
         )
 

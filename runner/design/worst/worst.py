@@ -199,7 +199,7 @@ def _sides(quantity: Quantity) -> tuple[float, ...]:
 
 def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> WorstCase:
     size, ranges = len(search.ranges), search.ranges
-    nominal, found = search.cases[(0.0,) * size], search.worst(side)
+    nominal, corner = search.cases[(0.0,) * size], search.worst(side)
     word = "lowest" if side.sign > 0.0 else "highest"
     singles = []
     for number, wanted in enumerate(ranges):
@@ -216,10 +216,10 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
         quantity=quantity,
         side=word,
         nominal=begin,
-        worst=_value(found, side),
+        worst=_value(corner, side),
         first_order=first_order,
-        values={r.written: r.at(part) for r, part in zip(ranges, found.place, strict=True)},
-        places={r.written: part for r, part in zip(ranges, found.place, strict=True)},
+        values={r.written: r.at(part) for r, part in zip(ranges, corner.place, strict=True)},
+        places={r.written: part for r, part in zip(ranges, corner.place, strict=True)},
         one_at_a_time=tuple(singles),
         corners=tuple((_signs(case), _value(case, side)) for case in corners[:_LISTED]),
     )

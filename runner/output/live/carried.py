@@ -73,14 +73,19 @@ class CarriedLoop:
 
     def _arrays(self) -> list[Array]:
         """Everything that the program reads and writes but rows, at tick 0."""
-        made, memory = self.written, start(self.plan)
-        held = {key: moving(memory, key) for key in made.memory.kinds}
+        written, memory = self.written, start(self.plan)
+        values = {key: moving(memory, key) for key in written.memory.kinds}
         vectors = [
             np.array(memory.vector(node), dtype=dtype_of(kind))
-            for node, kind in zip(made.vectors, made.vector_kinds, strict=True)
+            for node, kind in zip(written.vectors, written.vector_kinds, strict=True)
         ]
-        scratch = np.zeros(made.scratch + 1)
-        return [*_filled(made.constants, made.constant_values), *_filled(made.memory, held), scratch, *vectors]
+        scratch = np.zeros(written.scratch + 1)
+        return [
+            *_filled(written.constants, written.constant_values),
+            *_filled(written.memory, values),
+            scratch,
+            *vectors,
+        ]
 
     def _place(self, node: Endpoint) -> int:
         """The place of a parameter among the constants."""
@@ -98,8 +103,8 @@ class CarriedLoop:
         root, kinds = self.plan.graph.root, self.written.memory.kinds
         for source in sorted({wire.source for wire in root.wires}):
             name, port = split(inside(root, source))
-            known = kinds.get(WireOf(name, port))
-            if known is None:
+            kind = kinds.get(WireOf(name, port))
+            if kind is None:
                 continue
             block = self.plan.blocks[name]
             declared = type(block).outputs[port]
@@ -108,8 +113,8 @@ class CarriedLoop:
             yield {
                 "name": source,
                 "unit": unit,
-                "integer": known[0] is not float,
-                "place": known[1],
+                "integer": kind[0] is not float,
+                "place": kind[1],
                 "fraction": fraction,
             }
 
@@ -132,12 +137,12 @@ def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
     called = sorted(external.symbol for external in externals(written.program).values())
     if called:
         raise ModelError([_foreign(called)])
-    taken = tuple(varied)
-    written = write_tick(plan, taken, measured=True)
+    numbers = tuple(varied)
+    written = write_tick(plan, numbers, measured=True)
     if externals(written.program):
-        taken = tuple(node for node in varied if not _calls_libm(plan, node))
-        written = write_tick(plan, taken, measured=True)
-    return CarriedLoop(plan, written, _module(written.program), taken)
+        numbers = tuple(node for node in varied if not _calls_libm(plan, node))
+        written = write_tick(plan, numbers, measured=True)
+    return CarriedLoop(plan, written, _module(written.program), numbers)
 
 
 def _module(program: Program) -> WasmModule:

@@ -30,11 +30,11 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     plan = make_plan(graph)
     moving = sliders(graph, plan)
     loop = carried_loop(plan, [slider.node for slider in moving])
-    taken = tuple(slider for slider in moving if slider.node in loop.varied)
-    fixed = fixed_parameters(plan, taken)
+    chosen = tuple(slider for slider in moving if slider.node in loop.varied)
+    fixed = fixed_parameters(plan, chosen)
     carried = loop.as_data()
     units = (
-        {one.unit for one in taken}
+        {slider.unit for slider in chosen}
         | {wire["unit"] for wire in carried["wires"]}
         | {probe.unit for probe in plan.probes}
         | {made.unit for made in plan.measures}
@@ -45,8 +45,8 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "seed": str(graph.seed if seed is None else seed),
         "ticks": plan.ticks() if ticks is None else ticks,
         "loop": carried,
-        "sliders": [slider.as_data() for slider in taken],
-        "fixed": [one.as_data() for one in fixed],
+        "sliders": [slider.as_data() for slider in chosen],
+        "fixed": [parameter.as_data() for parameter in fixed],
         "units": {unit: _scales(unit) for unit in sorted(units)},
         "options": _method_options(graph, plan),
     }
@@ -55,13 +55,13 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
 def live_part(model: dict[str, Any]) -> LivePart:
     """The part of a page that carries a model and runs it. Without scripts nothing of it is seen."""
     carried = json.dumps(model, allow_nan=False).replace("<", "\\u003c")
-    drawing, own = plots(), script()
+    drawing, page_script = plots(), script()
     html = (
         f'<section id="live" hidden aria-label="{escape(model["name"])}, live"></section>\n'
         f'<script type="application/json" id="live-model">{carried}</script>\n'
-        f'<script>{drawing}</script>\n<script id="live-script">{own}</script>\n'
+        f'<script>{drawing}</script>\n<script id="live-script">{page_script}</script>\n'
     )
-    return LivePart(html, styles(), _POLICY.format(scripts=f"{permission(drawing)} {permission(own)}"))
+    return LivePart(html, styles(), _POLICY.format(scripts=f"{permission(drawing)} {permission(page_script)}"))
 
 
 def _scales(unit: str) -> list[dict[str, Any]]:

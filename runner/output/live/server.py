@@ -54,12 +54,12 @@ class LiveServer(ThreadingHTTPServer):
             super().__init__((ADDRESS, 0), _Handler)
         keep(name, json.dumps([self.server_port, self.token]).encode())
         self.hosts = {f"{host}:{self.server_port}" for host in (ADDRESS, "localhost")}
-        drawing, own = plots(), script()
+        drawing, page_script = plots(), script()
         html = (
             '<section id="live" data-served="" hidden></section>\n'
-            f'<script>{drawing}</script>\n<script id="live-script">{own}</script>\n'
+            f'<script>{drawing}</script>\n<script id="live-script">{page_script}</script>\n'
         )
-        allowed = _ALLOWED.format(scripts=f"{permission(drawing)} {permission(own)}")
+        allowed = _ALLOWED.format(scripts=f"{permission(drawing)} {permission(page_script)}")
         self.policy = _POLICY + allowed
         self.page = page_text(session.path.name, _OPENING, (), "", LivePart(html, styles(), allowed)).encode()
 

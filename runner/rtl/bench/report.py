@@ -7,12 +7,12 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from html import escape
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
+from proofmass.runner.host.versions import PROOFMASS
 from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
 from proofmass.runner.rtl.bench.cost import machine_cost, module_cost
 from proofmass.runner.rtl.machine.machine import Machine
@@ -42,7 +42,7 @@ def report_data(
     data = {
         "graph": graph.name,
         "graph_hash": graph_hash(graph),
-        "proofmass": version("proofmass"),
+        "proofmass": PROOFMASS,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "top": top_name(machine),
         "clock_hz": float(machine.rate),
@@ -53,12 +53,12 @@ def report_data(
         "outputs": [_port(port) for port in machine.outputs],
         "instances": [
             {
-                "block": each.path,
-                "module": each.module.name,
-                "clocks_per_tick": each.stride,
-                "ticks_late": each.stage,
+                "block": instance.path,
+                "module": instance.module.name,
+                "clocks_per_tick": instance.stride,
+                "ticks_late": instance.stage,
             }
-            for each in machine.instances
+            for instance in machine.instances
         ],
         "modules": [_module(module) for module in machine.modules],
         "cost": machine_cost(machine).as_data(),

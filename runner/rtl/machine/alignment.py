@@ -37,13 +37,13 @@ def block_stages(modules: Mapping[str, Module], drivers: Mapping[Endpoint, Endpo
 def _loop(path: str, before: Mapping[str, set[str]]) -> list[str]:
     """A shortest way round from a block to itself, against the wires; empty where there is none."""
     ways = [[path]]
-    seen: set[str] = set()
+    reached: set[str] = set()
     for way in ways:
         for follower in sorted(before[way[-1]]):
             if follower == path:
                 return [*way, path]
-            if follower not in seen:
-                seen.add(follower)
+            if follower not in reached:
+                reached.add(follower)
                 ways.append([*way, follower])
     return []
 

@@ -53,7 +53,7 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
     able = digital_blocks(planned)
     chosen = {name: [path for path in able if path == name or path.startswith(f"{name}.")] for name in only or able}
     problems = []
-    for name in sorted(name for name, found in chosen.items() if not found):
+    for name in sorted(name for name, paths in chosen.items() if not paths):
         expected = "a block whose ports and state are integers, truth values or fixed-point values"
         hint = did_you_mean(name, able, "the digital blocks")
         problem = Problem(message="no such block", key=f"blocks.{name}", got=name, expected=expected, hint=hint)
@@ -69,7 +69,7 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
         problems.append(planned.graph.placed(problem))
     if problems:
         raise ModelError(problems)
-    return sorted({path for found in chosen.values() for path in found})
+    return sorted({path for paths in chosen.values() for path in paths})
 
 
 class _Composer:
@@ -104,11 +104,11 @@ class _Composer:
         for node in self.order:
             stride = self.planned.stride(node) // self.ticks
             read = [self._stride(target[0]) for target, source in self.drivers.items() if source == node]
-            kept = stride > 1 and (node in self.outside or any(each % stride for each in read))
+            registered = stride > 1 and (node in self.outside or any(each % stride for each in read))
             for port in entries(self.modules[node[0]].outputs, node[1]):
                 signal = f"{node[0]}.{port.text}"
                 stage = self.stages[node[0]] + self.modules[node[0]].pipeline.latency
-                self.nets[signal] = Net(self._named(port, signal), signal, port.word, stride, kept, stage)
+                self.nets[signal] = Net(self._named(port, signal), signal, port.word, stride, registered, stage)
                 if node in self.outside:
                     yield VerilogPort(self.nets[signal].name, signal, port.word, port.unit, port.doc)
 

@@ -94,9 +94,9 @@ def make_module(
 
     Raises `ModelError`, with the line of Python, for what cannot become hardware.
     """
-    held = list(_held(block, start, buffers))
+    leaves_held = list(_held(block, start, buffers))
     narrowed: dict[str, Format] = {text: Within(word.low, word.high) for text, word in ranges.items()}
-    narrowed |= _integer_ranges(name, block, constants, held, narrowed)
+    narrowed |= _integer_ranges(name, block, constants, leaves_held, narrowed)
     steps = _traced(block, constants, narrowed, Program())
     names = Names(CLOCKING)
     inputs = tuple(
@@ -110,7 +110,7 @@ def make_module(
             outputs.append(VerilogPort(names.add(text), text, _word(format, operation), unit_of(block, port), port.doc))
             results[outputs[-1].name] = operation
     registers, following = [], {}
-    for leaf in held:
+    for leaf in leaves_held:
         word = _word(narrowed.get(leaf.whole, leaf.format))
         if word.low != word.high:
             registers.append(Register(names.add(leaf.text), leaf.text, word, leaf.start))

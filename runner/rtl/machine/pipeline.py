@@ -46,11 +46,11 @@ def pipelined(flow: Flow, name: str) -> Pipeline:
     for operation in order:
         if operation.kind == "pipe":
             _refuse_feedback(flow, operation, name)
-    held = dict.fromkeys(flow.following, 0)
-    stages = _stages(flow, order, held)
-    while late := {r: stages[n] for r, n in flow.following.items() if n in stages and stages[n] > held[r]}:
-        held |= late
-        stages = _stages(flow, order, held)
+    register_stages = dict.fromkeys(flow.following, 0)
+    stages = _stages(flow, order, register_stages)
+    while late := {r: stages[n] for r, n in flow.following.items() if n in stages and stages[n] > register_stages[r]}:
+        register_stages |= late
+        stages = _stages(flow, order, register_stages)
     latency = max((stages[operation] for operation in flow.results.values() if operation in stages), default=0)
     uses = [
         (each, stages[operation] - (operation.kind == "pipe"))
@@ -58,19 +58,19 @@ def pipelined(flow: Flow, name: str) -> Pipeline:
         for each in flow.operands[operation]
     ]
     uses += [(operation, latency) for operation in flow.results.values()]
-    uses += [(operation, held[register]) for register, operation in flow.following.items()]
+    uses += [(operation, register_stages[register]) for register, operation in flow.following.items()]
     delays: dict[Operation, int] = {}
     for operation, stage in uses:
         if operation in stages and stage > stages[operation]:
             delays[operation] = max(delays.get(operation, 0), stage - stages[operation])
-    return Pipeline(stages, held, latency, delays)
+    return Pipeline(stages, register_stages, latency, delays)
 
 
-def _stages(flow: Flow, order: Iterable[Operation], held: Mapping[str, int]) -> dict[Operation, int]:
+def _stages(flow: Flow, order: Iterable[Operation], register_stages: Mapping[str, int]) -> dict[Operation, int]:
     stages: dict[Operation, int] = {}
     for operation in order:
         if operation.kind == "input":
-            stages[operation] = held.get(flow.registers.get(operation.name, ""), 0)
+            stages[operation] = register_stages.get(flow.registers.get(operation.name, ""), 0)
         elif operation.kind != "constant":
             before = max((stages[each] for each in flow.operands[operation] if each in stages), default=0)
             stages[operation] = before + (operation.kind == "pipe")

@@ -97,13 +97,13 @@ class MachineReference(Reference):
         following = dict[str, Any]()
         for node in self._machine.order:
             instance = self._instances[node[0]]
-            found = _call(instance.module, node[1], self._texts(instance, present, nets), merge)
+            results = _call(instance.module, node[1], self._texts(instance, present, nets), merge)
             for port in entries(instance.module.outputs, node[1]):
                 net = instance.outputs[port.name]
-                nets[net.signal] = found[port.text]
+                nets[net.signal] = results[port.text]
                 if net.kept:
                     kept = self._names.kept[net]
-                    nets[net.signal] = following[kept] = where(due[net.stride], found[port.text], present[kept])
+                    nets[net.signal] = following[kept] = where(due[net.stride], results[port.text], present[kept])
         for instance in self._instances.values():
             stepped = _stepped(instance.module, self._texts(instance, present, nets), merge)
             for name, value in stepped.items():
@@ -158,7 +158,7 @@ def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, A
     function = (type(module.block).output_functions.get(name) or type(module.block).functions[name]).function
     formats = module.steps[name].formats
     step = reference_step(function, formats)
-    found: list[str] = []
+    texts_of_results: list[str] = []
 
     def number(text: str, format: Format) -> Any:
         low, high = bounds(format)
@@ -169,13 +169,13 @@ def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, A
         results = {"return": step(*arguments.values())}
         results |= {each: value for each, value in arguments.items() if isinstance(formats[each], list)}
         leaves = [leaf for each, raw in results.items() for leaf in mantissas(formats[each], raw, each)]
-        found[:] = [text for text, _ in leaves]
+        texts_of_results[:] = [text for text, _ in leaves]
         return [value for _, value in leaves]
 
     values = merge(run)
     if name in type(module.block).outputs:
-        found = [_named(text, name) for text in found]
-    return dict(zip(found, values, strict=True))
+        texts_of_results = [_named(text, name) for text in texts_of_results]
+    return dict(zip(texts_of_results, values, strict=True))
 
 
 def _named(text: str, name: str) -> str:

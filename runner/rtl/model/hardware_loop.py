@@ -107,11 +107,11 @@ class HardwareTickWriter(TickWriter):
         return as_kind(self.builder, value, INTEGER)
 
     def _write(self, place: MemoryPlace, value: Operand) -> None:
-        held = self._held(place)
-        if isinstance(held, Variable):
-            self.builder.set(held, as_kind(self.builder, value, held.kind))
+        storage = self._held(place)
+        if isinstance(storage, Variable):
+            self.builder.set(storage, as_kind(self.builder, value, storage.kind))
         else:
-            self.builder.store(held, place.entry or 0, value)
+            self.builder.store(storage, place.entry or 0, value)
 
     def _call(self, name: str, *given: Operand | int) -> Operand:
         results = self.builder.call(self._model.function(name), self._hardware, *given)

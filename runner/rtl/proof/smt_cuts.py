@@ -112,22 +112,22 @@ class Cuts:
         same = self._cut_words[-1]
         same[other] = self.solver.resized(same[term], width_of(other), signed=True)
 
-    def _end(self, word: SmtInteger, term: Term, proved: int, seen: int) -> int:
+    def _end(self, word: SmtInteger, term: Term, proved: int, value: int) -> int:
         """The guess nearest to a value that was seen which can be proved to be an end, or an end known before.
 
         By bisection: ends farther away than one that holds hold too, and one that fails shows another value.
         """
-        lower = proved < seen
+        lower = proved < value
         guesses = self._guesses[0 if lower else 1]
-        while nearer := [end for end in guesses if (proved < end <= seen if lower else seen <= end < proved)]:
+        while nearer := [end for end in guesses if (proved < end <= value if lower else value <= end < proved)]:
             end = nearer[len(nearer) // 2]
             answer = self._answer(self._bounded(term, end, lower=lower), (0, 1), {"": term})
             if answer.verdict == "proved":
                 proved = end
             elif answer.verdict == "refuted":
-                (seen,) = _signed((answer.values[""],), word.width)
+                (value,) = _signed((answer.values[""],), word.width)
             else:
-                seen = end - 1 if lower else end + 1
+                value = end - 1 if lower else end + 1
         return proved
 
     def _bounded(self, term: Term, end: int, *, lower: bool) -> Term:

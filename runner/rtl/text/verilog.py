@@ -59,12 +59,12 @@ def first_line(doc: str) -> str:
     return doc.strip().partition("\n")[0]
 
 
-def line_comment(place: SourceLine | None, told: set[SourceLine], mark: str = "//") -> str:
-    """The line of Python that made something, as a comment; with its text where it has not been `told` before."""
+def line_comment(place: SourceLine | None, shown: set[SourceLine], mark: str = "//") -> str:
+    """The line of Python that made something, as a comment; with its text where it has not been `shown` before."""
     if place is None:
         return ""
-    text = "" if place in told else f"  {linecache.getline(place.path, place.line).strip()}"
-    told.add(place)
+    text = "" if place in shown else f"  {linecache.getline(place.path, place.line).strip()}"
+    shown.add(place)
     return f"  {mark} {place}{text}".rstrip()
 
 

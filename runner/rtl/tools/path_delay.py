@@ -35,13 +35,13 @@ def longest_path(netlist: Netlist) -> float:
             todo.pop()
             continue
         cell = cells[drivers[bit]]
-        waiting = [each for _, each in _inputs(cell) if each not in ready]
+        waiting = [driver for _, driver in _inputs(cell) if driver not in ready]
         if waiting:
             todo += waiting
             continue
-        kinds = {each: cells[drivers[each]]["type"] if each in drivers else "" for _, each in _inputs(cell)}
+        kinds = {driver: cells[drivers[driver]]["type"] if driver in drivers else "" for _, driver in _inputs(cell)}
         ready[bit] = max(
-            (ready[each] + _delay(cell["type"], port, kinds[each]) for port, each in _inputs(cell)), default=0.0
+            (ready[driver] + _delay(cell["type"], port, kinds[driver]) for port, driver in _inputs(cell)), default=0.0
         )
     return max((ready[bit] for bit in ends), default=0.0) + _WIRE + _SETUP
 

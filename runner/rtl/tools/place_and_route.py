@@ -87,11 +87,11 @@ def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) 
         errors = re.findall(r"ERROR: (.*)", ended.stderr)
         return Clock(None, f"not placed and routed: {errors[0] if errors else f'exit {ended.returncode}'}")
     timing = json.loads((folder / "timing.json").read_text(encoding="utf-8"))
-    told = f"{Path(placer).name}{_version(placer)}, seed {SEED}, ports not registered"
-    return read_timing(timing, netlist, verilog, told)
+    conditions = f"{Path(placer).name}{_version(placer)}, seed {SEED}, ports not registered"
+    return read_timing(timing, netlist, verilog, conditions)
 
 
-def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: str, told: str) -> Clock:
+def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: str, conditions: str) -> Clock:
     """The clock in a report of nextpnr; constant nets may be clocks there too."""
     name = next((name for name in timing["fmax"] if re.fullmatch(r"clock(\$.*)?", name)), "")
     ends = {"from": f"posedge {name}", "to": f"posedge {name}"}
@@ -105,7 +105,7 @@ def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: 
         round(sum(step["delay"] for step in steps), 3),
         tuple(dict.fromkeys(_lines(steps, verilog.splitlines()))),
     )
-    return Clock(round(timing["fmax"][name]["achieved"], 2), told, path)
+    return Clock(round(timing["fmax"][name]["achieved"], 2), conditions, path)
 
 
 class _Registers:

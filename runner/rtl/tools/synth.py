@@ -90,14 +90,14 @@ def synthesized(verilog: str, top: str, family: Family) -> Resources:
         run_yosys(folder, [*commands, f"{_COMMANDS[family]} {top}", "opt_clean", "write_json netlist.json"])
         netlist = json.loads((folder / "netlist.json").read_text())["modules"][top]
         counts = Counter(cell["type"] for cell in netlist["cells"].values())
-        found = {
+        counts_by_kind = {
             kind: sum(n for cell, n in counts.items() if re.fullmatch(pattern, cell))
             for kind, pattern in _KINDS.items()
         }
         if family == "ecp5":  # a carry cell there is two lookup tables
-            found["luts"] = counts["LUT4"] + 2 * found["carries"]
-            found["multipliers"] = counts["MULT18X18D"]
-        return Resources(family=family, clock=_clock(folder, netlist, family, verilog), **found)
+            counts_by_kind["luts"] = counts["LUT4"] + 2 * counts_by_kind["carries"]
+            counts_by_kind["multipliers"] = counts["MULT18X18D"]
+        return Resources(family=family, clock=_clock(folder, netlist, family, verilog), **counts_by_kind)
 
 
 def _clock(folder: Path, netlist: Mapping[str, Any], family: Family, verilog: str) -> Clock:

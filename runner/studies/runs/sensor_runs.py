@@ -146,17 +146,17 @@ class SensorRuns:
         noise = np.array([noise_run(self.study, outcomes.numbers, epoch) for epoch in epochs]).ravel()
         flat = {name: np.broadcast_to(rows, shape).ravel() for name, rows in values.items()}
         measured, sound = self.together.measured(flat, noise, stop)
-        own = outcomes.values[:, epochs[0] : epochs[-1] + 1]
-        own[..., : measured.shape[1]] = np.moveaxis(measured.reshape(*shape, -1), 0, 1)
+        of_run = outcomes.values[:, epochs[0] : epochs[-1] + 1]
+        of_run[..., : measured.shape[1]] = np.moveaxis(measured.reshape(*shape, -1), 0, 1)
         if self.plan.derived:
-            columns = [own[..., column] for column in range(measured.shape[1])]
-            own[..., -len(self.plan.derived) :] = np.stack(self._derived(columns, on_arrays), axis=-1)
+            columns = [of_run[..., column] for column in range(measured.shape[1])]
+            of_run[..., -len(self.plan.derived) :] = np.stack(self._derived(columns, on_arrays), axis=-1)
         for place in range(len(noise)) if self.study.margins else np.flatnonzero(~sound).tolist():
             at, run = divmod(place, shape[1])
             given = {name: float(each[place]) for name, each in flat.items()}
             known = tuple(measured[place].tolist()) if sound[place] else None
             done = self._at(int(outcomes.numbers[run]), epochs[at], given, known)
-            own[run, at] = np.nan if done.values is None else done.values
+            of_run[run, at] = np.nan if done.values is None else done.values
             if done.fault:
                 outcomes.faults[done.run, done.epoch] = done.fault
 

@@ -44,8 +44,8 @@ def packed(sensors: SensorRuns) -> Parcel:
     Raises `ModelError` for own blocks that no file declares, and for more text than may be read; `OSError`.
     """
     study = sensors.study
-    own, files = _own_files(study), files_beside(study)
-    files |= {path.name: path.read_bytes() for path in own}
+    own_files, files = _own_files(study), files_beside(study)
+    files |= {path.name: path.read_bytes() for path in own_files}
 
     def by_content(folder: str, file: str) -> str:
         path = Path(folder) / file
@@ -58,7 +58,7 @@ def packed(sensors: SensorRuns) -> Parcel:
     facts = _digest(facts_of(sensors) | {"graph": graph_text(graph)})
     text = write_study(study, graph)
     _refuse_unreadable(text)
-    names = tuple(path.name for path in own)
+    names = tuple(path.name for path in own_files)
     return Parcel(text, tuple(files.items()), names, sensors.engine, sensors.lanes, PROOFMASS, facts)
 
 

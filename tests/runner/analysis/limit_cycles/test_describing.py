@@ -33,7 +33,8 @@ def fundamental(function: Callable[[mpmath.mpf], mpmath.mpf], amplitude: float, 
         {0.0, *(t % (2 * math.pi) for c in corners for a in (math.asin(c / amplitude),) for t in (a, math.pi - a))}
         | {2.0 * math.pi}
     )
-    value = mpmath.quad(lambda t: function(t) * mpmath.expj(mpmath.pi / 2 - t), turns)
+    smooth = {"method": "gauss-legendre", "maxdegree": 6}
+    value = mpmath.quad(lambda t: function(t) * mpmath.expj(mpmath.pi / 2 - t), turns, **smooth)
     return complex(value) / (math.pi * amplitude)
 
 

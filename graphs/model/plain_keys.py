@@ -1,0 +1,41 @@
+"""Keys of a graph whose values are plain texts or integers: read by their row in `PLAIN_KEYS`."""
+
+from collections.abc import Iterator, Mapping
+from typing import TypeGuard
+
+from proofmass.blocks.declaration.problem import Problem, shown
+from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
+from proofmass.graphs.model.limits import LARGEST_SEED
+
+
+def wrong_values(values: Mapping[str, object]) -> Iterator[Problem]:
+    """What is wrong with the values of plain keys; a value that may be missing is None."""
+    for key, value in values.items():
+        form = PLAIN_KEYS[key]
+        if isinstance(form, Text):
+            yield from _wrong_text(key, value, form)
+        elif value is not None or form.default is not None:
+            yield from _wrong_integer(key, value, form)
+
+
+def _wrong_text(key: str, value: object, form: Text) -> Iterator[Problem]:
+    if not isinstance(value, str):
+        yield Problem(message="must be a string", key=key, got=shown(value), path=(key,))
+    elif len(value) > form.longest:
+        yield Problem(message=f"longer than {form.longest} characters", key=key, got=shown(value), path=(key,))
+    elif not value.isascii() and any("\ud800" <= letter <= "\udfff" for letter in value):
+        yield Problem(message="holds half a character", key=key, got=shown(value), path=(key,))
+
+
+def _wrong_integer(key: str, value: object, form: Integer) -> Iterator[Problem]:
+    expected = f"an integer from {form.lowest} to {form.highest:g}"
+    if isinstance(value, bool) or not isinstance(value, int):
+        hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
+        message = "must be an integer"
+        yield Problem(message=message, key=key, got=shown(value), expected=expected, hint=hint, path=(key,))
+    elif not form.lowest <= value <= form.highest:
+        yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+
+
+def _is_whole(value: object) -> TypeGuard[float]:
+    return isinstance(value, float) and value.is_integer() and 0 <= value <= LARGEST_SEED

@@ -1,0 +1,110 @@
+"""Switches that wait before they change a loop: choppers, sequences and pulses.
+
+A map over one common period is the same in the next ones until a counter is full or a source that stood still moves.
+So what follows from the time alone is run on beyond the operating point, by itself, and the map is compared where
+something that stood still has changed. Where a block that signals reach counts, it is compared after 2, 4, 8 and so
+on periods too.
+"""
+
+from collections.abc import Callable, Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+
+import numpy as np
+
+from proofmass.graphs.checks.schedule import ConstantsOf
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.numbers import states_of
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.derivatives.dual_noise import changing, given, reached
+from proofmass.runner.plan.bindings import Buffer, Deviate, State, Tick, Time
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.interpret import Interpreter
+
+_CHANGES, _LOOKS = 3, 8  # of one number that are compared, and of all
+_ROUNDING = 1e-9  # of the size of a number, below which a change is none
+
+
+class Waiting:
+    """The blocks that may stand still, and then change what a period does to small signals."""
+
+    def __init__(
+        self, plan: Plan, upstream: AbstractSet[str], moving: AbstractSet[str], begin: Memory, ticks: int
+    ) -> None:
+        """Take the blocks that outputs depend on, those that small signals reach, and the ticks of a period."""
+        self._plan, self._begin, self._ticks = plan, begin, ticks
+        apart = upstream - moving
+        slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
+        self._alone = apart - reached(plan, slow | given(plan, (Deviate,)))
+        self._others = sorted(upstream - self._alone)
+        following = self._alone & changing(plan, (State, Buffer, Time, Tick))
+        self._wires = [
+            (name, port)
+            for name in sorted(following)
+            for port, declared in type(plan.blocks[name]).outputs.items()
+            if not declared.shape
+        ]
+
+    def sources(self, periods: int) -> Array:
+        """Return what sources say in each tick of some periods: a row for each period, and a column."""
+        if not self._wires:
+            return np.zeros((periods, 0))
+        run = _Alone(self._plan, self._begin.copy(), self._alone, self._wires)
+        run.advance(self._begin.tick + periods * self._ticks, ())
+        return np.array(run.rows, dtype=float).reshape(periods, -1)
+
+    def counts(self, after: Callable[[int], Memory]) -> bool:
+        """Return whether an integer or a truth value of a block that signals reach changes in a period."""
+        return any(self._integers(after(1))[key] != value for key, value in self._integers(after(0)).items())
+
+    def changes(self, after: Callable[[int], Memory], periods: int) -> list[int]:
+        """Return the numbers of periods, up to some, after which the map is to be compared; none if nothing waits."""
+        doubled = [1 << k for k in range(1, periods.bit_length())] if self.counts(after) else []
+        values = self.sources(periods + 1)
+        if len(values) < 3 or not values.shape[1]:
+            return doubled
+        moved = np.abs(np.diff(values, axis=0)) > _ROUNDING * np.maximum(np.abs(values[1:]), np.abs(values[:-1]))
+        events = moved[1:] & ~moved[:-1]  # after it stood still
+        order = np.cumsum(events, axis=0) * events
+        found = [np.flatnonzero((order == k).any(axis=1)) + 2 for k in range(1, _CHANGES + 1)]
+        return sorted({*doubled, *dict.fromkeys(np.concatenate(found).tolist()[:_LOOKS])})
+
+    def repetition(self, run: Callable[[int], Memory], periods: int) -> int:
+        """Return the number of periods, up to some, after which all switches do as before; 0 if there is none."""
+        values = self.sources(2 * periods)
+        if self._integers(self._begin):
+            rows = [list(self._integers(run(period)).values()) for period in range(2 * periods)]
+            values = np.hstack([values, np.array(rows, dtype=float)])
+        steps = np.diff(values, axis=0)
+        values = values[:, (steps > 0.0).any(axis=0) & (steps < 0.0).any(axis=0)]  # not what only counts, or settles
+        if not values.shape[1]:
+            return 0
+        near = _ROUNDING * np.max(np.abs(values), axis=0)
+        for number in np.flatnonzero((np.abs(values[1:] - values[0]) <= near).all(axis=1)) + 1:
+            if number <= periods and (np.abs(values[number:] - values[:-number]) <= near).all():
+                return int(number)
+        return 0
+
+    def _integers(self, memory: Memory) -> Mapping[tuple[str, str, int], int]:
+        return {key: value for key, value in states_of(memory, self._others) if isinstance(value, int)}
+
+
+class _Alone(Interpreter):
+    """Ticks of the blocks that follow the time alone."""
+
+    def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str], wires: list[Endpoint]) -> None:
+        solvers = tuple(solver for solver in plan.solvers if blocks >= set(solver.group.blocks))
+        super().__init__(replace(plan, solvers=solvers, probes=()), seed=0, memory=memory)
+        self.rows: list[list[float]] = []
+        self._watched = wires
+        self._outputs = [each for each in self._outputs if _block(each[0]) in blocks]
+        self._updates = [update for update in self._updates if update[0] in blocks]
+
+    def _move(self, tick: int) -> None:
+        self.rows.append([float(self._memory.wires[wire]) for wire in self._watched])
+        super()._move(tick)
+
+
+def _block(step: Endpoint | ConstantsOf) -> str:
+    return step.block if isinstance(step, ConstantsOf) else step[0]
