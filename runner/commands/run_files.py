@@ -11,10 +11,10 @@ from proofmass.runner.output.report import save_report
 from proofmass.runner.run.result import Result
 
 
-def need_for_run(formats: Sequence[str]) -> None:
-    """Raise `MissingLibraryError` before a run whose files could not be written behind it."""
+def need_for_run(formats: Sequence[str], budgets: bool = False) -> None:
+    """Raise `MissingLibraryError` before a run whose files, or noise `budgets`, could not be made behind it."""
     libraries = {"netcdf": "h5netcdf", "parquet": "pyarrow"}
-    need(*(libraries[form] for form in formats if form in libraries))
+    need(*(libraries[form] for form in formats if form in libraries), *(("scipy", "matplotlib") if budgets else ()))
 
 
 def write_run(
