@@ -1,10 +1,10 @@
 """Everything that is wrong with the wiring of a graph, all at once."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, groupby, islice
+from itertools import chain, islice
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
@@ -16,7 +16,9 @@ from proofmass.blocks.declaration.units import Unit, UnitError, unit
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
+from proofmass.graphs.checks.rates import rate_problems
 from proofmass.graphs.checks.requirements import bad_requirements
+from proofmass.graphs.checks.sampling import sampling_notes
 from proofmass.graphs.checks.schedule import Schedule, schedule
 from proofmass.graphs.model.derived import bad_derived
 from proofmass.graphs.model.exports import exposed, open_inputs
@@ -26,8 +28,9 @@ from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.names import Missing, find_output, find_target
-from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
 from proofmass.graphs.model.statistics import STATISTICS
+
+_OF_VALUES = ("the units", "the shapes", "the types", "the formats")  # what problems of parameters change
 
 
 def check(graph: Graph) -> list[Problem]:
@@ -61,7 +64,7 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
     problems = list(_size(flat))
     if not problems:
         names = chain(_signals(flat), bad_exports(flat), bad_loops(flat), bad_derived(flat), bad_requirements(flat))
-        found = chain(_rates(flat), _Wiring(flat).problems(), names)
+        found = chain(rate_problems(flat), _Wiring(flat).problems(), names)
         problems = list(islice(found, 2 * PROBLEMS))
     if not problems:
         try:
@@ -77,7 +80,11 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
 
 
 def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
-    """Problems apart from those of blocks that could not be read, which have default parameters."""
+    """Problems apart from those that follow from blocks which could not be read.
+
+    Such a block has the default parameters of its kind; its ports are known, and their names can be judged.
+    """
+    known = {*graph.blocks}
 
     def touched(problem: Problem) -> set[str]:
         where, *rest = (*problem.path, "")
@@ -94,7 +101,11 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
             names = [graph.exports.get(rest[0], rest[0])]
         return {name.partition(".")[0] for name in names}
 
-    return [p for p in check(graph) if not p.note and len(p.path) > 1 and touched(p).isdisjoint(doubtful)]
+    def follows(problem: Problem) -> bool:
+        of_names = problem.path[0] in ("wires", "probes") and not problem.message.startswith(_OF_VALUES)
+        return not touched(problem).isdisjoint({*doubtful} - known if of_names else doubtful)
+
+    return [p for p in check(graph) if not p.note and len(p.path) > 1 and not follows(p)]
 
 
 def _size(graph: FlatGraph) -> Iterator[Problem]:
@@ -104,52 +115,6 @@ def _size(graph: FlatGraph) -> Iterator[Problem]:
     for count, largest, key in ((len(graph.blocks), BLOCKS, "blocks"), (len(graph.wires), WIRES, "wires")):
         if count > largest:
             yield Problem(message="too many", key=key, got=str(count), expected=f"at most {largest}", path=(key,))
-
-
-def _rates(graph: FlatGraph) -> Iterator[Problem]:
-    discrete = [name for name, block in graph.blocks.items() if not type(block).continuous()]
-    for name in graph.rates:
-        if name not in discrete:
-            yield Problem(
-                message="a continuous block has no rate: it is integrated from each tick of the graph to the next",
-                key=f"blocks.{name}.rate",
-                hint="leave the rate out, or give it to the blocks that sample this one",
-                path=("blocks", name, "rate"),
-            )
-    without = [name for name in discrete if name not in graph.rates]
-    if graph.rate is None and len(without) == len(discrete):
-        hint = 'add rate = "50 kHz" at the top of the file'
-        yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
-    elif graph.rate is None:
-        yield from _without_rate(graph, without)
-    rates = {graph.rates.get(name, graph.rate) for name in discrete}
-    known = sorted(rate for rate in rates if rate is not None)
-    if known and common_base_rate(known) is None:
-        shown = [write_rate(rate) for rate in known]
-        yield Problem(
-            message="the rates have no common base rate within reach",
-            key="rate",
-            got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
-            expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
-            hint="make the rates ratios of small numbers",
-            path=next((("blocks", name, "rate") for name in graph.rates if name in discrete), ("rate",)),
-        )
-
-
-def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
-    """Yield blocks without a rate; once for all of a subgraph, at its table: its file may serve other graphs."""
-    for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
-        inside = [name.partition(".")[2] for name in of_own]
-        shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
-        hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
-        yield Problem(
-            message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
-            key=f"blocks.{block}",
-            got=shortened,
-            hint=hint,
-            note=bool(graph.exports),
-            path=("blocks", block),
-        )
 
 
 class _Wiring:
@@ -359,6 +324,10 @@ def _probes(graph: FlatGraph) -> Iterator[Problem]:
         probed.add(signal)
 
 
+def _one_of(outputs: Collection[str]) -> str:
+    return f"its {', '.join(outputs)}" if len(outputs) == 1 else f"one of {', '.join(outputs)}"
+
+
 def _notes(graph: FlatGraph) -> Iterator[Problem]:
     yield from (replace(problem, note=True) for problem in open_inputs(graph))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
@@ -370,13 +339,11 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
             yield Problem(
                 message="none of its outputs is used",
                 key=f"blocks.{name}",
-                hint=f'wire one of {", ".join(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
+                hint=f'wire {_one_of(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
             ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # where probes can be added
     yield from clocking_notes(graph)
     if graph.root.subgraphs:
         yield from unused_parts(graph)
-    if not graph.probes and not graph.measures and not graph.exports:
-        hint = 'add probes = ["block.output"] above the first block'
-        yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)
+    yield from sampling_notes(graph)
