@@ -5,7 +5,13 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import blocks_option, engine_option, graph_argument, json_option, set_option
+from proofmass.runner.commands.declarations.options import (
+    blocks_option,
+    engine_option,
+    graph_argument,
+    json_option,
+    set_option,
+)
 
 _ANY = click.Path(path_type=Path)
 _FILE = click.Path(dir_okay=False, path_type=Path)
