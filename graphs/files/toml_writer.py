@@ -21,7 +21,22 @@ SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
 def write_graph(graph: Graph) -> str:
-    """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables."""
+    """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables.
+
+    `graph` is any graph. What `read_graph` makes of the text is equal to it.
+
+    >>> from proofmass import Graph, write_graph
+    >>> from proofmass.blocks import Step
+    >>> print(write_graph(Graph(name="a step", rate="1 kHz", samples=3, blocks={"step": Step(amplitude=2.0)})), end="")
+    #:schema proofmass-graph.json
+    name = "a step"
+    rate = "1 kHz"
+    samples = 3
+    <BLANKLINE>
+    [blocks.step]
+    kind = "Step"
+    amplitude = 2.0
+    """
     return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
 
 

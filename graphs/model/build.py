@@ -51,6 +51,24 @@ class Graph(Value):
     `{"scale_factor": "= (plus - minus) / 2"}`.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
+
+    `name` and `description` are for people. `blocks` are by name. `probes` are the signals to record, "block.output".
+    `place` is the file that a graph comes from. `subgraphs` and `derived` come from readers of files: in Python graphs
+    stand among the blocks, and formulas among the measures.
+
+    >>> from proofmass import Graph, simulate
+    >>> from proofmass.blocks import LowPass, Step
+    >>> graph = Graph(
+    ...     name="a lag",
+    ...     rate="1 kHz",
+    ...     blocks={"step": Step(), "lag": LowPass(corner_frequency="10 Hz")},
+    ...     wires=["step.output -> lag.input"],
+    ...     probes=["lag.output"],
+    ... )
+    >>> round(float(simulate(graph, duration="1 s")["lag.output"].values[-1]), 9)
+    1.0
+    >>> graph.with_parameters({"lag.corner_frequency": "20 Hz"}).blocks["lag"].corner_frequency
+    20.0
     """
 
     drawn: ClassVar[Callable[[Value], str] | None] = None  # draws a graph in a notebook; the root package sets it

@@ -27,10 +27,15 @@ Given = TypeVar("Given", bound="Graph")
 
 
 class Wire(NamedTuple):
-    """A wire from an output port to an input port, or to a parameter that it drives."""
+    """A wire from an output port to an input port, or to a parameter that it drives.
 
-    source: str
-    target: str
+    >>> from proofmass import Wire
+    >>> str(Wire("adc.code", "correlator.code"))
+    'adc.code -> correlator.code'
+    """
+
+    source: str  # "block.output"
+    target: str  # "block.input", or a parameter, "block.parameter"
 
     def __str__(self) -> str:
         return f"{self.source} -> {self.target}"
@@ -45,10 +50,15 @@ class Size(NamedTuple):
 
 
 class Probe(NamedTuple):
-    """An output port whose values are recorded: all, or one in `every` of its ticks."""
+    """An output port whose values are recorded: all, or one in `every` of its ticks.
 
-    signal: str
-    every: int = 1
+    >>> from proofmass import Probe, read_graph
+    >>> read_graph("library:template").probes[0] == Probe("sensor.displacement", every=1)
+    True
+    """
+
+    signal: str  # "block.output"
+    every: int = 1  # ticks of the block from row to row
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,26 +93,26 @@ class Graph:
     Tables and wires are in alphabetical order: the order of declaration makes no difference.
     """
 
-    name: str
-    description: str
+    name: str  # for people
+    description: str  # for people, of any length
     rate: Fraction | None  # in hertz
     duration: Fraction | None  # in seconds
-    samples: int | None
-    seed: int
-    blocks: Mapping[str, Block]
+    samples: int | None  # base ticks of a run, instead of a duration
+    seed: int  # of all noise
+    blocks: Mapping[str, Block]  # by name
     subgraphs: "Mapping[str, Graph]"  # the blocks that are graphs
-    rates: Mapping[str, Fraction]
-    wires: tuple[Wire, ...]
-    probes: tuple[Probe, ...]
-    measures: Mapping[str, Measure]
+    rates: Mapping[str, Fraction]  # Hz, of blocks that have one of their own
+    wires: tuple[Wire, ...]  # from outputs to inputs and parameters
+    probes: tuple[Probe, ...]  # signals to record
+    measures: Mapping[str, Measure]  # that reduce a signal
     derived: Mapping[str, Formula]  # measures of measures
-    exports: Mapping[str, str]
-    integration: Integration
-    loops: Mapping[str, Loop]
-    requirements: Mapping[str, Requirement]
-    values: Mapping[str, Value]
+    exports: Mapping[str, str]  # ports and parameters inside, by the names that they have outside
+    integration: Integration  # how continuous blocks are integrated
+    loops: Mapping[str, Loop]  # control loops by name
+    requirements: Mapping[str, Requirement]  # by name, for `verify`
+    values: Mapping[str, Value]  # named values
     formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
-    place: Place = dataclasses.field(compare=False, repr=False)
+    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def __post_init__(self) -> None:
         put_in_order(self)

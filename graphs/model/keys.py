@@ -85,6 +85,8 @@ STUDY_KEYS = {
     "recalibration": 'Calibrations: every = "1 year"; carried = { "gain.initial" = "gain_found" } is what they leave.',
     "margins": 'The margins of the loops are measures too, at the operating point of that time: "0 s".',
     "drift": 'Parameters that age from epoch to epoch: "adc.reference" = { ramp = "20 ppm/year", relative = true }.',
+    "changes": 'Changes of measures as measures: bias_drift = { measure = "bias", since = "calibration" }.',
+    "missions": "Temperatures that a sensor goes through again and again, for laws of drift: phases, points or a file.",
     "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
     "stop": 'When it has run enough: bias = "1 uV", half of the 95 % confidence interval of the mean.',
 }
@@ -96,6 +98,19 @@ EPOCH_KEYS = {
 RECALIBRATION_KEYS = {
     "every": 'How much age goes by between calibrations, "1 year", or "never"; a list compares.',
     "carried": "Parameters that keep a measure of the last calibration: a parameter, and the name of the measure.",
+}
+MISSION_KEYS = {
+    "phases": 'Phases that follow each other, then begin anew: [{ temperature = "358 K", for = "16 h" }].',
+    "points": 'Times and temperatures with straight lines between them: [["0 h", "233 K"], ["24 h", "358 K"]].',
+    "file": "A CSV file with columns of times and temperatures, beside the study.",
+    "time": "Its column of times, time when nothing is said.",
+    "temperature": "Its column of temperatures, temperature when nothing is said.",
+}
+PHASE_KEYS = {"temperature": "Temperature of a phase.", "for": "How long it lasts."}
+CHANGE_KEYS = {
+    "measure": "The measure that changes.",
+    "since": 'An age, "1 year", or the last "calibration"; since the first epoch when nothing is said.',
+    "relative": "true: relative to the value at that time.",
 }
 LIMIT_KEYS = {
     "at_least": "Smallest value of the measure in a good sensor.",

@@ -2,10 +2,19 @@
 
 from typing import Any
 
-from proofmass.graphs.model.keys import EPOCH_KEYS, LIMIT_KEYS, RECALIBRATION_KEYS, STUDY_KEYS
+from proofmass.graphs.model.keys import (
+    CHANGE_KEYS,
+    EPOCH_KEYS,
+    LIMIT_KEYS,
+    MISSION_KEYS,
+    PHASE_KEYS,
+    RECALIBRATION_KEYS,
+    STUDY_KEYS,
+)
 from proofmass.graphs.model.limits import LARGEST_SEED, TEXT_LENGTH
 from proofmass.graphs.model.loops import SETTLED, VERDICTS
 from proofmass.graphs.studies.ageing import DRIFT_KEYS, LAWS, NEEDED_BY
+from proofmass.graphs.studies.changes import CALIBRATION
 from proofmass.graphs.studies.designs import DESIGNS
 from proofmass.graphs.studies.distributions import LEAST_TRUNCATION, NORMAL, SHAPES, SPREAD_KEYS
 from proofmass.graphs.studies.epochs import NEVER
@@ -17,6 +26,7 @@ _NUMBER: Schema = {"anyOf": [{"type": "number"}, _QUANTITY]}
 _LIMIT: Schema = {"anyOf": [*_NUMBER["anyOf"], {"enum": list(VERDICTS)}]}
 _WIDTH: Schema = {"anyOf": [{"type": "number", "minimum": 0}, _QUANTITY]}
 _LIST: Schema = {"type": "array", "minItems": 1, "items": _NUMBER}
+_DRIFT_TYPES: dict[str, Schema] = {"relative": {"type": "boolean"}, "mission": {"type": "string"}}
 _FILE: Schema = {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH}
 
 
@@ -36,6 +46,8 @@ def study_schema(most_runs: int) -> Schema:
         "recalibration": _recalibration(),
         "margins": {"anyOf": [{"const": SETTLED}, *_WIDTH["anyOf"]]},
         "drift": _by_parameter(_drift()),
+        "missions": _by_measure(_mission()),
+        "changes": _by_measure(_changes()),
         "limits": _by_measure(
             _table({"at_least": _LIMIT, "at_most": _LIMIT, "change": _NUMBER, "from": _WIDTH}, LIMIT_KEYS)
         ),
@@ -72,8 +84,28 @@ def _recalibration() -> Schema:
     return _table({"every": every, "carried": carried}, RECALIBRATION_KEYS) | {"required": ["every", "carried"]}
 
 
+def _changes() -> Schema:
+    since: Schema = {"anyOf": [{"const": CALIBRATION}, *_WIDTH["anyOf"]]}
+    values: dict[str, Schema] = {"measure": {"type": "string"}, "since": since, "relative": {"type": "boolean"}}
+    return _table(values, CHANGE_KEYS) | {"required": ["measure"]}
+
+
+def _mission() -> Schema:
+    phase = _table({"temperature": _NUMBER, "for": _WIDTH}, PHASE_KEYS) | {"required": list(PHASE_KEYS)}
+    point: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": _NUMBER}
+    values: dict[str, Schema] = {
+        "phases": {"type": "array", "minItems": 1, "items": phase},
+        "points": {"type": "array", "minItems": 2, "items": point},
+        "file": _FILE,
+        "time": {"type": "string"},
+        "temperature": {"type": "string"},
+    }
+    ways = [{"required": [way]} for way in ("phases", "points", "file")]
+    return _table(values, MISSION_KEYS) | {"oneOf": ways}
+
+
 def _drift() -> Schema:
-    values = {key: {"type": "boolean"} if key == "relative" else _NUMBER for key in DRIFT_KEYS}
+    values = {key: _DRIFT_TYPES.get(key, _NUMBER) for key in DRIFT_KEYS}
     return _table(values, DRIFT_KEYS) | {
         "anyOf": [{"required": [law]} for law in LAWS],
         "dependentRequired": {key: [law] for key, law in NEEDED_BY.items()},

@@ -1,23 +1,30 @@
 """How a parameter drifts along the epochs of a study: laws of ageing, evaluated at an age instead of simulated.
 
-d(t) = ramp t + w(t) + logarithmic log10(1 + t / onset) + arrhenius t exp(E / k (1 / T0 - 1 / T))
+d(t) = ramp t + w(t) + logarithmic log10(1 + t / onset) + arrhenius t exp(E / k (1 / T0 - 1 / T)) + cycles n(t)
+
+With a mission, the temperature is its history, and n(t) the number of cycles of a reference range that wear as much.
 
 w is a random walk with standard deviation `random_walk` sqrt(t). The paces of one sensor differ from those of another
 by normal deviates of the stated spread. The laws are those of the blocks DriftRamp, RandomWalk, LogarithmicAgeing and
 ArrheniusAgeing.
 """
 
+import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
+from typing import Any
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.declaration.problem import Refusal, shown
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.noise_and_drift import arrhenius_ageing, logarithmic_ageing
+from proofmass.graphs.studies.missions import Mission
 from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
 
-LAWS = ("ramp", "random_walk", "logarithmic", "arrhenius")
+LAWS = ("ramp", "random_walk", "logarithmic", "arrhenius", "cycles")
+_FIRST_STEP = 4  # of the random walk, among the deviates of a parameter
 _SPREAD = {
     f"{law}_spread": f"Standard deviation of {law} from sensor to sensor." for law in LAWS if law != "random_walk"
 }
@@ -26,11 +33,15 @@ DRIFT_KEYS = {
     "random_walk": 'Standard deviation after a time: "5 ppm/sqrt(year)".',
     "logarithmic": "Change per factor of ten in age, from the onset on.",
     "arrhenius": 'Change per time at the reference temperature, "10 ppm/year", sped up by the temperature.',
+    "cycles": "Change per cycle of temperature of the reference range, of a mission.",
     **_SPREAD,
     "onset": "Age at which the logarithm sets in, 1 d when nothing is said.",
     "temperature": "Temperature at which the sensor is kept, 298.15 K when nothing is said.",
     "reference_temperature": "Temperature of the stated pace, 298.15 K when nothing is said.",
     "activation_energy": "0.7 eV when nothing is said.",
+    "mission": "Temperatures that the sensor goes through, by the name of a mission of the study.",
+    "cycle_range": "Range of a cycle that changes the parameter by `cycles`, 100 K when nothing is said.",
+    "cycle_exponent": "Power of the range by which other cycles change it, 2 when nothing is said.",
     "relative": "true: changes are relative to the value of the graph.",
 }
 NEEDED_BY = {
@@ -38,14 +49,35 @@ NEEDED_BY = {
     "temperature": "arrhenius",
     "reference_temperature": "arrhenius",
     "activation_energy": "arrhenius",
+    "cycle_range": "cycles",
+    "cycle_exponent": "cycles",
     **{key: key.removesuffix("_spread") for key in _SPREAD},
 }
-_DEFAULTS = {"onset": 86400.0, "temperature": 298.15, "reference_temperature": 298.15, "activation_energy": 1.1215e-19}
-_UNITS = {"onset": "s", "temperature": "K", "reference_temperature": "K", "activation_energy": "J"}
-_LEAST = {"onset": 1e-3, "temperature": 1.0, "reference_temperature": 100.0, "activation_energy": 0.0}
+NO_MISSIONS: Mapping[str, Mission] = MappingProxyType({})
+_NUMBERS = {  # beside the laws: unit, default, least
+    "onset": ("s", 86400.0, 1e-3),
+    "temperature": ("K", 298.15, 1.0),
+    "reference_temperature": ("K", 298.15, 100.0),
+    "activation_energy": ("J", 1.1215e-19, 0.0),
+    "cycle_range": ("K", 100.0, 1e-3),
+    "cycle_exponent": ("1", 2.0, 0.0),
+}
+_DEFAULTS = {key: default for key, (_, default, _) in _NUMBERS.items()}
+_UNITS = {key: unit for key, (unit, _, _) in _NUMBERS.items()}
+_LEAST = {key: least for key, (_, _, least) in _NUMBERS.items()}
 
 
-@dataclass(frozen=True)
+_LATER = {  # laws that are not told where they are as by default
+    "cycles": 0.0,
+    "cycles_spread": 0.0,
+    "cycle_range": _DEFAULTS["cycle_range"],
+    "cycle_exponent": _DEFAULTS["cycle_exponent"],
+    "mission": "",
+    "history": None,
+}
+
+
+@dataclass(frozen=True, repr=False)
 class Drift:
     """The laws by which one parameter ages, in its unit (or relative) and seconds."""
 
@@ -61,6 +93,18 @@ class Drift:
     reference_temperature: float = _DEFAULTS["reference_temperature"]
     activation_energy: float = _DEFAULTS["activation_energy"]
     relative: bool = False
+    cycles: float = 0.0
+    cycles_spread: float = 0.0
+    cycle_range: float = _DEFAULTS["cycle_range"]
+    cycle_exponent: float = _DEFAULTS["cycle_exponent"]
+    mission: str = ""
+    history: Mission | None = None  # of that mission
+
+    def __repr__(self) -> str:
+        """Return the laws as they have always been written, what is not said left out."""
+        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        new = {name: value for name, value in fields.items() if name not in _LATER or value != _LATER[name]}
+        return f"Drift({', '.join(f'{name}={value!r}' for name, value in new.items())})"
 
     def aged(
         self,
@@ -80,22 +124,29 @@ class Drift:
 
         ramp, logarithmic, arrhenius = pace("ramp", 0), pace("logarithmic", 1), pace("arrhenius", 2)
         law = logarithmic_ageing.Constants(logarithmic / math.log(10.0), self.onset, 0.0, 1.0)
-        arrhenius *= self._acceleration()
+        law_of_heat = self._law_of_heat()
+        if self.history is None:
+            arrhenius *= arrhenius_ageing.acceleration_at(law_of_heat, self.temperature)
+        cycled = pace("cycles", _FIRST_STEP - 1) if self.cycles or self.cycles_spread else 0.0
         steps = [ages[0], *(late - early for early, late in pairwise(ages))]
         changed, walked = [], 0.0
         for number, (age, step) in enumerate(zip(ages, steps, strict=True)):
-            walked += self.random_walk * math.sqrt(step) * normal(seed, run, stream, len(LAWS) + number)
-            deviation = (ramp + arrhenius) * age + walked + logarithmic_ageing.deviation_at(law, age)
+            walked += self.random_walk * math.sqrt(step) * normal(seed, run, stream, _FIRST_STEP + number)
+            if self.history is None:
+                deviation = (ramp + arrhenius) * age + walked + logarithmic_ageing.deviation_at(law, age)
+            else:
+                worn = cycled * self.history.wear(age, self.cycle_exponent, self.cycle_range)
+                heated = arrhenius * self.history.exposure(age, law_of_heat)
+                deviation = ramp * age + heated + worn + walked + logarithmic_ageing.deviation_at(law, age)
             changed.append(value * (1.0 + deviation) if self.relative else value + deviation)
         return changed
 
-    def _acceleration(self) -> float:
+    def _law_of_heat(self) -> arrhenius_ageing.Constants:
         energy = self.activation_energy / arrhenius_ageing.BOLTZMANN
-        law = arrhenius_ageing.Constants(0.0, energy, energy / self.reference_temperature, 1.0)
-        return arrhenius_ageing.acceleration_at(law, self.temperature)
+        return arrhenius_ageing.Constants(0.0, energy, energy / self.reference_temperature, 1.0)
 
 
-def read_drift(table: object, unit: str) -> Drift:
+def read_drift(table: object, unit: str, missions: Mapping[str, Mission] = NO_MISSIONS) -> Drift:
     """An entry of `[drift]` for a parameter of that unit; raises `Refusal`."""
     table = checked_table(table, DRIFT_KEYS, 'write { ramp = "20 ppm/year", relative = true }')
     if not any(law in table for law in LAWS):
@@ -103,10 +154,29 @@ def read_drift(table: object, unit: str) -> Drift:
     for key, law in NEEDED_BY.items():
         if key in table and law not in table:
             raise Refusal(f"there is no {law} to go with it", key=key, hint=f"add {law}, or leave {key} out")
+    mission = _mission(table, missions)
     relative = read_flag(table, "relative")
     base = "1" if relative else f"({unit})"
     units = {"ramp": f"{base}/s", "random_walk": f"{base}/sqrt(s)", "logarithmic": base, "arrhenius": f"{base}/s"}
+    units["cycles"] = base
     units |= {f"{law}_spread": of for law, of in units.items()} | _UNITS
     least = {key: _LEAST.get(key, 0.0 if key.endswith(("_spread", "random_walk")) else -math.inf) for key in units}
-    numbers = {key: read_quantity(table, key, units[key], least[key]) for key in table if key != "relative"}
-    return Drift(**numbers, relative=relative)
+    numbers = {
+        key: read_quantity(table, key, units[key], least[key]) for key in table if key not in ("relative", "mission")
+    }
+    return Drift(**numbers, relative=relative, mission=mission, history=missions.get(mission))
+
+
+def _mission(table: Mapping[str, Any], missions: Mapping[str, Mission]) -> str:
+    """Return the name of the mission of a table; "" where it has none."""
+    name = table.get("mission", "")
+    if "mission" in table and (not isinstance(name, str) or name not in missions):
+        hint = did_you_mean(str(name), missions, "the missions") if missions else "add [study.missions]"
+        raise Refusal("there is no such mission", hint, key="mission", got=shown(name))
+    if "mission" in table and not {"arrhenius", "cycles"} & table.keys():
+        raise Refusal("no law follows it", key="mission", got=shown(name), expected="arrhenius or cycles")
+    if "cycles" in table and "mission" not in table:
+        raise Refusal("needs a mission whose cycles it counts", key="cycles", got=shown(table["cycles"]))
+    if "mission" in table and "temperature" in table:
+        raise Refusal("the mission says the temperature", key="temperature", got=shown(table["temperature"]))
+    return str(name)

@@ -27,6 +27,16 @@ class Study(Value):
     `design` is one of `DESIGNS`.
 
     Raises `ModelError` with every problem.
+
+    `graph` has measures. `runs` is the number of sensors, `seed` that of all draws, `epochs` are the ages.
+    `spread`, `correlation`, `sweep`, `drift`, `recalibration`, `margins`, `limits` and `stop` are as in a file. `place`
+    is the file that a study comes from.
+
+    >>> from proofmass import Study, read_graph, run_study
+    >>> graph = read_graph("library:scale_factor_drift")
+    >>> study = Study(graph=graph, runs=3, spread={"torquer.gain": {"normal": "200 ppm", "relative": True}})
+    >>> run_study(study)["scale_factor"].shape  # three sensors, all of one age
+    (3, 1)
     """
 
     def __init__(
@@ -43,6 +53,8 @@ class Study(Value):
         drift: Tables = NOTHING,
         recalibration: Tables = NOTHING,
         margins: str | float = "",
+        missions: Tables = NOTHING,
+        changes: Tables = NOTHING,
         limits: Tables = NOTHING,
         stop: Tables = NOTHING,
         place: Place = NOWHERE,
@@ -51,6 +63,9 @@ class Study(Value):
         folder = (place if place is not NOWHERE else graph.place).folder
         spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
         ages = read.ages(epochs)
+        histories = read.missions(missions, folder)
+        calibrations = read.recalibration(recalibration)
+        changed = read.changes(changes, ages, bool(calibrations.carried))
         super().__init__(
             graph=graph,
             runs=runs,
@@ -60,9 +75,10 @@ class Study(Value):
             correlation=read.correlation(correlation, spreads, design),
             sweep=read.parameters("sweep", sweep, lambda values, unit: read_values(values, "", unit)),
             epochs=ages,
-            drift=read.parameters("drift", drift, read_drift),
-            recalibration=read.recalibration(recalibration),
+            drift=read.parameters("drift", drift, lambda entry, unit: read_drift(entry, unit, histories)),
+            recalibration=calibrations,
             margins=read.margins,
+            changes=changed,
             limits=read.limits(limits, ages),
             stop=read.stop(stop),
             written=MappingProxyType(read.written),

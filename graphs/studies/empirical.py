@@ -3,10 +3,11 @@
 import csv
 import hashlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
+from typing import Any
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert_exactly
@@ -22,6 +23,12 @@ def read_column(file: object, column: object, folder: str, unit: str) -> tuple[f
 
     Raises `Refusal`.
     """
+    (values,) = read_columns(file, {column: unit}, folder)
+    return tuple(sorted(values))
+
+
+def read_columns(file: object, units: Mapping[Any, str], folder: str) -> list[list[float]]:
+    """The numbers of some columns in the order of the file, each in its unit; raises `Refusal`."""
     try:
         path = file_inside(file, folder)
     except Refusal as error:
@@ -35,20 +42,26 @@ def read_column(file: object, column: object, folder: str, unit: str) -> tuple[f
         raise Refusal(f"cannot be read: {error}", key="file", got=shown(file)) from None
     heads = [_head(head) for head in rows[0]] if rows else []
     names = [name for name, _ in heads]
-    if column not in names:
-        hint = did_you_mean(str(column), names, "its columns")
-        raise Refusal("the file has no such column", key="column", got=shown(column), hint=hint)
-    place = names.index(str(column))
+    for column in units:
+        if column not in names:
+            hint = did_you_mean(str(column), names, "its columns")
+            raise Refusal("the file has no such column", key="column", got=shown(column), hint=hint)
+    return [_column(rows, heads, names.index(str(column)), unit, path.name) for column, unit in units.items()]
+
+
+def _column(
+    rows: Sequence[Sequence[str]], heads: Sequence[tuple[str, str]], place: int, unit: str, name: str
+) -> list[float]:
     try:
         scale = convert_exactly(f"1 {heads[place][1]}", unit) if heads[place][1] else Fraction(1)
     except Refusal as error:
-        message, got = f"{path.name}, line 1: {error}", shown(heads[place][1])
+        message, got = f"{name}, line 1: {error}", shown(heads[place][1])
         raise Refusal(message, error.hint, key="column", got=got) from None
-    values = [_value(row, place, number, scale, path.name) for number, row in enumerate(rows[1:], 2) if row]
+    values = [_value(row, place, number, scale, name) for number, row in enumerate(rows[1:], 2) if row]
     if not 1 <= len(values) <= MOST_VALUES:
         expected = f"1 to {MOST_VALUES:,} rows"
         raise Refusal("holds no list of values", key="file", got=f"{len(values)} rows", expected=expected)
-    return tuple(sorted(values))
+    return values
 
 
 def column_file(values: Iterable[float]) -> tuple[str, bytes]:
@@ -62,7 +75,7 @@ def _head(text: str) -> tuple[str, str]:
     return name.strip(), unit.strip().removesuffix("]")
 
 
-def _value(row: list[str], place: int, line: int, scale: Fraction, file: str) -> float:
+def _value(row: Sequence[str], place: int, line: int, scale: Fraction, file: str) -> float:
     """A decimal, read exactly and rounded once."""
     text = row[place].strip() if place < len(row) else ""
     with suppress(ValueError, OverflowError):

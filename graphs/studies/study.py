@@ -17,6 +17,7 @@ from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.studies.ageing import Drift
+from proofmass.graphs.studies.changes import Change
 from proofmass.graphs.studies.correlation import Correlation
 from proofmass.graphs.studies.designs import Design, stream_of
 from proofmass.graphs.studies.distributions import Spread
@@ -24,6 +25,7 @@ from proofmass.graphs.studies.epochs import Recalibration
 from proofmass.graphs.studies.study_tables import Limit
 
 LARGEST_STUDY = 2**32  # runs times epochs: a word of the counter of the noise
+AFTER_CALIBRATION = 2**31  # added to it for the runs that follow calibrations
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -35,21 +37,22 @@ class Study:
     have left. Parameters are named as in the flat graph.
     """
 
-    graph: Graph
+    graph: Graph  # that runs
     runs: int  # sensors
-    seed: int
-    design: str
-    spread: Mapping[str, Spread]
-    correlation: Correlation
-    sweep: Mapping[str, tuple[float, ...]]
+    seed: int  # of all that is drawn
+    design: str  # how sensors are drawn
+    spread: Mapping[str, Spread]  # distributions by parameter
+    correlation: Correlation  # between parameters
+    sweep: Mapping[str, tuple[float, ...]]  # values by parameter, in its unit
     epochs: tuple[float, ...]  # ages in seconds
-    drift: Mapping[str, Drift]
-    recalibration: Recalibration
+    drift: Mapping[str, Drift]  # laws by parameter
+    recalibration: Recalibration  # when, and which parameters store the result
     margins: str  # time of the operating point at which margins are measures too; "" measures none
-    limits: Mapping[str, Limit]
+    changes: Mapping[str, Change]  # measures of their own, by name
+    limits: Mapping[str, Limit]  # by measure
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
     written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
-    place: Place = dataclasses.field(compare=False, repr=False)
+    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def changed(self, *, runs: int, seed: int) -> Self:
         """Return the study with other numbers; raises `ModelError`."""
@@ -124,6 +127,11 @@ class Study:
         """Per epoch, whether a run calibrates there."""
         return self.recalibration.at(self.epochs, self.recalibrated_every(run))
 
+    @property
+    def followed(self) -> bool:
+        """Whether a run follows each calibration, to which later ones are compared."""
+        return any(change.since_calibration for change in self.changes.values())
+
     @cached_property
     def designed(self) -> Design:
         """The deviates of the sensors."""
@@ -179,6 +187,7 @@ class Study:
         lines += [f"correlation.{first}.{second} = {value}" for first, second, value in self.correlation.pairs]
         for table in ("spread", "sweep", "drift"):
             lines += [f"{table}.{name} = {entry}" for name, entry in sorted(getattr(self, table).items())]
+        lines += [f"changes.{name} = {change}" for name, change in self.changes.items()]
         lines += [*self.recalibration.text(), *([f"margins = {self.margins}"] if self.margins else [])]
         return "\n".join(lines) + "\n"
 
@@ -191,8 +200,9 @@ def bad_numbers(study: Study) -> Iterator[Problem]:
             yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
             return
     size = study.runs * study.points * len(study.epochs)
-    if size > LARGEST_STUDY:
-        expected = f"at most {LARGEST_STUDY:g} runs, points and epochs multiplied"
+    largest = AFTER_CALIBRATION if study.followed else LARGEST_STUDY
+    if size > largest:
+        expected = f"at most {largest:g} runs, points and epochs multiplied"
         yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
     if not study.graph.measures and not study.margins:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'

@@ -16,9 +16,11 @@ from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
+from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
 from proofmass.graphs.model.names import Missing, find_any
 from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.studies.changes import Change, read_change
 from proofmass.graphs.studies.correlation import Correlation, correlation_of, read_coefficient
 from proofmass.graphs.studies.designs import DESIGNS
 from proofmass.graphs.studies.distributions import Spread
@@ -30,6 +32,7 @@ from proofmass.graphs.studies.epochs import (
     recalibration_table,
     regular_ages,
 )
+from proofmass.graphs.studies.missions import Mission, read_mission
 from proofmass.graphs.studies.table_entries import checked_table, read_quantity
 
 Entry = TypeVar("Entry")
@@ -47,12 +50,6 @@ class Limit:
     def counted(self, ages: Sequence[float]) -> int:
         """The first epoch that counts."""
         return next((epoch for epoch, age in enumerate(ages) if age >= self.start), len(ages))
-
-    def kept(self, values: Sequence[float]) -> bool:
-        """Whether the values of one sensor, of the epochs that count, stay within; a run that failed does not."""
-        inside = all(self.at_least <= value <= self.at_most for value in values)
-        largest = self.change * abs(values[0]) if math.isfinite(self.change) else math.inf
-        return inside and all(abs(value - values[0]) <= largest for value in values)
 
 
 def _decibels(table: Mapping[str, Any], key: str) -> float:
@@ -177,6 +174,31 @@ class StudyTables:
         if not same_unit(self._unit(measure), unit):
             raise Refusal("has another unit than the parameter", got=self._unit(measure), expected=unit)
         return measure
+
+    def missions(self, given: object, folder: str) -> Mapping[str, Mission]:
+        """Histories of temperature, by name; their files are beside the study."""
+        missions: dict[str, Mission] = {}
+        for name, entry in self._entries("missions", given):
+            try:
+                missions[name] = read_mission(entry, folder)
+            except Refusal as error:
+                self._refuse(error, "missions", name)
+        return missions
+
+    def changes(self, given: object, ages: Sequence[float], calibrated: bool) -> Mapping[str, Change]:
+        """Changes of measures, which limits may name."""
+        changes: dict[str, Change] = {}
+        for name, entry in self._entries("changes", given):
+            try:
+                if not NAME.fullmatch(name):
+                    raise Refusal("not a name", got=shown(name), expected=EXPECTED_NAME)
+                if name in self._units:
+                    raise Refusal("there is a measure of that name", got=shown(name))
+                changes[name] = read_change(entry, self._units, ages, calibrated)
+            except Refusal as error:
+                self._refuse(error, "changes", name)
+        self._units |= {n: "1" if c.relative else self._units[c.measure] for n, c in changes.items()}
+        return MappingProxyType(changes)
 
     def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
         """Limits of measures."""

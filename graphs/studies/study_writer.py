@@ -8,6 +8,7 @@ from typing import Any
 from proofmass.graphs.files.toml_writer import quoted, write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.ageing import Drift
+from proofmass.graphs.studies.changes import CALIBRATION, Change
 from proofmass.graphs.studies.distributions import Spread
 from proofmass.graphs.studies.empirical import COLUMN
 from proofmass.graphs.studies.epochs import NEVER
@@ -28,8 +29,10 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
         "correlation": _correlation(study),
         "sweep": {study.name_of(name): list(values) for name, values in study.sweep.items()},
         "epochs": {"ages": list(study.epochs)},
-        "drift": {study.name_of(name): _changed(drift, Drift()) for name, drift in study.drift.items()},
+        "missions": _missions(study),
+        "drift": {study.name_of(name): _drift(drift) for name, drift in study.drift.items()},
         "recalibration": _recalibration(study),
+        "changes": {name: _change(change) for name, change in study.changes.items()},
         "limits": {name: _limit(limit) for name, limit in study.limits.items()},
         "stop": dict(study.stop),
     }
@@ -72,6 +75,22 @@ def _changed(entry: Drift | Limit, default: Drift | Limit) -> dict[str, Any]:
     """The fields that are not as they are by default."""
     fields = {field.name: getattr(entry, field.name) for field in dataclasses.fields(entry)}
     return {name: value for name, value in fields.items() if value != getattr(default, name)}
+
+
+def _missions(study: Study) -> dict[str, Any]:
+    found = {drift.mission: drift.history for drift in study.drift.values() if drift.history is not None}
+    return {
+        name: {"points": list(zip(mission.times, mission.temperatures, strict=True))} for name, mission in found.items()
+    }
+
+
+def _drift(drift: Drift) -> dict[str, Any]:
+    return {name: value for name, value in _changed(drift, Drift()).items() if name != "history"}
+
+
+def _change(change: Change) -> dict[str, Any]:
+    since = CALIBRATION if change.since_calibration else change.since
+    return {"measure": change.measure, "since": since} | ({"relative": True} if change.relative else {})
 
 
 def _limit(limit: Limit) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """The command `montecarlo`: run what is left of a study, show and write it; or replay one of its runs."""
 
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.answers import print_files, print_interruption, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.progress import progress, time_text
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
@@ -71,7 +72,12 @@ def run_montecarlo(request: StudyRequest) -> int:
     if result.interrupted:
         return _interrupted(result, request.out)
     if request.out is not None:
-        print_files(request.out, write_study(result, request.out, request.formats, request.report), request.as_json)
+        began = time.perf_counter()
+        names = write_study(result, request.out, request.formats, request.report)
+        print_files(request.out, names, request.as_json)
+        if not request.as_json:
+            what = "tables, pictures and report" if request.report else "tables"
+            print_text([f"{what}: {time_text(time.perf_counter() - began)}"])
     return DONE
 
 

@@ -1,10 +1,12 @@
 """The command `report`: a study, ended or under way, as one HTML file."""
 
+import time
 from pathlib import Path
 
 from proofmass.runner.commands.answers import print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.progress import time_text
 from proofmass.runner.studies.kept.folder import find_folder, kept_result
 from proofmass.runner.studies.shown.report import FILE, save_study_report
 
@@ -14,6 +16,8 @@ def report_study(study: Path, output: Path | None, own: Path | None) -> int:
     blocks = own_blocks(own)
     folder = study if study.is_dir() else find_folder(study, blocks)
     result = kept_result(folder, blocks)
+    began = time.perf_counter()
     path = save_study_report(result, output or folder / FILE)
-    print_text([f"wrote {path}: {len(result.numbers):,} of {result.planned_runs:,} runs"])
+    seconds = time_text(time.perf_counter() - began)
+    print_text([f"wrote {path}: {len(result.numbers):,} of {result.planned_runs:,} runs, in {seconds}"])
     return DONE

@@ -9,8 +9,9 @@ from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.kept.ledger import FILE as LEDGER
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.export import save_study_csv, save_study_netcdf, save_study_parquet
-from proofmass.runner.studies.shown.export_influences import save_influences
-from proofmass.runner.studies.shown.plot import save_study_plot
+from proofmass.runner.studies.shown.export_answers import save_answers
+from proofmass.runner.studies.shown.influences import StudyInfluences
+from proofmass.runner.studies.shown.plot import save_study_plots
 from proofmass.runner.studies.shown.report import FILE, save_study_report
 
 
@@ -26,10 +27,10 @@ def write_study(result: StudyResult, out: Path, formats: tuple[str, ...], report
 
 
 def _write_report(result: StudyResult, out: Path, formats: tuple[str, ...]) -> list[str]:
-    """Influences of the parameters, pictures, and the report."""
-
+    """Influences of the parameters, lifetimes, pictures, and the report."""
+    found = StudyInfluences(result)
     return [
-        *save_influences(result, out, formats),
-        *(save_study_plot(result, out / f"study.{form}").name for form in ("svg", "png")),
-        save_study_report(result, out / FILE).name,
+        *save_answers(found, out, formats),
+        *save_study_plots(result, out / "study", ("svg", "png")),
+        save_study_report(result, out / FILE, found).name,
     ]

@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, size_of
@@ -157,24 +158,34 @@ class Plan(Filled):
     derived: tuple[Derived, ...] = ()  # measures that follow from these, each after those that it needs
 
     def same_sizes(self, other: "Plan") -> bool:
-        """Return whether the loop of this plan can run another plan that differs in numbers alone.
+        """Return whether the loop of this plan can run another plan that differs in parameters alone.
 
-        The length of a buffer may depend on a number: the wider the band of flicker noise, the longer its buffer.
+        Parameters that are true or false are a part of the loop. The length of a buffer may depend on a number: the
+        wider the band of flicker noise, the longer its buffer.
         """
         changed = (name for name, block in self.blocks.items() if block is not other.blocks[name])
         return all(self._sizes(name) == other._sizes(name) for name in changed)
 
     def _sizes(self, name: str) -> list[Any]:
-        """Return the lengths of a block's buffers, outputs and lists among its constants."""
+        """Return the lengths of a block's buffers, outputs and lists among its constants, and its truth values."""
         block, constants = self.blocks[name], self.constants[name]
         lists = [] if isinstance(constants, Driven) else [_lengths(value) for value in constants or ()]
         buffers = [len(self.buffers[name, buffer]) for buffer in type(block).buffers]
-        return [buffers, [shape_of(block, port) for port in type(block).outputs.values()], lists]
+        truths = [getattr(block, name) for name, declared in type(block).parameters.items() if declared.kind is bool]
+        return [buffers, [shape_of(block, port) for port in type(block).outputs.values()], lists, truths]
 
     @cached_property
     def ahead(self) -> tuple[Endpoint, ...]:
         """Outputs that are computed for the next tick too, since inputs of continuous blocks move towards it."""
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
+
+    @cached_property
+    def quiet(self) -> "Plan":
+        """The plan with random numbers that are all zero; itself where none are drawn."""
+        kinds = {type(block) for block in self.blocks.values()}
+        functions = (f for kind in kinds for f in (*kind.output_functions.values(), *kind.functions.values()))
+        drawn = any(Meaning.DEVIATE in function.meanings for function in functions)
+        return replace(self, schedule=replace(self.schedule, without_noise=True)) if drawn else self
 
 
 def _lengths(value: Any) -> Any:
@@ -184,7 +195,7 @@ def _lengths(value: Any) -> Any:
 
 def without_noise(plan: Plan) -> Plan:
     """Return the plan with random numbers that are all zero."""
-    return replace(plan, schedule=replace(plan.schedule, without_noise=True))
+    return plan.quiet
 
 
 def _ends(path: str) -> Iterator[str]:

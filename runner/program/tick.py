@@ -1,7 +1,7 @@
 """The plan as a program: one function that runs a range of ticks on the memory passed to it.
 
 The program reads numbers that a run may change (parameters, seed, state) from arrays; only what the graph fixes
-(wiring, rate ratios, sizes) is written into it.
+(wiring, rate ratios, sizes, parameters that are true or false) is written into it.
 """
 
 from collections.abc import Collection, Iterator
@@ -29,7 +29,7 @@ from proofmass.runner.plan.keys import (
     word,
 )
 from proofmass.runner.plan.planned import Driven, Plan
-from proofmass.runner.program.build import Builder
+from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.digital import DigitalWriter
 from proofmass.runner.program.due import Step, when_due
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand
@@ -150,9 +150,11 @@ class TickWriter:
             self.checks.append(self.frame.driven(name))
             self.frame.constants[name] = self.checks[-1].value
         else:
-            made = type(values)
+            made, of_run = type(values), "constants" in type(block).functions
             of = ((ConstantOf(name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True))
-            self.frame.constants[name] = made._make(self.numbers.constant(*each) for each in of)
+            self.frame.constants[name] = made._make(
+                operand(v) if k is bool and not of_run else self.numbers.constant(key, k, v) for key, k, v in of
+            )
 
     def _variables_like(self, name: str) -> Lowered:
         """Variables for constants that the tick computes."""
@@ -164,8 +166,9 @@ class TickWriter:
         plan, block = self.plan, self.plan.blocks[name]
         for p, kind in fields(type(block).parameters_class()):
             if (name, p) not in plan.schedule.drivers:
-                key = ParameterOf(name, p)
-                self.frame.parameters[name, p] = self.numbers.constant(key, held_as(kind), getattr(block, p))
+                key, value = ParameterOf(name, p), getattr(block, p)
+                known = operand(value) if kind is bool else self.numbers.constant(key, held_as(kind), value)
+                self.frame.parameters[name, p] = known
         self.frame.periods[name] = self.numbers.constant(PeriodOf(name), float, plan.block_period(name))
 
     def check_constants(self) -> None:

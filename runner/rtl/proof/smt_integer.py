@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import Mantissa, low_bits
+from proofmass.blocks.arithmetic.mantissa import low_bits
 from proofmass.runner.fixed.integer_interval import signed_width
 
 MOST_PATHS = 1024
@@ -96,7 +96,7 @@ class Specification:
         return self._names[body]
 
 
-class SmtInteger(Mantissa):
+class SmtInteger:
     """An integer between two bounds, as the SMT term `text` of their width."""
 
     __slots__ = ("high", "low", "specification", "text")

@@ -1,8 +1,9 @@
 """The outcome of a study: every measure of every sensor at every epoch, statistics and yield."""
 
 import hashlib
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -30,17 +31,23 @@ PERCENTILES = (1.0, 50.0, 99.0)
 
 @dataclass(frozen=True, repr=False)
 class StudyResult:
-    """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch."""
+    """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch.
 
-    study: Study
-    measures: tuple[PlannedMeasure, ...]
+    >>> from proofmass import read_study, run_study
+    >>> result = run_study(read_study("library:scale_factor_drift"), runs=4)
+    >>> result.interrupted, sorted(result.yields())
+    (False, ['all limits', 'noise', 'scale_factor'])
+    """
+
+    study: Study  # that ran
+    measures: tuple[PlannedMeasure, ...]  # with their units
     numbers: Array  # of the runs that are done
-    values: Mapping[str, Array]
+    values: Mapping[str, Array]  # by measure, a row per run and a column per epoch
     faults: Mapping[tuple[int, int], str]  # by run and epoch
-    planned_runs: int
-    seconds: float
-    engine: str
-    provenance: Mapping[str, str] = field(default_factory=dict)
+    planned_runs: int  # after which the study ends
+    seconds: float  # wall time
+    engine: str  # that ran
+    provenance: Mapping[str, str] = field(default_factory=dict)  # versions, machine and date
 
     def __getitem__(self, measure: str) -> Array:
         return self.values[measure]
@@ -72,9 +79,18 @@ class StudyResult:
 
     def kept(self, name: str) -> Array:
         """Return for each run whether it keeps a limit at all epochs that count for it."""
-        limit = self.study.limits[name]
+        return np.asarray(self.within(name).all(axis=1))
+
+    def within(self, name: str) -> Array:
+        """Return by run and epoch whether a limit is kept; true at epochs that do not count."""
+        limit, values = self.study.limits[name], self.values[name]
         first = limit.counted(self.study.epochs)
-        return np.array([limit.kept(row) for row in self.values[name][:, first:].tolist()], dtype=bool)
+        good = (values >= limit.at_least) & (values <= limit.at_most)
+        if math.isfinite(limit.change):
+            reference = values[:, first : first + 1]
+            good &= np.abs(values - reference) <= limit.change * np.abs(reference)
+        good[:, :first] = True
+        return np.asarray(good)
 
     def summary(self) -> list[dict[str, Any]]:
         """Return runs, mean, std (n - 1), extremes and percentiles by measure and epoch, without failed runs.
@@ -136,6 +152,18 @@ class StudyResult:
         about_measures = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
         variables = {name: (("run", "epoch"), values, about_measures[name]) for name, values in self.values.items()}
         return xarray.Dataset(variables, coordinates, self.attributes())
+
+    def some(self, chosen: Array, parts: int = 1) -> "StudyResult":
+        """Return some of the runs, by a mask; they are one of so many parts of the study."""
+        numbers = self.numbers[chosen]
+        left = set(numbers.tolist())
+        return replace(
+            self,
+            numbers=numbers,
+            values={name: values[chosen] for name, values in self.values.items()},
+            faults={key: fault for key, fault in self.faults.items() if key[0] in left},
+            planned_runs=self.planned_runs // parts,
+        )
 
     def column_of(self, name: str) -> str:
         """Name of a parameter in tables: as it is written, or its path where a measure or column has that name."""

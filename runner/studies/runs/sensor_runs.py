@@ -5,6 +5,7 @@ runs side by side with it and their order change no bit of it.
 """
 
 import dataclasses
+import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
@@ -14,7 +15,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.formulas.tree import plainly
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study import AFTER_CALIBRATION, Study
 from proofmass.runner.plan.measuring import derived_values, planned_derived, refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -22,12 +23,13 @@ from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
-from proofmass.runner.run.engines import choose, lanes_for
+from proofmass.runner.run.engines import choose
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
-from proofmass.runner.run.side_by_side import SideBySide
+from proofmass.runner.run.side_by_side import SideBySide, lanes_for
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
+from proofmass.runner.studies.runs.changes_per_run import change_measures, change_values
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 from proofmass.runner.targets.content import content_of
 
@@ -46,7 +48,8 @@ class SensorRuns:
         self.study = study
         self.plan = plan(study.graph.changed(probes=()))
         margins = margin_measures(self.plan, study.margins)
-        self.measures = (*self.plan.measures, *margins, *planned_derived(self.plan))
+        self.own_measures = (*self.plan.measures, *margins, *planned_derived(self.plan))
+        self.measures = (*self.own_measures, *change_measures(study, self.own_measures))
         self.ticks = self.plan.ticks()
         refuse_late(self.plan, self.ticks)
         total = self.ticks * study.runs * study.points * len(study.epochs)
@@ -87,40 +90,86 @@ class SensorRuns:
 
         Side by side, raises `StoppedError` soon after the event is set.
         """
-        epochs, measures = len(self.study.epochs), len(self.measures)
-        if self.together is None:
-            return outcomes_of((done for number in map(int, numbers) for done in self.run(number)), epochs, measures)
+        epochs = len(self.study.epochs)
         which = np.array(numbers, dtype=np.int64)
+        if self.together is None:
+            return self._one_by_one(which)
         drawn = drawn_together(self.study, which)
-        outcomes = Outcomes(which, np.full((len(which), epochs, measures), np.nan), {})
+        outcomes, after = self._nothing(which), self._nothing(which)
         left = {name: np.full(len(which), value) for name, value in self._unset.items()}
         intervals = len(self.study.recalibration.every)
         calibrated = np.array([self.study.calibrated(number) for number in range(intervals)])[which % intervals]
+        done = np.zeros((len(which), epochs), dtype=bool)
         for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
             values = {name: rows[some] for name, rows in drawn.items()}
             values |= {name: now[None] for name, now in left.items()}
             self._abreast(outcomes, range(epochs)[some], self.study.settings(values, on_arrays), stop)
             if left:
-                self._carry(outcomes, some.start, calibrated[:, some.start], left)
-        return outcomes
+                done[:, some.start] = self._carry(outcomes, some.start, calibrated[:, some.start], left)
+                if self.study.followed and done[:, some.start].any():
+                    values |= {name: now[None] for name, now in left.items()}
+                    self._follow(after, some.start, done[:, some.start], values, stop)
+        return self._with_changes(outcomes, done, after.values)
 
-    def _carry(self, outcomes: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> None:
-        """Store the results of calibrations as parameters of later epochs; nothing new where one failed."""
+    def _one_by_one(self, numbers: Array) -> Outcomes:
+        """Return the outcomes of runs one after the other."""
+        every = [self._followed(number) for number in numbers.tolist()]
+        epochs, measures = len(self.study.epochs), len(self.own_measures)
+        outcomes = outcomes_of((run for runs, _ in every for run in runs), epochs, measures)
+        after = np.array([rows for _, rows in every]).reshape(len(every), epochs, -1)
+        calibrated = np.array([self.study.calibrated(number) for number in numbers.tolist()], dtype=bool)
+        failed = np.zeros_like(calibrated)
+        for place, (runs, _) in enumerate(every):
+            failed[place] = [run.values is None for run in runs]
+        return self._with_changes(outcomes, calibrated & ~failed, after)
+
+    def _nothing(self, numbers: Array) -> Outcomes:
+        shape = len(numbers), len(self.study.epochs), len(self.own_measures)
+        return Outcomes(numbers, np.full(shape, np.nan), {})
+
+    def _with_changes(self, outcomes: Outcomes, calibrated: Array, after: Array) -> Outcomes:
+        """Return the outcomes with the changes of measures, `after` those of the runs that follow calibrations."""
+        if not self.study.changes:
+            return outcomes
+        names = [measure.name for measure in self.own_measures]
+        changed = change_values(self.study, names, outcomes.values, calibrated, after)
+        return outcomes._replace(values=np.concatenate([outcomes.values, changed], axis=2))
+
+    def _follow(
+        self, after: Outcomes, epoch: int, which: Array, values: Mapping[str, Array], stop: threading.Event
+    ) -> None:
+        """Run again, with what they have just left and noise of its own, the sensors that were calibrated."""
+        chosen = {name: np.broadcast_to(rows, (1, len(which)))[:, which] for name, rows in values.items()}
+        some = self._nothing(after.numbers[which])
+        self._abreast(some, [epoch], self.study.settings(chosen, on_arrays), stop, AFTER_CALIBRATION)
+        after.values[which, epoch] = some.values[:, epoch]
+
+    def _carry(self, outcomes: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> Array:
+        """Store the results of calibrations as parameters of later epochs, and return which were done."""
         failed = {number for number, at in outcomes.faults if at == epoch}
         new = calibrated & ~np.isin(outcomes.numbers, list(failed))
-        names = [measure.name for measure in self.measures]
+        names = [measure.name for measure in self.own_measures]
         for name, measure in self.study.recalibration.carried.items():
             left[name] = np.where(new, outcomes.values[:, epoch, names.index(measure)], left[name])
+        return np.asarray(new)
 
     def run(self, number: int) -> list[SensorRun]:
-        """Return one run at each epoch; results of calibrations become parameters of later epochs."""
+        """Return one run at each epoch, without changes; results of calibrations become parameters of later epochs."""
+        return self._followed(number)[0]
+
+    def _followed(self, number: int) -> tuple[list[SensorRun], list[tuple[float, ...]]]:
+        """Return one run at each epoch, and the measures just after each calibration; NaN elsewhere."""
         runs, left = list[SensorRun](), dict[str, float]()
+        unknown = (math.nan,) * len(self.own_measures)
+        after = [unknown] * len(self.study.epochs)
         calibrated = self.study.calibrated(number)
         for epoch, values in enumerate(self.study.drawn(number)):
             runs.append(self._at(number, epoch, values | left))
             if calibrated[epoch]:
                 left |= self._left_by(runs[-1])
-        return runs
+                if self.study.followed:
+                    after[epoch] = self._at(number, epoch, values | left, noise=AFTER_CALIBRATION).values or unknown
+        return runs, after
 
     def parameters(self, number: int, epoch: int) -> dict[str, float]:
         """Return the parameters of a run at an epoch; the calibrations before it are run for their results."""
@@ -134,16 +183,21 @@ class SensorRuns:
         """Return the parameters that a calibration sets; none if it failed."""
         if run.values is None:
             return {}
-        measured = {measure.name: value for measure, value in zip(self.measures, run.values, strict=True)}
+        measured = {measure.name: value for measure, value in zip(self.own_measures, run.values, strict=True)}
         return {name: measured[measure] for name, measure in self.study.recalibration.carried.items()}
 
     def _abreast(
-        self, outcomes: Outcomes, epochs: Sequence[int], values: Mapping[str, Array], stop: threading.Event
+        self,
+        outcomes: Outcomes,
+        epochs: Sequence[int],
+        values: Mapping[str, Array],
+        stop: threading.Event,
+        noise_from: int = 0,
     ) -> None:
         """Run sensors at some epochs side by side, with a value of each parameter for each epoch and run."""
         assert self.together is not None
         shape = len(epochs), len(outcomes.numbers)
-        noise = np.array([noise_run(self.study, outcomes.numbers, epoch) for epoch in epochs]).ravel()
+        noise = noise_from + np.array([noise_run(self.study, outcomes.numbers, epoch) for epoch in epochs]).ravel()
         flat = {name: np.broadcast_to(rows, shape).ravel() for name, rows in values.items()}
         measured, sound = self.together.measured(flat, noise, stop)
         of_run = outcomes.values[:, epochs[0] : epochs[-1] + 1]
@@ -155,19 +209,24 @@ class SensorRuns:
             at, run = divmod(place, shape[1])
             given = {name: float(each[place]) for name, each in flat.items()}
             known = tuple(measured[place].tolist()) if sound[place] else None
-            done = self._at(int(outcomes.numbers[run]), epochs[at], given, known)
+            done = self._at(int(outcomes.numbers[run]), epochs[at], given, known, noise_from)
             of_run[run, at] = np.nan if done.values is None else done.values
             if done.fault:
                 outcomes.faults[done.run, done.epoch] = done.fault
 
     def _at(
-        self, number: int, epoch: int, values: dict[str, float], measured: tuple[float, ...] | None = None
+        self,
+        number: int,
+        epoch: int,
+        values: dict[str, float],
+        measured: tuple[float, ...] | None = None,
+        noise: int = 0,
     ) -> SensorRun:
         """Return one run at one epoch, whose signals may have been measured already."""
         try:
             changed = varied(self.plan, self.study.blocks(values))
             if measured is None:
-                memory = self._last(changed, noise_run(self.study, number, epoch))
+                memory = self._last(changed, noise + noise_run(self.study, number, epoch))
                 measured = tuple(value_of(changed, measure, memory) for measure in self.plan.measures)
             margins = margins_at(changed, self.study.margins)
         except ModelError as error:

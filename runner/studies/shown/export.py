@@ -12,7 +12,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from proofmass.runner.output.export import whole_file
+from proofmass.runner.studies.draws.factors import parameters_of
 from proofmass.runner.studies.outcome.result import RECALIBRATION, StudyResult
 
 _RUNS = 10_000  # drawn again and written together
@@ -92,15 +95,16 @@ def _rows(result: StudyResult) -> Iterator[list[list[Any]]]:
     """Yield rows of the table, piece by piece."""
     study = result.study
     for first in range(0, len(result.numbers), _RUNS):
-        rows = []
-        for place in range(first, min(first + _RUNS, len(result.numbers))):
-            run = int(result.numbers[place])
+        some = result.numbers[first : first + _RUNS]
+        drawn = np.array(list(parameters_of(study, some).values())).reshape(-1, len(study.epochs), len(some))
+        measured = np.array([result[m.name][first : first + _RUNS] for m in result.measures])
+        parameters, rows = np.moveaxis(drawn, 0, 2).tolist(), []
+        for place, (run, values) in enumerate(zip(some.tolist(), np.moveaxis(measured, 0, 2).tolist(), strict=True)):
             every = [study.recalibrated_every(run)] if study.recalibration.carried else []
-            for epoch, drawn in enumerate(study.drawn(run)):
-                values = [result[m.name][place, epoch].item() for m in result.measures]
-                numbers = [None if math.isnan(value) else value for value in values]
+            for epoch, age in enumerate(study.epochs):
+                numbers = [None if math.isnan(value) else value for value in values[epoch]]
                 fault = result.faults.get((run, epoch), "")
-                rows.append([run, epoch, study.epochs[epoch], *every, *drawn.values(), *numbers, fault])
+                rows.append([run, epoch, age, *every, *parameters[epoch][place], *numbers, fault])
         yield rows
 
 

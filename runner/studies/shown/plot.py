@@ -1,5 +1,6 @@
 """Picture of a study: each measure as a histogram, or as a fan of percentiles over its epochs; point by point."""
 
+from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,26 +50,13 @@ def plot_study(result: StudyResult) -> "Figure":
     return figure
 
 
-def plot_measure(result: StudyResult, name: str) -> "Figure":
-    """One measure: histograms at the first and the last epoch, and beside them its fan over the epochs."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    epochs, measure = result.study.epochs, next(m for m in result.measures if m.name == name)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 3.4), facecolor=PAPER, layout="constrained")
-        panels = figure.subplots(1, 1 if len(epochs) < 2 else 2, squeeze=False)[0]
-        _histograms(panels[0], result, measure)
-        if len(epochs) > 1:
-            _fans(panels[1], result, measure)
-        _legend(figure)
-    return figure
-
-
-def save_study_plot(result: StudyResult, path: str | Path) -> Path:
-    """Write the picture in the format of the file's ending."""
-    return save_figure(plot_study(result), path)
+def save_study_plots(result: StudyResult, path: Path, endings: Sequence[str]) -> list[str]:
+    """Write the picture in several formats, laid out once; returns the names of the files."""
+    figure, names = plot_study(result), []
+    for ending in endings:
+        names.append(save_figure(figure, path.with_suffix(f".{ending}")).name)
+        figure.set_layout_engine("none")
+    return names
 
 
 def _whole(result: StudyResult, name: str) -> Array:

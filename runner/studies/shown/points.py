@@ -1,11 +1,8 @@
 """The points of a study: values of its sweep and intervals between calibrations, each seen alone."""
 
-from dataclasses import replace
-
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import recalibration_text
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult
 
 MOST_POINTS = 12  # with tables and pictures of their own
@@ -14,7 +11,7 @@ MOST_POINTS = 12  # with tables and pictures of their own
 def by_point(result: StudyResult) -> list[StudyResult]:
     """Return the study at each of its points alone, in the order in which runs take turns."""
     points = result.study.points
-    return [_some(result, result.numbers % points == point, points) for point in range(points)]
+    return [result.some(result.numbers % points == point, points) for point in range(points)]
 
 
 def parts(result: StudyResult) -> dict[str, StudyResult]:
@@ -32,7 +29,7 @@ def swept_parts(result: StudyResult) -> dict[str, StudyResult]:
         return {"": result}
     names = (_swept_text(study, number * intervals) for number in range(swept))
     numbers = result.numbers % study.points // intervals
-    return {name: _some(result, numbers == number, swept) for number, name in enumerate(names)}
+    return {name: result.some(numbers == number, swept) for number, name in enumerate(names)}
 
 
 def first_point(result: StudyResult) -> int:
@@ -61,16 +58,3 @@ def all_points_text(study: Study) -> str:
 def _unit(study: Study, parameter: str) -> str:
     unit = pretty(study.unit_of(parameter))
     return "" if unit == "1" else unit
-
-
-def _some(result: StudyResult, chosen: Array, parts: int) -> StudyResult:
-    """Return the runs of one of several parts of a study."""
-    numbers = result.numbers[chosen]
-    chosen_numbers = set(numbers.tolist())
-    return replace(
-        result,
-        numbers=numbers,
-        values={name: values[chosen] for name, values in result.values.items()},
-        faults={key: fault for key, fault in result.faults.items() if key[0] in chosen_numbers},
-        planned_runs=result.planned_runs // parts,
-    )

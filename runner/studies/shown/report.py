@@ -2,7 +2,7 @@
 
 import math
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
@@ -14,14 +14,15 @@ from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
+from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
 from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult
-from proofmass.runner.studies.shown.influences import Influences, drawn_of, influences_at
-from proofmass.runner.studies.shown.plot import label_of, plot_measure
-from proofmass.runner.studies.shown.plot_influences import plot_influences
-from proofmass.runner.studies.shown.points import MOST_POINTS, all_points_text, first_point, parts, swept_parts
+from proofmass.runner.studies.shown.influences import Influences, StudyInfluences
+from proofmass.runner.studies.shown.points import first_point, parts, swept_parts
+from proofmass.runner.studies.shown.report_charts import distribution_chart, influences_chart, shares_chart, sweep_chart
+from proofmass.runner.studies.shown.report_lifetimes import calibrations_section, lifetimes_section
+from proofmass.runner.studies.shown.report_sections import at_each, ends_text, percent_text
 from proofmass.runner.studies.shown.sensitivities import Influence, sobol_indices
 from proofmass.runner.studies.shown.worst import WorstRun, failed_runs, worst_runs
 
@@ -29,16 +30,22 @@ FILE = "report.html"
 _WORST = 5
 _FAILED = 10
 _LEADING = 3  # factors of a measure at one age
-Section = Callable[[StudyResult], str]
 
 
-def save_study_report(result: StudyResult, path: str | Path) -> Path:
-    """Write the report; its commands replay runs of the study in the same folder."""
+def save_study_report(result: StudyResult, path: str | Path, found: StudyInfluences | None = None) -> Path:
+    """Write the report; its commands replay runs of the study in the same folder.
+
+    `found` are the influences, if they are known already.
+    """
+    found = found or StudyInfluences(result)
     sections = [
         *([("Yield", _yield(result))] if result.yields() else []),
+        *([("Lifetimes", lives)] if (lives := lifetimes_section(result)) else []),
+        *([("What calibrations buy", bought)] if (bought := calibrations_section(result)) else []),
         ("Measures", _measures(result)),
         ("Distributions", _distributions(result)),
-        *([("What scatters them", influences)] if (influences := _influences(result)) else []),
+        *([("Curves over the sweep", curves)] if (curves := _curves(result)) else []),
+        *([("What scatters them", influences)] if (influences := _influences(result, found)) else []),
         *([("Sobol indices", indices)] if (indices := _indices(result)) else []),
         ("Runs to look at", _worst(result)),
         ("Study", _facts(result)),
@@ -62,25 +69,7 @@ def _opening(result: StudyResult) -> str:
     return page
 
 
-def _at_each(points: Callable[[StudyResult], dict[str, StudyResult]]) -> Callable[[Section], Section]:
-    """Return a section for each point of the study, under headings if there are several."""
-
-    def decorated(section: Section) -> Section:
-        def whole(result: StudyResult) -> str:
-            told_apart = points(result)
-            if len(told_apart) == 1:
-                together = f"<p>{all_points_text(result.study).capitalize()}.</p>\n"
-                body = section(result)
-                return together + body if body and result.study.points > MOST_POINTS else body
-            bodies = {name if "=" in name else name.capitalize(): section(part) for name, part in told_apart.items()}
-            return "\n".join(f"<h3>{escape(head)}</h3>\n{body}" for head, body in bodies.items() if body)
-
-        return whole
-
-    return decorated
-
-
-@_at_each(parts)
+@at_each(parts)
 def _yield(result: StudyResult) -> str:
     intervals, rows = result.yield_intervals(), []
     for name, part in result.yields().items():
@@ -96,7 +85,7 @@ def _yield(result: StudyResult) -> str:
     return table(("measure", "limit", "good", f"{100 * LEVEL:g} % confidence"), rows, numbers=(2, 3))
 
 
-@_at_each(parts)
+@at_each(parts)
 def _tables(result: StudyResult) -> str:
     keys = ("mean", "std", *(f"p{p:g}" for p in PERCENTILES))
     rows = []
@@ -124,68 +113,64 @@ def _with_interval(row: dict[str, object], key: str) -> str:
     if not isinstance(value, float) or not isinstance(intervals, dict):
         return ""
     low, high = intervals[key]
-    return f"{concise(value, (low, high))}<br>{small(_ends(low, high))}"
+    return f"{concise(value, (low, high))}<br>{small(ends_text(low, high))}"
 
 
-def _ends(low: float, high: float) -> str:
-    """Return an interval with as many digits as distinguish its ends.
-
-    >>> _ends(3275.8213, 3277.61), _ends(1.0000464, 1.0000566), _ends(-math.inf, 2.0), _ends(1.0, math.inf)
-    ('3275.82 to 3277.61', '1.000046 to 1.000057', '≤ 2', '≥ 1')
-    """
-    if math.isinf(low) or math.isinf(high):
-        return f"≤ {high:.5g}" if math.isfinite(high) else f"≥ {low:.5g}" if math.isfinite(low) else "unknown"
-    ratio = max(abs(low), abs(high)) / (high - low) if high > low else 1.0
-    digits = min(15, max(5, math.ceil(math.log10(ratio)) + 2))
-    return f"{low:.{digits}g} to {high:.{digits}g}"
-
-
-@_at_each(swept_parts)
+@at_each(swept_parts)
 def _distributions(result: StudyResult) -> str:
-    point = first_point(result)
+    return "\n".join(f'<div class="wide">{distribution_chart(result, m)}</div>' for m in result.measures)
+
+
+def _curves(result: StudyResult) -> str:
+    """Return each measure against each parameter that takes three values or more."""
+    names = [name for name, values in result.study.sweep.items() if len(set(values)) > 2]
     return "\n".join(
-        f'<div class="wide">{picture(plot_measure(result, m.name), f"{m.name}-distribution-{point}")}</div>'
-        for m in result.measures
+        f'<div class="wide">{sweep_chart(result, measure, name)}</div>'
+        for name in names
+        for measure in result.measures
+        if np.isfinite(result[measure.name]).any()
     )
 
 
-@_at_each(parts)
-def _influences(result: StudyResult) -> str:
-    """Return a tornado of each measure at the last epoch, and the strongest factors at the others."""
-    if not len(result.numbers):
-        return ""
-    drawn, study, last = drawn_of(result), result.study, len(result.study.epochs) - 1
-    earlier = [epoch for epoch, age in enumerate(study.epochs) if age in some_of(study.epochs)]
-    ages: dict[str, list[Influences]] = {}
-    for epoch in earlier:
-        for influences in influences_at(result, drawn, epoch):
-            ages.setdefault(influences.measure.name, []).append(influences)
-    shown = []
-    for measure, found in ages.items():
-        shown += [_tornado(result, found[-1])] if found[-1].epoch == last else []
-        shown += [_leading(study, found)] if len(found) > 1 else []
-        shown += [] if found[-1].epoch == last else [f"<p>{escape(measure)} does not scatter at the last age.</p>"]
-    return "\n".join(shown)
+def _influences(result: StudyResult, found: StudyInfluences) -> str:
+    """Return a tornado of each measure at the last epoch, and the shares of the strongest factors at every one."""
+
+    @at_each(parts)
+    def shown(part: StudyResult) -> str:
+        ages = found.by_measure(part)
+        return "\n".join(_of_measure(part, name, tables) for name, tables in ages.items())
+
+    return shown(result)
+
+
+def _of_measure(result: StudyResult, name: str, tables: Sequence[Influences]) -> str:
+    study, last = result.study, len(result.study.epochs) - 1
+    newest = tables[-1].epoch == last
+    pieces = [_tornado(result, tables[-1])] if newest else []
+    if len(tables) > 1:
+        drawing = shares_chart([study.epochs[t.epoch] for t in tables], [t.regression for t in tables], name)
+        shown = [t for t in tables if study.epochs[t.epoch] in some_of(study.epochs)]
+        pieces += [f'<div class="wide">{drawing}</div>', _leading(study, shown)]
+    pieces += [] if newest else [f"<p>{escape(name)} does not scatter at the last age.</p>"]
+    return "\n".join(pieces)
 
 
 def _tornado(result: StudyResult, influences: Influences) -> str:
     regression, measure, study = influences.regression, influences.measure, result.study
     about = (
-        f"Linear regression explains {_percent(regression.explained)} of the variance of {measure.name} at the age of "
-        f"{age_text(study.epochs[influences.epoch])} ({_percent(regression.explained_of_ranks)} for ranks)."
+        f"Linear regression explains {percent_text(regression.explained)} of the variance of {measure.name} at the age "
+        f"of {age_text(study.epochs[influences.epoch])} ({percent_text(regression.explained_of_ranks)} for ranks)."
     )
     about += _since_text(study, influences)
     rows = (
         f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{_effect(i)}</td>'
-        f'<td class="number">{i.standardised:.4f}</td><td class="number">{i.rank:.4f}</td>'
+        f'<td class="number">{percent_text(i.share)}</td><td class="number">{i.standardised:.4f}</td>'
+        f'<td class="number">{i.rank:.4f}</td>'
         for i in regression.influences
     )
-    heads = ("factor", "slope", "effect of 1 σ", "standardised", "of ranks")
-    drawing = picture(
-        plot_influences(influences.factors, regression, influences.values, label_of(measure)),
-        f"{measure.name}-influences-{first_point(result)}",
-    )
-    return f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 5))}'
+    heads = ("factor", "slope", "effect of 1 σ", "share of variance", "standardised", "of ranks")
+    drawing = influences_chart(influences)
+    return f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 6))}'
 
 
 def _since_text(study: Study, influences: Influences) -> str:
@@ -203,27 +188,17 @@ def _leading(study: Study, tables: Sequence[Influences]) -> str:
     """Return the strongest factors of one measure at each age."""
     rows = []
     for influences in tables:
-        named = ", ".join(f"{i.parameter} {i.effect:.4g}" for i in influences.regression.influences[:_LEADING])
+        named = ", ".join(f"{i.parameter} {percent_text(i.share)}" for i in influences.regression.influences[:_LEADING])
         rows.append(
             f'<td class="number">{escape(age_text(study.epochs[influences.epoch]))}</td>'
-            f'<td class="number">{_percent(influences.regression.explained)}</td><td>{broken(named)}</td>'
+            f'<td class="number">{percent_text(influences.regression.explained)}</td><td>{broken(named)}</td>'
         )
-    return table(("age", "explained", "strongest factors, effect of 1 σ"), rows, numbers=(0, 1))
-
-
-def _percent(part: float) -> str:
-    """Return a part of a variance in percent, with enough digits to distinguish it from 100 %.
-
-    >>> _percent(0.204), _percent(0.99987), _percent(1.0)
-    ('20.4 %', '99.99 %', '100 %')
-    """
-    text = f"{100.0 * part:.1f} %"
-    return text if text != "100.0 %" else "100 %" if part > 0.99995 else f"{100.0 * part:.2f} %"
+    return table(("age", "explained", "strongest factors, share of the variance"), rows, numbers=(0, 1))
 
 
 def _effect(influence: Influence) -> str:
     low, high = influence.effect - influence.effect_half, influence.effect + influence.effect_half
-    return f"{concise(influence.effect, (low, high))}<br>{small(_ends(low, high))}"
+    return f"{concise(influence.effect, (low, high))}<br>{small(ends_text(low, high))}"
 
 
 def _indices(result: StudyResult) -> str:
@@ -235,7 +210,7 @@ def _indices(result: StudyResult) -> str:
     return f"<p>Sensors of a group share {escape(left_out)}; what these do is in no index.</p>\n{tables}"
 
 
-@_at_each(parts)
+@at_each(parts)
 def _index_tables(result: StudyResult) -> str:
     last, rows = len(result.study.epochs) - 1, []
     for measure in result.measures:

@@ -5,6 +5,9 @@ due to one parameter, and on ranks this holds for any monotonic dependence (Salt
 analysis: the primer" (2008), section 1.2.5). Intervals are Student's: t s sqrt(diag((X'X)^-1)), s^2 the residuals over
 n - d - 1 (Draper and Smith, "Applied regression analysis", 3rd ed. (1998), section 5.2).
 
+The share of a factor is b_i s_i / s_y times its correlation with y (Pratt 1987): shares add up to R^2, also
+of factors that are correlated.
+
 Factors that move together, with a correlation beyond 0.9 by three standard errors of Fisher's atanh r, 1 / sqrt(n - 3),
 are one: their joint effect X_g b_g is known well even if their separate effects are not.
 
@@ -14,6 +17,7 @@ parameter i, which is taken from B (Saltelli et al., Computer Physics Communicat
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,6 +42,7 @@ class Influence:
     effect_half: float  # half of its interval
     standardised: float
     rank: float  # standardised coefficient of the ranks
+    share: float  # of the variance; the shares of all factors add up to what the regression explains
 
     @property
     def parameter(self) -> str:
@@ -66,31 +71,62 @@ class Index:
     total_interval: Interval
 
 
-def regression(parameters: Mapping[str, Array], values: Array) -> Regression | None:
-    """Return the influences on the values of a measure; None if runs are too few or nothing varies."""
+class Columns:
+    """Factors of some runs that differ among them, prepared for regressions on several measures."""
+
+    def __init__(self, parameters: Mapping[str, Array]) -> None:
+        columns = {name: column for name, column in parameters.items() if _differ(column)}
+        self.names = list(columns)
+        self.x = np.column_stack(list(columns.values())) if columns else np.empty((0, 0))
+        self.runs = len(self.x)
+
+    @cached_property
+    def groups(self) -> list[list[int]]:
+        """Places of the columns that are one factor."""
+        return _groups(self.x)
+
+    @cached_property
+    def plain(self) -> "_Fit":
+        """The fit of values."""
+        return _Fit(self.x)
+
+    @cached_property
+    def ranked(self) -> "_Fit":
+        """The fit of ranks."""
+        return _Fit(_ranks(self.x))
+
+    def regression(self, values: Array) -> Regression | None:
+        """Return the influences on values, none of which is missing; None if runs are too few or nothing varies."""
+        if not self.names or self.runs < len(self.names) + 3 or not _differ(values):
+            return None
+        standardised, halves, correlations, explained = _grouped(self.plain, values, self.groups)
+        rank, _, _, explained_of_ranks = _grouped(self.ranked, _ranks(values[:, None])[:, 0], self.groups)
+        deviation = float(values.std(ddof=1))
+        influences = [
+            Influence(
+                tuple(self.names[place] for place in group),
+                float(b * deviation / self.x[:, group[0]].std(ddof=1)),
+                float(b * deviation),
+                float(half * deviation),
+                float(b),
+                float(rank_b),
+                float(b * r),
+            )
+            for group, b, half, r, rank_b in zip(self.groups, standardised, halves, correlations, rank, strict=True)
+        ]
+        influences.sort(key=lambda influence: -abs(influence.effect))
+        return Regression(tuple(influences), explained, explained_of_ranks, self.runs)
+
+
+def regression(parameters: Mapping[str, Array], values: Array, prepared: Columns | None = None) -> Regression | None:
+    """Return the influences on the values of a measure; None if runs are too few or nothing varies.
+
+    `prepared` are the same parameters, which serve where no value is missing.
+    """
     known = np.isfinite(values)
-    y = values[known]
-    columns = {name: column[known] for name, column in parameters.items() if _differ(column[known])}
-    if len(y) < len(columns) + 3 or not columns or not _differ(y):
-        return None
-    x = np.column_stack(list(columns.values()))
-    groups = _groups(x)
-    standardised, halves, explained = _grouped(x, y, groups)
-    rank, _, explained_of_ranks = _grouped(_ranks(x), _ranks(y[:, None])[:, 0], groups)
-    deviation, names = float(y.std(ddof=1)), list(columns)
-    influences = [
-        Influence(
-            tuple(names[place] for place in group),
-            float(b * deviation / x[:, group[0]].std(ddof=1)),
-            float(b * deviation),
-            float(half * deviation),
-            float(b),
-            float(rank_b),
-        )
-        for group, b, half, rank_b in zip(groups, standardised, halves, rank, strict=True)
-    ]
-    influences.sort(key=lambda influence: -abs(influence.effect))
-    return Regression(tuple(influences), explained, explained_of_ranks, len(y))
+    if known.all():
+        return (prepared or Columns(parameters)).regression(values)
+    return Columns({name: column[known] for name, column in parameters.items()}).regression(values[known])
 
 
 def sobol_indices(result: StudyResult, measure: str, epoch: int = 0, point: int = 0) -> list[Index]:
@@ -152,37 +188,62 @@ def _groups(x: Array) -> list[list[int]]:
     return groups
 
 
-def _grouped(x: Array, y: Array, groups: list[list[int]]) -> tuple[Any, Any, float]:
-    """Return `_standardised` with a column for each group: the joint effect of its columns."""
-    if len(groups) == x.shape[1]:
-        return _standardised(x, y)
-    coefficients, _, _ = _standardised(x, y)
-    scaled = (x - x.mean(axis=0)) / x.std(axis=0, ddof=1)
-    columns = []
+class _Fit:
+    """Least squares on standardised columns, by their orthogonal factors: X = Q R."""
+
+    def __init__(self, x: Array) -> None:
+        self.scaled = (x - x.mean(axis=0)) / x.std(axis=0, ddof=1)
+        self.q, self.r = _orthogonal(self.scaled)
+        self.spread = np.diag(np.linalg.pinv(self.r.T @ self.r))
+
+    def standardised(self, y: Array) -> tuple[Any, Any, Any, float]:
+        """Standardised coefficients, halves of their intervals, correlations with y, and the explained variance."""
+        # start-up time: this part of SciPy takes 0.15 s
+        from scipy.special import stdtrit
+
+        y = (y - y.mean()) / y.std(ddof=1)
+        coefficients = np.linalg.lstsq(self.r, self.q.T @ y, rcond=None)[0]
+        rest = y - self.scaled @ coefficients
+        free = len(y) - self.scaled.shape[1] - 1
+        halves = stdtrit(free, 0.5 + 0.5 * LEVEL) * np.sqrt(rest @ rest / free * self.spread)
+        correlations = self.scaled.T @ y / (len(y) - 1.0)
+        return coefficients, halves, correlations, 1.0 - float(rest @ rest / (y @ y))
+
+
+def _orthogonal(x: Array) -> tuple[Array, Array]:
+    """Return orthogonal columns and the triangle R with X = Q R, by Gram and Schmidt, done twice (Giraud 2005).
+
+    LAPACK's threads take longer to start than these few columns take; a column that depends on others becomes zero.
+    """
+    q, r = np.zeros(x.shape, order="F"), np.zeros((x.shape[1], x.shape[1]))
+    for place, column in enumerate(x.T):
+        left = column.copy()
+        for _ in range(2):
+            along = q[:, :place].T @ left
+            left -= q[:, :place] @ along
+            r[:place, place] += along
+        size = float(np.sqrt(left @ left))
+        if size > 1e-13 * np.sqrt(column @ column):
+            q[:, place], r[place, place] = left / size, size
+    return q, r
+
+
+def _grouped(fit: _Fit, y: Array, groups: list[list[int]]) -> tuple[Any, Any, Any, float]:
+    """Return `standardised` with a column for each group: the joint effect of its columns."""
+    if len(groups) == fit.scaled.shape[1]:
+        return fit.standardised(y)
+    coefficients, columns = fit.standardised(y)[0], []
     for group in groups:
-        column = scaled[:, group] @ coefficients[group]
-        along = float(scaled[:, group[0]] @ column)
-        columns.append(scaled[:, group[0]] if len(group) == 1 or along == 0.0 else column * np.sign(along))
-    return _standardised(np.column_stack(columns), y)
-
-
-def _standardised(x: Array, y: Array) -> tuple[Any, Any, float]:
-    """Standardised coefficients, halves of their intervals, and the part of the variance that they explain."""
-    # start-up time: this part of SciPy takes 0.15 s
-    from scipy.special import stdtrit
-
-    x = (x - x.mean(axis=0)) / x.std(axis=0, ddof=1)
-    y = (y - y.mean()) / y.std(ddof=1)
-    coefficients = np.linalg.lstsq(x, y, rcond=None)[0]
-    rest = y - x @ coefficients
-    free = len(y) - x.shape[1] - 1
-    errors = np.sqrt(rest @ rest / free * np.diag(np.linalg.pinv(x.T @ x)))
-    return coefficients, stdtrit(free, 0.5 + 0.5 * LEVEL) * errors, 1.0 - float(rest @ rest / (y @ y))
+        column = fit.scaled[:, group] @ coefficients[group]
+        along = float(fit.scaled[:, group[0]] @ column)
+        columns.append(fit.scaled[:, group[0]] if len(group) == 1 or along == 0.0 else column * np.sign(along))
+    return _Fit(np.column_stack(columns)).standardised(y)
 
 
 def _ranks(columns: Array) -> Array:
     """Return ranks within each column; equal values share their mean rank."""
-    # start-up time: scipy.stats takes 0.4 s
-    from scipy.stats import rankdata
-
-    return np.asarray(rankdata(columns, axis=0), dtype=float)
+    ranked = np.empty(columns.shape)
+    for place, column in enumerate(columns.T):
+        _, numbers, counts = np.unique(column, return_inverse=True, return_counts=True)
+        ranked[:, place] = (np.cumsum(counts) - 0.5 * (counts - 1.0))[numbers]
+    return ranked

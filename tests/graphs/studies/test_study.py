@@ -8,8 +8,8 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.studies.build import Study
+from proofmass.graphs.studies.changes import Change
 from proofmass.graphs.studies.study_reader import read_study, read_study_text
-from proofmass.graphs.studies.study_tables import Limit
 from proofmass.graphs.studies.study_writer import write_study
 from proofmass.graphs.tuning.check_file import check_file
 from tests.by_hand.graph_texts import STUDIES, changed, line_of
@@ -81,12 +81,35 @@ def test_what_is_drawn_does_not_depend_on_other_parameters(tmp_path: Path) -> No
         assert fewer.drawn(run)[2]["adc.reference"] == made.drawn(run)[2]["adc.reference"]
 
 
-def test_a_limit_on_the_change_and_on_a_failed_run() -> None:
-    assert Limit(change=0.1).kept([-1.0, -1.09, -0.91])
-    assert not Limit(change=0.1).kept([-1.0, -1.2])
-    assert not Limit(at_least=0.0).kept([1.0, -1.0])
-    assert not Limit().kept([float("nan")])
-    assert Limit().kept([0.0, 5.0])
+def test_changes_of_measures_are_measures(tmp_path: Path) -> None:
+    table = '[study.changes]\ndrift = { measure = "bias", since = "1000 h", relative = true }\n[study.limits]'
+    made = study(tmp_path, STUDY.replace("[study.limits]", table + "\ndrift = { at_most = 1e-3 }"))
+    assert made.changes["drift"] == Change("bias", 3.6e6, True)
+    assert made.limits["drift"].at_most == 1e-3
+    assert "changes.drift" in made.text()
+    assert read_study_text(write_study(made)) == made
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ('{ measure = "bais" }', "must name a measure"),
+        ('{ measure = "bias", since = "calibration" }', "the study calibrates nothing"),
+        ('{ measure = "bias", since = "9 year" }', "no epoch is so old"),
+        ('{ measure = "bias", since = "soon" }', "an age"),
+        ('{ measure = "bias", sicne = 0 }', "did you mean since?"),
+        ('{ measure = "bias", relative = 1 }', "must be true or false"),
+    ],
+)
+def test_a_wrong_change_is_refused(tmp_path: Path, entry: str, said: str) -> None:
+    with pytest.raises(ModelError, match=r"changes\.drift") as caught:
+        study(tmp_path, STUDY + f"\n[study.changes]\ndrift = {entry}\n")
+    assert said in str(caught.value)
+
+
+def test_a_change_may_not_take_the_name_of_a_measure(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="there is a measure of that name"):
+        study(tmp_path, STUDY + '\n[study.changes]\nbias = { measure = "noise" }\n')
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_the_command_and_the_report_tell_them_apart(
     assert [point["sweep"]["source.value"] for point in points] == [1.0, 1.5, 2.0] * 2
     for (name, part), point in zip(parts(result).items(), points, strict=True):
         assert f"\n{name}:\n" in said
-        assert page.count(f"<h3>{name}</h3>") == 4
+        assert page.count(f"<h3>{name}</h3>") == 5
         assert point["measures"][0]["mean"] == part.summary()[0]["mean"]
 
 

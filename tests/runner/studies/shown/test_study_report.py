@@ -39,7 +39,15 @@ def page(folder: Path) -> str:
 
 def test_the_page_is_whole_and_asks_nothing_of_the_network(page: str) -> None:
     outline = Outline(page)
-    expected = ["Yield", "Measures", "Distributions", "What scatters them", "Sobol indices", "Runs to look at"]
+    expected = [
+        "Yield",
+        "Lifetimes",
+        "Measures",
+        "Distributions",
+        "What scatters them",
+        "Sobol indices",
+        "Runs to look at",
+    ]
     assert outline.headings == [*expected, "Study", "To repeat it"]
     assert not outline.tags & {"script", "link", "iframe", "object", "embed", "base", "img"}
     links = [value for name, value in outline.attributes if name in ("src", "href", "xlink:href", "action")]
@@ -185,7 +193,7 @@ def test_intervals_between_calibrations_stand_under_headings(tmp_path: Path) -> 
     result = run_study(read_study(tmp_path / "study.toml"), runs=2, engine="python")
     page = save_study_report(result, tmp_path / "report.html").read_text()
     for words in ("Never recalibrated", "Recalibrated every 2 years", "Recalibrated every year"):
-        assert page.count(f"<h3>{words}</h3>") == 2
+        assert page.count(f"<h3>{words}</h3>") == 3
     assert "3 intervals between calibrations" in page
     assert "points of the sweep" not in page
     measures = page[page.index(">Measures<") : page.index(">Distributions<")]

@@ -1,6 +1,6 @@
-"""Influences on the measures, for other tools: JSON and netCDF, and CSV or Parquet if asked for.
+"""Answers of a study for other tools: influences, indices, yields by age and lifetimes.
 
-The rows are those of `influence_rows` and `index_rows`; every file appears whole or not at all.
+As JSON and netCDF, and as CSV or Parquet if asked for; every file appears whole or not at all.
 """
 
 import csv
@@ -14,19 +14,24 @@ import numpy as np
 
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.influences import index_rows, influence_rows
+from proofmass.runner.studies.shown.influences import StudyInfluences, index_rows
+from proofmass.runner.studies.shown.lifetime_rows import lifetime_rows, yield_rows
 
 ABOUT = {  # description of each file
     "influences": "Effect of one standard deviation of each factor on the measures, by linear regression.",
     "sobol_indices": "Fractions of the variance; noise and drift, which a group of the design shares, are in no index.",
+    "yields": "Parts of the sensors within each limit at each age, and never out of it until then; intervals of 95 %.",
+    "lifetimes": "When parts of the sensors have left each limit, Weibull's law, and the time out of tolerance.",
 }
 
 
-def save_influences(result: StudyResult, folder: Path, formats: tuple[str, ...] = ()) -> list[str]:
-    """Write `influences.*`, and with Saltelli's design `sobol_indices.*`; returns the names of the files."""
+def save_answers(found: StudyInfluences, folder: Path, formats: tuple[str, ...] = ()) -> list[str]:
+    """Write the tables that have rows, by the names of `ABOUT`; returns the names of the files."""
+    result = found.result
     savers = {"json": _save_json, "nc": _save_netcdf, "csv": _save_csv, "parquet": _save_parquet}
+    tables = (found.rows(), index_rows(result), yield_rows(result), lifetime_rows(result))
     written = []
-    for name, rows in zip(ABOUT, (influence_rows(result), index_rows(result)), strict=True):
+    for name, rows in zip(ABOUT, tables, strict=True):
         for form in ("json", "nc", *formats) if rows else ():
             path = folder / f"{name}.{form}"
             savers[form](result, rows, path)

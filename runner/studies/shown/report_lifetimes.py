@@ -1,0 +1,143 @@
+"""Sections of the report of a study on its years: when sensors leave their tolerances, and what calibrations buy."""
+
+from collections.abc import Iterator
+from html import escape
+
+import numpy as np
+
+from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.graphs.studies.ages import HOUR, YEAR, age_text, recalibration_text, some_of
+from proofmass.runner.output.page import broken, table
+from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, concise, deviation_interval, mean_interval
+from proofmass.runner.studies.outcome.lifetimes import OUT, Lifetimes, lifetimes
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.points import parts, swept_parts
+from proofmass.runner.studies.shown.report_charts import survival_chart
+from proofmass.runner.studies.shown.report_sections import at_each, percent_text
+
+
+@at_each(parts)
+def lifetimes_section(result: StudyResult) -> str:
+    """Return yield by age, survival and Weibull's law of each limit."""
+    return "\n".join(_of_limit(lives) for lives in lifetimes(result))
+
+
+def calibrations_section(result: StudyResult) -> str:
+    """Return what the intervals between calibrations make of the same sensors, if there are several."""
+    return _compared(result) if len(result.study.recalibration.every) > 1 else ""
+
+
+def left_text(lives: Lifetimes, part: float) -> str:
+    """Return when a part of the sensors has left its tolerance."""
+    found = lives.left_at(part)
+    if found is None:
+        return f"not within {age_text(lives.ages[-1])}"
+    return f"between {age_text(found[0])} and {age_text(found[1])}" if found[0] < found[1] else "when new"
+
+
+def _of_limit(lives: Lifetimes) -> str:
+    told = ", ".join(f"{100 * part:g} % of the sensors have left it {left_text(lives, part)}" for part in OUT)
+    low, high = lives.time_out_interval
+    text = (
+        f"{lives.limit}: {told}. Sensors are out of it for {percent_text(lives.time_out)} of the time "
+        f"({percent_text(max(low, 0.0))} to {percent_text(high)})."
+    )
+    if lives.law is not None:
+        law = lives.law
+        oldest, shape = lives.ages[-1], concise(law.shape, law.shape_interval)
+        scale = _years(law.scale, law.scale_interval, oldest)
+        one = _years(law.one_percent, law.one_percent_interval, oldest)
+        text += f" Weibull's law has shape {shape} and scale {scale}; by it 1 % have left at {one}."
+        text += "" if lives.law_fits else " It does not describe them: it leaves the band of the survival curve."
+    shown = some_of(lives.ages)
+    rows = (
+        f'<td class="number">{escape(age_text(age))}</td><td class="number">{_part(good, ends)}</td>'
+        f'<td class="number">{_part(left, left_ends)}</td>'
+        for age, good, ends, left, left_ends in zip(
+            lives.ages, lives.good, lives.good_intervals, lives.surviving, lives.surviving_intervals, strict=True
+        )
+        if age in shown
+    )
+    heads = ("age", f"within limits ({100 * LEVEL:g} %)", f"never out ({100 * LEVEL:g} %)")
+    drawing = survival_chart(lives)
+    return f'<p>{escape(text)}</p>\n<div class="wide">{drawing}</div>{table(heads, rows, numbers=range(3))}'
+
+
+@at_each(swept_parts)
+def _compared(result: StudyResult) -> str:
+    every = result.study.recalibration.every
+    named = {recalibration_text(seconds): _interval(result, place) for place, seconds in enumerate(every)}
+    named = {name: part for name, part in named.items() if len(part.numbers)}
+    return "\n".join(filter(None, (_lives_table(named), _scatter_table(named))))
+
+
+def _lives_table(named: dict[str, StudyResult]) -> str:
+    lives = {name: {life.limit: life for life in lifetimes(part)} for name, part in named.items()}
+    first = next(iter(named))
+
+    def gain(name: str, limit: str) -> str:
+        return "" if name == first else _gain(lives[name][limit], lives[first][limit], named[name], named[first])
+
+    rows = [
+        f"<th>{escape(name)}</th><td>{broken(limit)}</td>"
+        f'<td class="number">{_part(life.good[-1], life.good_intervals[-1])}</td>'
+        f"<td>{escape(left_text(life, OUT[0]))}</td>"
+        f'<td class="number">{_part(life.time_out, life.time_out_interval)}</td>'
+        f'<td class="number">{gain(name, limit)}</td>'
+        for limit in lives[first]
+        for name in named
+        for life in (lives[name][limit],)
+    ]
+    if not rows:
+        return ""
+    oldest = age_text(next(iter(named.values())).study.epochs[-1])
+    heads = ("calibrations", "limit", f"within it at {oldest}", "1 % have left", "time out of it", f"more than {first}")
+    return table(heads, rows, numbers=(2, 4, 5))
+
+
+def _gain(life: Lifetimes, base: Lifetimes, part: StudyResult, other: StudyResult) -> str:
+    """Return how many more sensors are within the limit at the last age, each compared with itself."""
+    sensors, base_sensors = (found.numbers // found.study.points for found in (part, other))
+    _, mine, theirs = np.intersect1d(sensors, base_sensors, return_indices=True)
+    apart = life.good_at_last[mine].astype(float) - base.good_at_last[theirs]
+    low, high = mean_interval(apart)
+    return f"{100.0 * apart.mean():+.1f} % ({100.0 * low:.1f} to {100.0 * high:.1f} %)"
+
+
+def _scatter_table(named: dict[str, StudyResult]) -> str:
+    """Return the standard deviations of the measures at the last age, side by side."""
+
+    def cells(measure: str) -> Iterator[str]:
+        for part in named.values():
+            values = part[measure][:, -1]
+            values = values[np.isfinite(values)]
+            text = concise(float(values.std(ddof=1)), deviation_interval(values)) if len(values) > 1 else ""
+            yield f'<td class="number">{text}</td>'
+
+    first = next(iter(named.values()))
+    rows = (
+        f"<th>{broken(m.name)}</th><td>{escape(pretty(m.unit))}</td>{''.join(cells(m.name))}" for m in first.measures
+    )
+    heads = (f"standard deviation at {age_text(first.study.epochs[-1])}", "unit", *named)
+    return table(heads, rows, numbers=range(2, 2 + len(named)))
+
+
+def _interval(result: StudyResult, place: int) -> StudyResult:
+    """Return the runs of one interval between calibrations."""
+    return result.some(result.numbers % len(result.study.recalibration.every) == place)
+
+
+def _part(part: float, ends: Interval) -> str:
+    low, high = (min(max(end, 0.0), 1.0) for end in ends)
+    return f"{percent_text(part)} ({percent_text(low)} to {percent_text(high)})"
+
+
+def _years(age: float, ends: Interval, oldest: float) -> str:
+    """Return an age with its interval, in years or hours as the oldest age suits.
+
+    >>> _years(2.0 * YEAR, (1.9 * YEAR, 2.1 * YEAR), YEAR), _years(3.6e6, (0.0, 7.2e6), 7.2e6)
+    ('2 years (1.9 to 2.1)', '1000 h (0 to 2000)')
+    """
+    size, unit = (YEAR, "years") if oldest >= YEAR else (HOUR, "h")
+    low, high = ends
+    return f"{age / size:.3g} {unit} ({low / size:.3g} to {high / size:.3g})"
