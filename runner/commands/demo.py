@@ -22,7 +22,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
-from proofmass.runner.commands.texts.run import show_run
+from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
 

@@ -14,7 +14,7 @@ from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
-from proofmass.runner.commands.texts.run import show_run
+from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
