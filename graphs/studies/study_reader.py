@@ -1,6 +1,7 @@
 """A study from a TOML file: one that names its graph, or a graph file with a table `[study]` in it."""
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,19 @@ from proofmass.graphs.studies.build import Study
 STUDY = "study"
 
 
-def read_study(path: str | Path, own: Own | None = None) -> Study:
+Change = Callable[[Graph], Graph]  # of the graph of a study, before its study is read
+
+
+def unchanged(graph: Graph) -> Graph:
+    """Return the graph itself."""
+    return graph
+
+
+def read_study(path: str | Path, own: Own | None = None, change: Change = unchanged) -> Study:
     """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key.
 
-    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name.
+    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name; the study is that of
+    its graph after a `change`.
 
     >>> from proofmass import read_study
     >>> study = read_study("library:scale_factor_drift")
@@ -28,17 +38,19 @@ def read_study(path: str | Path, own: Own | None = None) -> Study:
     (200, 6, ['scale_factor', 'noise'])
     """
     path = file_of(path)
-    return _study_of_file(*read_table(path), own, path)
+    return _study_of_file(*read_table(path), own, change, path)
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
     """The study of a TOML text; file names in it start from `folder`."""
-    return _study_of_file(*parsed(text, file, folder), own)
+    return _study_of_file(*parsed(text, file, folder), own, unchanged)
 
 
-def _study_of_file(data: dict[str, Any], place: Place, own: Own | None, path: Path | None = None) -> Study:
+def _study_of_file(
+    data: dict[str, Any], place: Place, own: Own | None, change: Change, path: Path | None = None
+) -> Study:
     graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
-    return study_of_table(data, place, graph)
+    return study_of_table(data, place, change(graph))
 
 
 def is_study(data: dict[str, Any]) -> bool:

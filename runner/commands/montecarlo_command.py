@@ -9,8 +9,9 @@ import click
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.answers import print_files, print_interruption, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.progress import progress, working
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
@@ -31,6 +32,7 @@ class StudyRequest:
     runs: int | None
     seed: int | None
     engine: EngineName
+    changes: tuple[str, ...]
     out: Path | None
     threads: int | None
     lanes: int | None
@@ -50,7 +52,7 @@ class StudyRequest:
 
 def run_montecarlo(request: StudyRequest) -> int:
     """Run a study, or replay one of its runs, and return the exit code."""
-    study = read_study(request.study, own_blocks(request.own))
+    study = read_study(request.study, own_blocks(request.own), lambda graph: changed(graph, request.changes))
     if request.run is not None:
         study = with_numbers(study, request.runs, request.seed)
         return _show_replay(replay(study, request.run, request.epoch, request.engine), request)
@@ -74,7 +76,8 @@ def run_montecarlo(request: StudyRequest) -> int:
         return _interrupted(result, request.out)
     if request.out is not None:
         began = time.perf_counter()
-        names = write_study(result, request.out, request.formats, request.report)
+        with working(request.quiet or request.as_json, "writing tables, pictures and report"):
+            names = write_study(result, request.out, request.formats, request.report)
         print_files(request.out, names, request.as_json)
         if not request.as_json:
             what = "tables, pictures and report" if request.report else "tables"

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from proofmass.runner.commands.declarations.options import (
+    Whole,
     blocks_option,
     engine_option,
     graph_argument,
@@ -59,7 +60,7 @@ def diff(**options: Any) -> int:
 @click.command()
 @graph_argument
 @click.option(
-    "--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors for yields (default: as the study says)."
+    "--runs", type=Whole(1, 2**32), help="Simulate this many sensors for yields (default: as the study says)."
 )
 @click.option("--record", is_flag=True, help="Record measures and margins as golden results, beside the graph.")
 @click.option(
