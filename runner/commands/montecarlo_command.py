@@ -13,12 +13,13 @@ from proofmass.runner.commands.answers import print_files, print_interruption, p
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.progress import progress, time_text, working
+from proofmass.runner.commands.progress import progress, working
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
-from proofmass.runner.commands.study_text import study_text
+from proofmass.runner.commands.texts.study import study_text
+from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
