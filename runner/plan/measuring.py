@@ -63,6 +63,11 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
 
 def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block | None:
     """The hidden block, if the measure takes one; raises `ModelError` where the rate asks too much of it."""
+    if measure.until is not None and measure.end(rate) < math.ceil(measure.start * rate) + measure.least(rate):
+        got, expected = f"until {float(measure.until):g} s", f"{measure.least(rate)} or more samples"
+        path = (MEASURES, name.removeprefix(f"{MEASURES}."), "until")
+        problem = Problem(message="too short", key=".".join(path), got=got, expected=expected, path=path)
+        raise ModelError([graph.placed(problem)])
     try:
         return measure.reducer(unit, rate)
     except ModelError as error:
@@ -81,10 +86,10 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
         statistic, node = STATISTICS[measure.statistic], split(measure.signal)
         rate = _rate(graph, scheduled, node)
         first = (math.ceil(measure.start * rate) + measure.least(rate) - 1) * _stride(graph, scheduled, node)
-        read = (_reducer(graph, measure), statistic.output) if statistic.block else node
+        read = (_reducer(graph, measure), measure.output) if measure.block else node
         block = graph.blocks[node[0]]
         unit = statistic.unit_for(unit_of(block, type(block).outputs[node[1]]))
-        reduced = statistic.block is not None
+        reduced = measure.block is not None
         measures.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reduced, first))
     return tuple(measures)
 
@@ -160,7 +165,7 @@ def _reducer(graph: FlatGraph, measure: Measure) -> str:
 
 
 def _kind(measure: Measure) -> tuple[object, ...]:
-    return STATISTICS[measure.statistic].block, measure.signal, measure.start, measure.options
+    return measure.block, measure.signal, measure.start, measure.until, measure.options
 
 
 def _rate(graph: FlatGraph, scheduled: Schedule, node: Endpoint) -> Fraction:
