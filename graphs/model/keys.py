@@ -89,6 +89,7 @@ STUDY_KEYS = {
     "changes": 'Changes of measures as measures: bias_drift = { measure = "bias", since = "calibration" }.',
     "missions": "Temperatures that a sensor goes through again and again, for laws of drift: phases, points or a file.",
     "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
+    "variants": 'Designs with names, each with the same sensors: cheap = { set = { "adc.bits" = 12 } }.',
     "stop": 'When it has run enough: bias = "1 uV", half of the 95 % confidence interval of the mean.',
 }
 EPOCH_KEYS = {

@@ -1,6 +1,7 @@
 """A study from a TOML file: one that names its graph, or a graph file with a table `[study]` in it."""
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,17 +9,37 @@ from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
 from proofmass.graphs.studies.build import Study
+from proofmass.graphs.studies.variants import variants_of
 
 STUDY = "study"
+Adjust = Callable[[Graph], Graph]
+
+
+def as_it_is(graph: Graph) -> Graph:
+    """The graph itself."""
+    return graph
 
 
 def read_study(path: str | Path, own: Own | None = None) -> Study:
-    """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key."""
+    """The study of a file, of variants the first.
+
+    Raises `ModelError` with every problem that can be seen, each with file, line and key.
+    """
     return _study_of_file(*read_table(Path(path)), own, Path(path))
+
+
+def read_variants(path: str | Path, own: Own | None = None, adjusted: Adjust = as_it_is) -> dict[str, Study]:
+    """The variants of the study of a file by name, of the graph as `adjusted` returns it; one without a name if none.
+
+    Raises `ModelError`.
+    """
+    data, place = read_table(Path(path))
+    return studies_of_table(data, place, adjusted(_graph_of(data, place, own, Path(path))))
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
@@ -27,8 +48,11 @@ def read_study_text(text: str, file: str = "<text>", own: Own | None = None, fol
 
 
 def _study_of_file(data: dict[str, Any], place: Place, own: Own | None, path: Path | None = None) -> Study:
-    graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
-    return study_of_table(data, place, graph)
+    return study_of_table(data, place, _graph_of(data, place, own, path))
+
+
+def _graph_of(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:
+    return graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
 
 
 def is_study(data: dict[str, Any]) -> bool:
@@ -49,7 +73,12 @@ def graph_of_study(data: dict[str, Any], place: Place, own: Own | None) -> Graph
 
 
 def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
-    """The study in a parsed file, of its graph; raises `ModelError`."""
+    """The study in a parsed file, of its graph, the first of its variants; raises `ModelError`."""
+    return next(iter(studies_of_table(data, place, graph).values()))
+
+
+def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[str, Study]:
+    """The variants of the study in a parsed file, of its graph; raises `ModelError`."""
     table: Any = data
     allowed = set(STUDY_KEYS)
     if not is_study(data):
@@ -64,12 +93,18 @@ def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
         if key not in allowed
     ]
     given = {key: value for key, value in table.items() if key in allowed and key != "graph"}
-    study = None
+    studies = dict[str, Study]()
     try:
-        study = Study(graph, place=place, **given)
+        for name, variant in variants_of(given, graph).items():
+            changed = with_parameters(graph, variant.parameters) if variant.parameters else graph
+            studies[name] = Study(changed, place=place, **variant.tables)
     except ModelError as error:
         problems += error.problems
-    if problems or study is None:
+    except Refusal as error:
+        key, got, expected = error.key, error.got, error.expected
+        path = tuple(key.split(".", 1))
+        problems.append(Problem(message=str(error), key=key, got=got, expected=expected, hint=error.hint, path=path))
+    if problems:
         placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
         raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line))[:PROBLEMS])
-    return study
+    return studies
