@@ -17,7 +17,10 @@ _ROUNDINGS = get_args(Rounding)
 
 @runtime_checkable
 class Mantissa(Protocol):
-    """What is not a Python integer and has the operators of one: it stands for every value that one could have."""
+    """What is not a Python integer and has the operators of one: it stands for every value that one could have.
+
+    No class derives from it: `isinstance` with a class derived from a protocol takes ten times as long.
+    """
 
     __slots__ = ()
 

@@ -8,7 +8,6 @@ that comes back to the register that it starts from, a cut would change what is 
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import Mantissa
 
 
 def pipe(value: Any) -> Any:
@@ -19,4 +18,4 @@ def pipe(value: Any) -> Any:
     """
     if isinstance(value, FixedValue):
         return FixedValue(pipe(value.mantissa), value.fraction)
-    return value.cut() if isinstance(value, Mantissa) else value  # a signal of a trace keeps the cut for hardware
+    return value if isinstance(value, int) else value.cut()  # a signal of a trace keeps the cut for hardware

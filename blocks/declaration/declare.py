@@ -31,7 +31,19 @@ __all__ = ["Block", "Buffer", "BufferPort", "Input", "Kind", "Port", "Recording"
 
 
 class Block(metaclass=Kind):
-    """Base of every block: a frozen value of its parameters, which are its only attributes."""
+    """Base of every block: a frozen value of its parameters, which are its only attributes.
+
+    >>> from typing import NamedTuple
+    >>> from proofmass import Block, Buffer, Input, param
+    >>> class Delay(Block):
+    ...     'Output of `ticks` ticks ago.'
+    ...
+    ...     ticks: int = param("1", "Ticks of delay.", default=2, at_least=1, at_most=100)
+    ...     input = Input("V", "What is delayed.")
+    ...     line = Buffer("The last samples.", float, ("ticks",))
+    >>> Delay(ticks=5).ticks, list(Delay.inputs), list(Delay.buffers)
+    (5, ['input'], ['line'])
+    """
 
     def __init__(self, /, **values: Any) -> None:
         kind = type(self)
@@ -81,6 +93,17 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
         def rectified(p, voltage: float) -> float:
             \"\"\"Absolute value of a voltage, less a threshold.\"\"\"
             return abs(voltage) - p.threshold
+
+    `unit` is that of the output, and `named` are inputs and parameters. Raises `TypeError` for a unit, a default or an
+    argument of the function that cannot be.
+
+    >>> from proofmass import block, param
+    >>> @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
+    ... def rectified(p, voltage: float) -> float:
+    ...     'Absolute value of a voltage, less a threshold.'
+    ...     return abs(voltage) - p.threshold
+    >>> rectified(threshold="200 mV").threshold
+    0.2
     """
 
     def make(function: Callable[..., Any]) -> type[Block]:

@@ -151,6 +151,17 @@ def param(
     A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then works in any unit.
     `not_driven` keeps wires from driving it: it says why, and what to take instead. It belongs to each parameter whose
     momentary value the block applies to the time before, as in sin(2 pi frequency time).
+
+    `unit` and `doc` describe it, `default` is in the unit. Bounds are `above`, `at_least`, `below` and `at_most`; a
+    text has `choices`. The class then raises `TypeError` for an unknown unit, or a default outside its bounds.
+
+    >>> from proofmass import Block, param
+    >>> class Limit(Block):
+    ...     'A limit.'
+    ...
+    ...     level: float = param("V", "Largest voltage.", default=1.0, above=0.0)
+    >>> Limit(level="20 mV").level
+    0.02
     """
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     more = {"bounds": bounds, "choices": choices, "not_driven": not_driven}

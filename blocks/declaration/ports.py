@@ -25,7 +25,15 @@ class Port:
 
 
 class Input:
-    """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected."""
+    """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected.
+
+    `unit` is a unit or "{parameter}", `doc` a sentence, `dtype` float, int, bool or `FixedValue`. `shape` has lengths,
+    or names of parameters that have them.
+
+    >>> from proofmass import Input
+    >>> Input("V", "What is delayed.").named("input").unit
+    'V'
+    """
 
     def __init__(
         self,
@@ -57,7 +65,14 @@ class BufferPort:
 
 
 class Buffer:
-    """Declare a vector of state: a delay line, cells. `start` may fill it, `update` changes it in place."""
+    """Declare a vector of state: a delay line, cells. `start` may fill it, `update` changes it in place.
+
+    `doc` is a sentence, `dtype` float, int or bool. `shape` has lengths, or names of parameters that have them.
+
+    >>> from proofmass import Buffer
+    >>> Buffer("The last samples.", float, ("ticks",)).named("line").shape
+    ('ticks',)
+    """
 
     def __init__(self, doc: str, dtype: Number, shape: tuple[Size, ...]) -> None:
         self._buffer = BufferPort("", doc, dtype, shape)

@@ -14,16 +14,21 @@ class Problem:
     """One fault of a model: where it is, what was got, what was expected, how to cure it.
 
     A `note` is worth saying but does not stop a run.
+
+    >>> from proofmass import Problem
+    >>> print(Problem(message="unknown key", file="sensor.toml", line=3, key="ratee", hint="did you mean rate?"))
+    sensor.toml:3: ratee: unknown key
+      hint:     did you mean rate?
     """
 
-    message: str
-    file: str = ""
-    line: int = 0
-    key: str = ""
-    got: str = ""
-    expected: str = ""
-    hint: str = ""
-    note: bool = False
+    message: str  # what is wrong
+    file: str = ""  # "" of a graph from Python
+    line: int = 0  # in the file, from 1; 0 where none is known
+    key: str = ""  # such as "blocks.adc.bits"
+    got: str = ""  # what was read, as it is written
+    expected: str = ""  # what would be right
+    hint: str = ""  # how to cure it
+    note: bool = False  # True if it does not stop a run
     path: tuple[str, ...] = field(default=(), compare=False)  # keys from the top of the file, to find the line
 
     def at(self, file: str = "", line: int = 0) -> "Problem":
@@ -43,7 +48,15 @@ class Problem:
 
 
 class ModelError(ValueError):
-    """A model is wrong; `problems` lists every fault that was found."""
+    """A model is wrong; `problems` lists every fault that was found.
+
+    >>> from proofmass import Graph, ModelError
+    >>> try:
+    ...     Graph(name="x", rate="1 kHz", blocks={}, wires=["a.b"])
+    ... except ModelError as error:
+    ...     print([(problem.key, problem.message) for problem in error.problems])
+    [('wires.0', 'not a wire')]
+    """
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)

@@ -4,6 +4,8 @@ import inspect
 from typing import Any
 
 import proofmass
+from docs.site.markdown import code, plain, table
+from docs.site.reference_fields import fields
 
 GROUPS = {  # the heading of each name; a name that is nowhere ends the build
     "Graphs": ("Graph", "Wire", "Probe", "read_graph", "write_graph", "check"),
@@ -34,10 +36,11 @@ def python_page() -> str:
     """Return the page of the Python API."""
     lines = ["# Python", "", "Everything is imported from `proofmass`; blocks come from `proofmass.blocks`.", ""]
     for title, names in groups().items():
-        lines += [f"## {title}", "", "```{eval-rst}"]
+        lines += [f"## {title}", ""]
         for name in names:
-            lines += [f".. {_directive(getattr(proofmass, name))}:: proofmass.{name}", *_options(name), ""]
-        lines += ["```", ""]
+            lines += [f"### {name}", "", "```{eval-rst}"]
+            lines += [f".. {_directive(getattr(proofmass, name))}:: proofmass.{name}", *_options(name), "```", ""]
+            lines += _fields_of(name)
     return "\n".join(lines) + "\n"
 
 
@@ -49,3 +52,14 @@ def _directive(thing: Any) -> str:
 
 def _options(name: str) -> list[str]:
     return ["   :members:"] if inspect.isclass(getattr(proofmass, name)) else []
+
+
+def _fields_of(name: str) -> list[str]:
+    """Return the table of the fields of a class; nothing of a function."""
+    thing = getattr(proofmass, name)
+    rows = (
+        [(code(field.name), code(field.type), plain(field.meaning)) for field in fields(thing)]
+        if inspect.isclass(thing)
+        else []
+    )
+    return [*table((f"field of {name}", "type", "meaning"), rows), ""] if rows else []

@@ -31,16 +31,16 @@ from proofmass.graphs.model.statistics import STATISTICS
 
 
 def check(graph: Graph) -> list[Problem]:
-    """All problems of a graph, each with its place; only notes are left when the graph can run.
+    """Return all problems of a graph, each with its place; a graph that can run has only notes.
 
-    A graph with exports may be a part of others, which give it a rate and drive its inputs: for `check` it is a note
-    where these are missing, and `checked` refuses it alone.
+    A graph with exports may be a part of others, which give it a rate and drive its inputs. If these are missing,
+    `check` gives a note, and `checked` refuses to run the graph alone.
     """
     return _looked_at(flatten(graph))[0]
 
 
 def checked(graph: Given) -> Given:
-    """The graph itself when it can run; raises `ModelError` with every problem otherwise."""
+    """Return the graph if it can run; raises `ModelError` with every problem otherwise."""
     scheduled(flatten(graph))
     return graph
 
@@ -56,7 +56,7 @@ def scheduled(flat: FlatGraph) -> Schedule:
 
 
 def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
-    """All problems with their places, and the schedule where wires and rates are right."""
+    """All problems with their places, and the schedule if wires and rates are right."""
     order = None
     problems = list(_size(flat))
     if not problems:
@@ -77,7 +77,7 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
 
 
 def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
-    """The problems that do not touch blocks which could not be read, and so are not what they should be."""
+    """Problems apart from those of blocks that could not be read, which have default parameters."""
 
     def touched(problem: Problem) -> set[str]:
         where, *rest = (*problem.path, "")
@@ -137,7 +137,7 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
 
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
-    """Blocks without a rate; those of a subgraph once, where the graph holds it: its file may serve other graphs."""
+    """Yield blocks without a rate; once for all of a subgraph, at its table: its file may serve other graphs."""
     for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
         inside = [name.partition(".")[2] for name in of_own]
         shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
@@ -153,18 +153,18 @@ def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
 
 
 class _Wiring:
-    """Every wire against the ports at its two ends, and every input without one."""
+    """Checks every wire against the ports at its two ends, and finds inputs without a wire."""
 
     def __init__(self, graph: FlatGraph) -> None:
         self.graph, self.root = graph, graph.root
-        self.meant: set[str] = set()  # inputs that a misspelt wire meant: they are not reported twice
+        self.meant: set[str] = set()  # inputs that a misspelt wire was meant for: they are not reported twice
 
     def problems(self) -> Iterator[Problem]:
         return chain(self._wires(), self._unconnected())
 
     def _wires(self) -> Iterator[Problem]:
         driven_by: dict[str, str] = {}
-        absent: set[str] = set()  # blocks that are not there: each is told once, however many wires name it
+        absent: set[str] = set()  # missing blocks: each is reported once, however many wires name it
         for wire in sorted(self.graph.wires, key=lambda wire: self.graph.find(("wires", str(wire)))[1]):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
@@ -213,7 +213,7 @@ class _Wiring:
                 )
 
     def _fitting(self, block: Block, port: Port, path: str) -> list[str]:
-        """Outputs that fit, of the blocks of the graph of that path, as they are named there."""
+        """Fitting outputs of the graph with that path, by their names within it."""
         try:
             key = path, unit(unit_of(block, port)), _kind(block, port), shape_of(block, port)
         except UnitError:
@@ -304,7 +304,7 @@ def _same_type(source: Block, source_kind: type, kind: type) -> str:
 
 
 def _facts(block: Block, port: Port) -> str:
-    """Unit, type and shape of a port in words, as far as they are out of the common."""
+    """Unit, type and shape of a port in words, if they are unusual."""
     measure = unit_of(block, port)
     if port.dtype is FixedValue:
         measure = f"{format_of(block, port.name)} fixed-point" + (f" in {measure}" if measure != "1" else "")

@@ -1,4 +1,4 @@
-"""Blocks that run at another rate than their neighbours suggest, or that answer a tick late: notes."""
+"""Notes on blocks that run at another rate than their neighbours suggest, or that respond a tick late."""
 
 import dis
 from collections import defaultdict
@@ -27,12 +27,12 @@ def clocking_notes(flat: FlatGraph) -> Iterator[Problem]:
 
 
 def notes_of_a_run(flat: FlatGraph) -> list[Problem]:
-    """The notes of a right graph with their places, for who runs it without a check."""
+    """Notes on a correct graph with their places, for a run without a check."""
     return [flat.placed(as_written(flat, problem)) for problem in clocking_notes(flat)]
 
 
 class _Wiring:
-    """Who drives and who reads a block, and how often."""
+    """The drivers and readers of each block, with their rates."""
 
     def __init__(self, flat: FlatGraph) -> None:
         self.flat = flat
@@ -50,13 +50,13 @@ class _Wiring:
         return None if type(self.flat.blocks[name]).continuous() else self.flat.rates.get(name, self.flat.rate)
 
     def rate_of(self, node: Endpoint) -> Fraction | None:
-        """How often an output changes; None where it moves between ticks."""
+        """Rate at which an output changes; None if it moves between ticks."""
         name, port = node
         block, rate = self.flat.blocks[name], self.rate(name)
         return rate and rate / size_of(block, type(block).outputs[port].every)
 
     def stands_still(self, name: str) -> bool:
-        """Whether a block gives the same value in every tick."""
+        """Return whether a block has the same outputs in every tick."""
         kind = type(self.flat.blocks[name])
         behaviours = [*kind.functions.values(), *kind.output_functions.values()]
         meanings = {meaning for behaviour in behaviours for meaning in behaviour.meanings}
@@ -65,9 +65,9 @@ class _Wiring:
         return not (told or moved or kind.events or self.drivers[name])
 
     def held(self, name: str) -> bool:
-        """Whether the outputs of a block hold their values from tick to tick."""
+        """Return whether the outputs of a block hold their values from tick to tick."""
         if name not in self._held:
-            self._held[name] = True  # until it is known: a loop of blocks without memory does not move by itself
+            self._held[name] = True  # the first guess: a loop of blocks without memory does not move by itself
             self._held[name] = self._is_held(self.flat.blocks[name], name)
         return self._held[name]
 
@@ -87,9 +87,9 @@ class _Wiring:
 
 
 def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
-    """A block with a memory that reads nothing but slower wires.
+    """Yield a note on a block with memory that reads slower wires alone.
 
-    An integrator whose output faster blocks read may be meant so: what it does depends on the time, not on its ticks.
+    An integrator whose output faster blocks read may be meant so: its result depends on the time, not on its ticks.
     """
     own_rate = wiring.rate(name)
     sources = [node for node in wiring.drivers[name].values() if not wiring.stands_still(node[0])]
@@ -111,7 +111,7 @@ def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
 
 
 def _knows_its_period(block: Block) -> bool:
-    """Whether what a block does between two ticks depends on the time between them."""
+    """Return whether a block's change in a tick depends on its period."""
     made = type(block).functions.get("constants")
     return made is not None and any(
         step.argval == "period" and step.opname.startswith("LOAD") for step in dis.get_instructions(made.function)
@@ -119,7 +119,7 @@ def _knows_its_period(block: Block) -> bool:
 
 
 def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:
-    """A block with a memory that stands between a wire and slower blocks, which read that wire too."""
+    """Yield a note on a block with memory between a wire and slower blocks that read the same wire."""
     own_rate = wiring.rate(name)
     readers = list(dict.fromkeys(reader for reader, _ in wiring.readers[name]))
     rates = [wiring.rate(reader) for reader in readers]
@@ -140,7 +140,7 @@ def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:
 
 
 def _late(wiring: _Wiring, name: str, block: Block) -> Iterator[Problem]:
-    """A block that only events move, whose inputs change at ticks alone: it switches after them."""
+    """Yield a note on a block that only events change and whose inputs change at ticks: it switches a tick late."""
     read = {argument for pair in type(block).events.values() for behaviour in pair for argument in behaviour.arguments}
     inputs = [node for entry, node in wiring.drivers[name].items() if entry in read]
     clocked = [reader for reader, _ in wiring.readers[name] if not type(wiring.flat.blocks[reader]).continuous()]

@@ -1,4 +1,4 @@
-"""Problems of what a graph names beyond its wires: exports, parts of which nothing is used, and opened loops."""
+"""Problems with other names in a graph than those of wires: exports, unused parts, and opened loops."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -11,7 +11,7 @@ from proofmass.graphs.model.names import Missing, find_any, find_output, is_valu
 
 
 def bad_loops(flat: FlatGraph) -> Iterator[Problem]:
-    """Loops that are opened at what is no output, or at one that is not a single number."""
+    """Yield loops that are opened at something other than an output of single numbers."""
     for path, part in parts(flat.root):
         for name, loop in part.loops.items():
             output = find_output(flat, path + inside(part, loop.open_at))
@@ -27,7 +27,7 @@ def bad_loops(flat: FlatGraph) -> Iterator[Problem]:
 
 
 def bad_exports(flat: FlatGraph) -> Iterator[Problem]:
-    """Exports of what is not there, and of inputs that are driven inside or exported twice."""
+    """Yield exports of missing ports, and of inputs that are driven inside or exported twice."""
     drivers: dict[str, list[str]] = {}
     for wire in flat.wires:
         drivers.setdefault(wire.target, []).append(flat.origins[str(wire)].path)
@@ -51,7 +51,7 @@ def bad_exports(flat: FlatGraph) -> Iterator[Problem]:
 
 
 def unused_parts(flat: FlatGraph) -> Iterator[Problem]:
-    """Notes on subgraphs with exported outputs of which none is used."""
+    """Yield notes on subgraphs with exported outputs of which none is used."""
     used = set(_above(probe.signal for probe in flat.root.probes))
     for path, part in parts(flat.root):
         used |= {path + name for name in _above(wire.source for wire in part.wires)}
@@ -67,7 +67,7 @@ def unused_parts(flat: FlatGraph) -> Iterator[Problem]:
 
 
 def as_written(flat: FlatGraph, problem: Problem) -> Problem:
-    """A problem of a wire that names the ends as they are written, behind the path of their graph."""
+    """Return a problem of a wire that names its ends as written, after the path of their graph."""
     table, name = (*problem.path, "", "")[:2]
     if table != "wires" or name not in flat.origins or not problem.key.startswith("wires: "):
         return problem
@@ -77,7 +77,7 @@ def as_written(flat: FlatGraph, problem: Problem) -> Problem:
 
 
 def once(flat: FlatGraph, problems: Iterable[Problem]) -> list[Problem]:
-    """Problems of a part that is there several times, each said for the first of them alone."""
+    """Yield the problems of a part that occurs several times for its first occurrence only."""
     first: dict[str, Problem] = {}
     for problem in problems:
         table, name = (*problem.path, "", "")[:2]

@@ -1,4 +1,4 @@
-"""What is wrong with the functions of a user's own blocks, of all kinds that a graph has."""
+"""Problems with the functions of a user's own blocks, for all kinds in a graph."""
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
@@ -7,7 +7,7 @@ from proofmass.graphs.model.graph import split
 
 
 def own_problems(graph: FlatGraph) -> list[Problem]:
-    """The problems of a flat graph's own blocks, each with file and line; those of a kind once."""
+    """Return the problems of a flat graph's own blocks, each with file and line; once for each kind."""
     kinds = {type(block) for block in graph.blocks.values() if not block.__module__.startswith("proofmass.blocks.")}
     if not kinds:
         return []

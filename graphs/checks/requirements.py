@@ -1,4 +1,4 @@
-"""Requirements against the graph that they are made of: quantities that are there, limits in their units."""
+"""Checks of requirements against their graph: quantities must exist, limits must have their units."""
 
 import math
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ _VERDICT = "stable"
 
 
 class Asked(NamedTuple):
-    """What a requirement asks: limits in the unit of its quantity, infinite where it asks nothing."""
+    """Limits of a requirement in the unit of its quantity, infinite if it has none."""
 
     unit: str
     at_least: float
@@ -47,11 +47,11 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
 
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
-    """Requirements of what is not there, and limits that do not suit it."""
+    """Yield requirements of missing quantities, and limits that do not suit their quantity."""
     broken = (flat.measures.keys() | flat.root.derived.keys()) - measure_units(flat).keys()
     for name, requirement in flat.root.requirements.items():
         if requirement.quantity in broken:
-            continue  # what is wrong with a measure is said where it is
+            continue  # problems of a measure are reported at the measure
         try:
             asked(flat, requirement)
         except Refusal as error:

@@ -1,4 +1,4 @@
-"""When and in which order everything happens: base rate, divisors, topological order over direct feedthrough."""
+"""The schedule: base rate, divisors, and the topological order of outputs by direct feedthrough."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ _NAMED = 40  # wires of a loop
 
 
 class ConstantsOf(NamedTuple):
-    """The constants of a block with driven parameters, made anew in each of its ticks; before all of its outputs."""
+    """The constants of a block with driven parameters, computed in each of its ticks before its outputs."""
 
     block: str
 
@@ -27,7 +27,7 @@ Step: TypeAlias = Endpoint | ConstantsOf  # of a tick
 
 
 class Torn(NamedTuple):
-    """Steps that need each other: once the `tears` are known, the `others` follow one after the other."""
+    """Steps that need each other: from the `tears` the `others` follow one after the other."""
 
     tears: tuple[Step, ...]
     others: tuple[Step, ...]
@@ -56,12 +56,12 @@ class AlgebraicLoop:
 
 @dataclass(frozen=True)
 class Schedule:
-    """What both engines follow.
+    """The order of work in a tick, which all engines follow.
 
-    `divisors` gives the base ticks per tick of each block; `order` the outputs in the order of a tick, with the
-    constants of blocks that are made anew from driven parameters, and the nodes of a loop one behind the other;
-    `drivers` the output behind each input and driven parameter; `loops` what is solved within a tick. Without noise,
-    all random numbers are zero.
+    `divisors` gives the base ticks per tick of each block. `order` has the outputs in the order of a tick, with the
+    constants of blocks with driven parameters; the nodes of a loop follow each other. `drivers` gives the output
+    that drives each input and driven parameter; `loops` are solved within a tick. `without_noise` makes all random
+    numbers zero.
     """
 
     base_rate: Fraction
@@ -75,7 +75,7 @@ class Schedule:
 def schedule(graph: FlatGraph) -> Schedule:
     """Schedule a graph whose wires are right; raises `ModelError` for a loop without delay that is not to be solved.
 
-    Alphabetical among what may come in any order, so that the order of declaration changes nothing.
+    Steps that may come in any order are in alphabetical order, so the order of declaration changes nothing.
     """
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
     rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not type(block).continuous()}
@@ -96,12 +96,12 @@ def outputs_of(steps: Iterable[Step]) -> tuple[Endpoint, ...]:
 
 
 def loop_of(cycle: Torn) -> AlgebraicLoop:
-    """Return a cycle that Newton's method can solve: constants are not in it."""
+    """Return the algebraic loop of a cycle without an obstacle: such a cycle contains outputs alone."""
     return AlgebraicLoop(outputs_of(cycle.tears), outputs_of(cycle.others))
 
 
 def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[Step, list[Step]]:
-    """What must be known before each output, and before the constants of each block with driven parameters."""
+    """Steps that must come before each output, and before the constants of each block with driven parameters."""
     needs: dict[Step, list[Step]] = {}
     for name, block in graph.blocks.items():
         constants: list[Step] = []
@@ -116,7 +116,7 @@ def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[Step, li
 
 
 def last_name(path: str) -> tuple[str, str]:
-    """What terms of a sum and unknowns are ordered by: their bits do not depend on the subgraphs that blocks lie in."""
+    """Sort key of terms of a sum and of unknowns, by which bits do not depend on the nesting of subgraphs."""
     return path.rpartition(".")[2], path
 
 
@@ -135,7 +135,7 @@ def in_order(needs: Mapping[Step, Sequence[Step]]) -> tuple[tuple[Step, ...], tu
 
 
 def _torn(needs: Mapping[Step, Sequence[Step]], part: set[Step]) -> Torn:
-    """A cycle whose tears are, of each set of steps that still need each other, the alphabetically first."""
+    """Tear a cycle: the alphabetically first step of each set of steps that still need each other."""
     left, tears = {node: [before for before in needs[node] if before in part] for node in part}, set[Step]()
     while parts := loops(left):
         new = {min(part, key=_by_last_name) for part in parts}
@@ -186,7 +186,7 @@ def _cycle(cycle: Torn, needs: Mapping[Step, Sequence[Step]]) -> list[Step]:
 
 
 def _loop(graph: FlatGraph, cycle: list[Step], drivers: dict[Endpoint, Endpoint], obstacle: str) -> Problem:
-    """The loop named port by port, from its alphabetically first wire on; the first and last node are the same."""
+    """The ports of a loop in order, from its alphabetically first wire on; the first and last are the same."""
     wires = []
     for source, target in pairwise(cycle):
         if isinstance(source, ConstantsOf):

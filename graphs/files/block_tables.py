@@ -23,7 +23,7 @@ Path = tuple[str, ...]
 
 
 class BlockTables:
-    """The blocks of a file; those with problems are `doubtful` and stand with the parameters of their kind."""
+    """Reads the blocks of a file; those with problems are `doubtful` and have the default parameters of their kind."""
 
     def __init__(
         self,
@@ -79,7 +79,7 @@ class BlockTables:
             self.rates[name] = table["rate"]
 
     def _read_table(self, name: str, table: dict[str, Any]) -> None:
-        """A subgraph that stands in the file itself."""
+        """Read a subgraph from a table of the file itself."""
         if self.depth >= DEPTH:
             self.doubtful.add(name)
             message = f"subgraphs nested deeper than {DEPTH} levels"
@@ -94,7 +94,7 @@ class BlockTables:
                 self.problems.append(replace(problem, key=f"blocks.{name}.{problem.key}") if here else problem)
 
     def _read_files(self, name: str, table: dict[str, Any], tables: Mapping[str, object]) -> None:
-        """A subgraph from a file, or several of it."""
+        """Read one or several subgraphs from another file."""
         path = ("blocks", name)
         names = list(self._names(name, table, tables))
         self.doubtful.update(names)
@@ -154,7 +154,7 @@ class BlockTables:
         self.blocks[name] = part
 
     def _changed(self, name: str, part: Graph, table: dict[str, Any], names: list[str]) -> Graph:
-        """The subgraph with the values and parameters that its table gives."""
+        """Return the subgraph with the values and parameters of its table."""
         values: dict[str, object] = {}
         paths: dict[str, Path] = {}
         problems = []
@@ -206,7 +206,7 @@ class BlockTables:
 
 
 def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
-    """The block of a table; its problems speak of the file's keys."""
+    """Read the block of a table; its problems name the file's keys."""
     path = ("blocks", name)
     long = [key for key, value in values.items() if _has_long_text(value)]
     if long:
@@ -233,7 +233,7 @@ def _has_long_text(value: object) -> bool:
 
 
 def _unknown(kind: type[Block], name: str, key: str) -> Problem:
-    """A key of a block that is no parameter of its kind: misspelt, misplaced, or a port."""
+    """Refuse a key of a block that is not a parameter of its kind: misspelt, misplaced, or a port."""
     if key in TOP_KEYS:
         hint = f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
     elif key in kind.inputs:
@@ -248,13 +248,13 @@ def _unknown(kind: type[Block], name: str, key: str) -> Problem:
 
 
 def note_line(place: Place, path: Path, other: Path) -> None:
-    """Give a key that the graph knows by another name in the file the line of that one."""
+    """Note the line of a key that has another name in the graph than in the file."""
     if isinstance(place.lines, dict):
         place.lines.setdefault(place.top + path, place.line(other))
 
 
 def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, object]]:
-    """Values of a table and of those inside it: `adc.reference = 5` is a table in a table."""
+    """Values of a table and of nested tables: `adc.reference = 5` is a table in a table."""
     for key, value in table.items():
         if isinstance(value, dict) and value:
             yield from _leaves(value, (*path, key))
@@ -263,7 +263,7 @@ def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, obj
 
 
 def _misplaced(name: str, part: Graph, key: str) -> str:
-    """What to do about a key of a subgraph that is no parameter it exports; empty where it is one."""
+    """Hint for a key of a subgraph that is not an exported parameter; empty if it is one."""
     exports = exported(flatten(part))
     if key in exports:
         if not isinstance(exports[key][1], Port):

@@ -21,3 +21,16 @@ def library_files() -> dict[str, Path]:
 def library_file(name: str) -> Path:
     """Return the file of a name; raises KeyError where the library has none."""
     return library_files()[name]
+
+
+def file_of(name: str | Path) -> Path:
+    """Return the file of a path, or of the library for "library:NAME", whose `.toml` may be left out.
+
+    >>> file_of("library:closed_loop_accelerometer").name
+    'closed_loop_accelerometer.toml'
+    """
+    if not str(name).startswith(LIBRARY):
+        return Path(name)
+    wanted = str(name).removeprefix(LIBRARY)
+    files = library_files()
+    return files.get(wanted) or files.get(f"{wanted}.toml") or Path(name)

@@ -1,8 +1,8 @@
 """The line of every key in a TOML text, and the limits that a parser needs before it starts.
 
-A parser of TOML gives values without places, and takes seconds on a small text of hostile shape (a dotted key of
-thousands of parts, deep nesting). One pass over the tokens cures both: it never backtracks and stops at the first
-thing beyond a limit, or that cannot be TOML. It does not judge the syntax; the parser does that.
+A TOML parser returns values without places, and takes seconds on a small text of hostile shape (a dotted key of
+thousands of parts, deep nesting). One pass over the tokens cures both. It never backtracks, and stops at the first
+token that exceeds a limit or cannot be TOML. It does not judge the syntax; the parser does that.
 """
 
 import re
@@ -14,7 +14,7 @@ from proofmass.graphs.model.limits import ESCAPES, KEY_LENGTH, KEY_PARTS, NESTIN
 Path = tuple[str, ...]
 Token = tuple[str, str, int]  # kind, text and line; the kind of a mark is the mark itself
 
-# Possessive quantifiers (*+) never backtrack, so that no text takes longer than its length.
+# Possessive quantifiers (*+) never backtrack: the time grows with the length of the text alone.
 _TOKEN = re.compile(
     r"[ \t\r]*+(?:#[^\n]*+)?+"
     r"(?:(?P<newline>\n[ \t\r\n]*+)"
@@ -27,7 +27,7 @@ _TOKEN = re.compile(
 
 
 class LimitError(ValueError):
-    """A text beyond a limit, with the line where it goes beyond."""
+    """A text exceeds a limit; holds the line."""
 
     def __init__(self, message: str, line: int) -> None:
         super().__init__(message)

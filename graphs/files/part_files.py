@@ -1,4 +1,4 @@
-"""The files that a graph takes its subgraphs from: read once each, from its folder or the library, without cycles."""
+"""Files of subgraphs: each read once, from the graph's folder or the library, without cycles."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,11 +19,11 @@ class PartFiles:
         self._chain: dict[Path, str] = {}
         self._bytes = 0
         if first is not None:
-            with suppress(OSError, RuntimeError, ValueError):  # what is wrong with it is said when it is read
+            with suppress(OSError, RuntimeError, ValueError):  # its problems are reported when it is read
                 self._chain[first.resolve()] = first.name
 
     def graph(self, name: object, folder: str, depth: int) -> Graph:
-        """The graph of a file named in another; raises `Refusal`, or `ModelError` for what is wrong inside it."""
+        """Return the graph of a file named in another; raises `Refusal`, or `ModelError` for problems inside it."""
         path = file_inside(name, folder)
         place = path.resolve()
         if place in self._chain:

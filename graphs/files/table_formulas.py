@@ -16,9 +16,9 @@ Path = tuple[str, ...]
 
 
 class TableFormulas:
-    """The formulas of a file, by what they set; `problems` are those of formulas, `waiting` is what they need.
+    """The formulas of a file by their targets, and their `problems`; blocks in `waiting` need unread values.
 
-    A formula that needs a value which could not be read says nothing: the problem is that of the value.
+    A formula that needs a value that could not be read is not reported: the problem is that of the value.
     """
 
     def __init__(self, values: Mapping[str, Value], declared: object) -> None:
@@ -29,7 +29,7 @@ class TableFormulas:
         self._broken = set(declared if isinstance(declared, Mapping) else ()) - values.keys()
 
     def of_block(self, kind: type[Block], name: str, table: Mapping[str, Any]) -> dict[str, Any]:
-        """The table of a block with numbers in place of formulas; without those that are wrong."""
+        """Return the table of a block with numbers in place of formulas; wrong formulas are left out."""
         texts = {n: table.get(n, p.default) for n, p in kind.parameters.items() if p.kind is str}
         numbers = dict(table)
         for key, entry in table.items():
@@ -46,7 +46,7 @@ class TableFormulas:
         return numbers
 
     def of_part(self, names: Sequence[str], part: Graph, table: Mapping[str, object]) -> dict[str, object]:
-        """What a table gives to a subgraph, or to several of it, with numbers in place of formulas."""
+        """Return the table of one or several subgraphs with numbers in place of formulas."""
         numbers = dict(table)
         for key, entry in table.items():
             if is_formula(entry):
@@ -66,14 +66,14 @@ class TableFormulas:
             numbers[key] = number
 
     def _entries(self, entries: Sequence[object], of: str, path: Path, unit: str) -> list[object]:
-        """A list with numbers in place of formulas, None in place of those that are wrong."""
+        """A list with numbers in place of formulas, None in place of wrong ones."""
         return [
             self._number(f"{of}[{place}]", entry, path, partial(Target, unit)) if is_formula(entry) else entry
             for place, entry in enumerate(entries)
         ]
 
     def _number(self, of: str, text: str, path: Path, find: Callable[[], Target]) -> float | int | None:
-        """The number of a formula, which is noted; None, and a problem, where there is none."""
+        """Note a formula and return its number; None, and a problem, if it has none."""
         try:
             formula = Formula(text)
             if self._no_table or formula.names & self._broken:

@@ -1,4 +1,4 @@
-"""Parameters of a graph file changed in place: comments, order and layout of all else stay."""
+"""Edit parameters of a graph file in place: comments, order and layout of all else stay."""
 
 import re
 import tomllib
@@ -41,7 +41,7 @@ def edited(text: str, changes: Mapping[str, float | str], file: str = "<text>") 
 
 
 def _path(data: Mapping[str, Any], key: str) -> tuple[str, ...]:
-    """Keys of what a name stands for: in `[values]`, in the table of its block, or of the block that it lies inside."""
+    """Keys of a name in the file: in `[values]`, in the table of its block, or of the subgraph around it."""
     block, parameter = split(key)
     if not block:
         named = data.get("exports", {}).get(key, key)
@@ -53,7 +53,7 @@ def _path(data: Mapping[str, Any], key: str) -> tuple[str, ...]:
 
 
 def edit_file(path: Path, changes: Mapping[str, float | str]) -> str:
-    """The text of a file with parameters set; nothing is written."""
+    """Return the text of a file with parameters set; write nothing."""
     with path.open(encoding="utf-8", newline="") as file:
         return edited(file.read(), changes, str(path))
 

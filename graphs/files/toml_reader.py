@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
-from proofmass.graphs.files.library import LIBRARY, library_files
+from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.files.locate_keys import LimitError, locate_keys
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
@@ -29,8 +29,15 @@ def read_graph(path: str | Path, own: Own | None = None) -> Graph:
     A block that is a graph is read from a file in the same folder or below it, or from the packaged library.
 
     Raises `ModelError` with every problem that can be seen, each with file, line and key.
+
+    `path` is a file, or "library:NAME" for a graph that comes along.
+
+    >>> from proofmass import read_graph
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> graph.name, str(graph.rate), list(graph.loops)
+    ('closed-loop accelerometer', '50000', ['main'])
     """
-    path = Path(path)
+    path = file_of(path)
     return graph_of_file(*read_table(path), own, path)
 
 
@@ -130,7 +137,7 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
 
 
 def _others(path: Path) -> str:
-    """Return a file like the one that is not there: one of its folder, or of the library."""
+    """Return a hint at a file with a name near that of the missing one, from its folder or the library."""
     if path.exists():
         return ""
     if path.name in library_files():
@@ -140,7 +147,7 @@ def _others(path: Path) -> str:
     near = nearest(path.stem, (file.stem for file in islice(path.parent.glob("*.toml"), _COMPARED)))
     if near:
         return f"did you mean {path.with_name(near + '.toml')}?"
-    own = nearest(path.stem, (Path(name).stem for name in library_files()))
+    own = nearest(path.stem.removeprefix(LIBRARY), (Path(name).stem for name in library_files()))
     return f"did you mean {LIBRARY}{own}?" if own else ""
 
 
@@ -163,7 +170,7 @@ def _in_order(problems: list[Problem], place: Place) -> list[Problem]:
 
 
 def _note_wires(place: Place, wires: list[Any]) -> None:
-    """Lines of wires by their text, since a graph keeps them sorted."""
+    """Note the lines of wires by their text, since a graph sorts them."""
     for index, text in enumerate(wires):
         if isinstance(text, str) and text.count("->") == 1:
             normal = " -> ".join(end.strip() for end in text.split("->"))

@@ -21,7 +21,22 @@ SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
 def write_graph(graph: Graph) -> str:
-    """The text of a graph file: only what differs from the defaults, numbers with their units, subgraphs as tables."""
+    """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables.
+
+    `graph` is any graph. What `read_graph` makes of the text is equal to it.
+
+    >>> from proofmass import Graph, write_graph
+    >>> from proofmass.blocks import Step
+    >>> print(write_graph(Graph(name="a step", rate="1 kHz", samples=3, blocks={"step": Step(amplitude=2.0)})), end="")
+    #:schema proofmass-graph.json
+    name = "a step"
+    rate = "1 kHz"
+    samples = 3
+    <BLANKLINE>
+    [blocks.step]
+    kind = "Step"
+    amplitude = 2.0
+    """
     return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
 
 
@@ -74,7 +89,7 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
 
 
 def _formula(graph: Graph, target: str, entry: str = "") -> str:
-    """The formula of a rate, a duration or a parameter as it is written; empty where it has none."""
+    """The formula of a rate, a duration or a parameter as written; empty if it has none."""
     formula = graph.formulas.get(target + entry)
     return formula.text if formula else ""
 
@@ -84,7 +99,7 @@ def _block_of(target: str) -> str:
 
 
 def _value(value: Value) -> str:
-    """A value as it is written: a plain number, or a text with a unit or a formula."""
+    """A value as TOML: a plain number, or a text with a unit or a formula."""
     plain = value.formula is None and split_quantity(value.written)[1] == "" and "/" not in value.written
     return value.written if plain else quoted(value.written)
 

@@ -1,4 +1,4 @@
-"""A formula: its text, as `"= 2 * pi * f0"`, and what it says."""
+"""A formula: its text, such as `"= 2 * pi * f0"`, and its meaning."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ def is_formula(value: object) -> TypeGuard[str]:
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula in its written form; raises `Refusal` where it is none."""
+    """A formula as written; raises `Refusal` for a text that is not a formula."""
 
     text: str
 

@@ -1,7 +1,7 @@
 """Operations of formulas: what each does to numbers, to dimensions and to derivatives.
 
-Functions are those of `blocks.arithmetic.elementary`: the same bits on every machine, for one number and for arrays of
-them. None raises: where there is no value the result is infinite or NaN.
+Functions are those of `blocks.arithmetic.elementary`: the same bits on every machine, for one number and for arrays.
+None of them raises: without a value the result is infinite or NaN.
 """
 
 import math
@@ -23,7 +23,7 @@ Slopes = Callable[..., tuple[float, ...]]  # partial derivatives at the argument
 
 @dataclass(frozen=True)
 class Operation:
-    """What stands between or before its arguments; `dimension` raises `Refusal` where they do not go together."""
+    """An operator or a function; `dimension` raises `Refusal` if the units of its arguments do not go together."""
 
     name: str
     arity: int
@@ -39,7 +39,7 @@ def dimension_text(dimension: Dimension) -> str:
 
 @cache
 def coherent_unit(dimension: Dimension) -> str:
-    """Return the coherent SI unit of a dimension by its name, or as a quotient of names, where it has one.
+    """Return the coherent SI unit of a dimension, by its name or as a quotient of names if there is one.
 
     >>> coherent_unit(unit("mV").exponents), coherent_unit(unit("kg/s^2").exponents), coherent_unit(NUMBER)
     ('V', 'N/m', '1')

@@ -131,7 +131,7 @@ class _Parser:
         raise Refusal(f"a number or a name is missing before {text}", _EXAMPLE)
 
     def _quantity(self, text: str) -> Tree:
-        """A number, with the units behind it rounded once: they bind closer than any operator."""
+        """A number with its units, rounded once: units bind closer than any operator."""
         units = []
         while self.tokens[self.at][0] == "name" and self.tokens[self.at + 1][1] != "(":
             units.append(self.tokens[self.at][1] + self._unit_power())

@@ -1,4 +1,4 @@
-"""Parameters and named values that may vary: what they are in a graph, and what follows from other numbers."""
+"""Parameters and named values that may vary: their nominal numbers, and all that follows from other numbers."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -22,7 +22,7 @@ class Adjustable:
         return name in self.dependence.numbers
 
     def nominal(self, name: str) -> float:
-        """What a parameter or value is in the graph."""
+        """Number of a parameter or value in the graph."""
         if self.is_value(name):
             return self.dependence.numbers[name]
         block, parameter = split(name)
@@ -43,7 +43,7 @@ class Adjustable:
         return type(self.flat.blocks[block]).parameters[parameter].inside(number)
 
     def settings(self, values: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
-        """The parameters that belong to parameters and values; the numbers may be arrays, of which `apply` knows."""
+        """Parameters that follow from numbers of parameters and values; these may be arrays if `apply` takes them."""
         every = {**values, **self.dependence.followed(values, apply)}
         return {name: value for name, value in every.items() if not self.is_value(name)}
 

@@ -1,4 +1,4 @@
-"""What a person writes as a graph, read into one: texts, tables or values, with all that is wrong with them at once."""
+"""Build a graph from texts, tables or values, and report all their problems at once."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -41,7 +41,7 @@ class Graph(Value):
 
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
     `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
-    `seed` are what a run takes when nothing else is said; `integration` says how continuous blocks are integrated.
+    `seed` are the defaults of a run; `integration` says how continuous blocks are integrated.
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
     `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
     parameters, `{"sensor.mass": "= mass"}`; rates and the duration may be formulas too.
@@ -51,9 +51,27 @@ class Graph(Value):
     `{"scale_factor": "= (plus - minus) / 2"}`.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
+
+    `name` and `description` are for people. `blocks` are by name. `probes` are the signals to record, "block.output".
+    `place` is the file that a graph comes from. `subgraphs` and `derived` come from readers of files: in Python graphs
+    stand among the blocks, and formulas among the measures.
+
+    >>> from proofmass import Graph, simulate
+    >>> from proofmass.blocks import LowPass, Step
+    >>> graph = Graph(
+    ...     name="a lag",
+    ...     rate="1 kHz",
+    ...     blocks={"step": Step(), "lag": LowPass(corner_frequency="10 Hz")},
+    ...     wires=["step.output -> lag.input"],
+    ...     probes=["lag.output"],
+    ... )
+    >>> round(float(simulate(graph, duration="1 s")["lag.output"].values[-1]), 9)
+    1.0
+    >>> graph.with_parameters({"lag.corner_frequency": "20 Hz"}).blocks["lag"].corner_frequency
+    20.0
     """
 
-    drawn: ClassVar[Callable[[Value], str] | None] = None  # what draws a graph in a notebook; the root package sets it
+    drawn: ClassVar[Callable[[Value], str] | None] = None  # draws a graph in a notebook; the root package sets it
 
     def __init__(
         self,
@@ -133,9 +151,9 @@ class Graph(Value):
             super().__init__(**thawed(_settled(self)))
 
     def with_parameters(self, changes: Mapping[str, object]) -> Self:
-        """The same graph with values and parameters changed, `{"mass": "60 ug", "adc.reference": "5 V"}`.
+        """Return the graph with values and parameters changed, `{"mass": "60 ug", "adc.reference": "5 V"}`.
 
-        What follows from a value by formulas moves with it. A parameter of a subgraph is named by its path,
+        Whatever follows from a value by formulas moves with it. A parameter of a subgraph is named by its path,
         `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text that begins with an equals sign is
         a new formula; a number takes one away. Raises `ModelError`.
         """
@@ -159,7 +177,7 @@ class Graph(Value):
 
 
 class _Reader:
-    """Values read one by one; what is wrong with them is collected."""
+    """Reads values one by one and collects their problems."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
@@ -270,14 +288,14 @@ def _bad_exports(exports: object, values: Collection[str]) -> Iterator[Problem]:
 
 
 def _taken(exports: object) -> dict[str, str]:
-    """What names of values mean already."""
+    """Names that values cannot have, with their present meaning."""
     taken = dict.fromkeys({**TOP_KEYS, **PART_KEYS, **BLOCK_KEYS}, "a key of graph files")
     names = exports.items() if isinstance(exports, Mapping) else ()
     return taken | {name: f"exported for {signal}" for name, signal in names if name != signal}
 
 
 def _settled(graph: Graph) -> Graph:
-    """A new graph with the numbers of its formulas in their places; raises `ModelError`."""
+    """Return the graph with the numbers of its formulas in their places; raises `ModelError`."""
     paths = {of: inside(graph, graph.exports.get(of, of)) for of in graph.formulas}
     try:
         return settled(graph.changed(formulas={paths[of]: formula for of, formula in graph.formulas.items()}), {})
@@ -290,7 +308,7 @@ def _settled(graph: Graph) -> Graph:
 
 
 def _split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
-    """Measures of signals, and those that are formulas of others."""
+    """Split measures into those of signals and those that are formulas of others."""
     formulas, problems = dict(derived), list[Problem]()
     if not isinstance(measures, Mapping):
         return measures, formulas, problems
@@ -320,7 +338,7 @@ def _read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
 
 
 def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collection[object]) -> Iterator[Problem]:
-    """Limits of what subgraphs hold, looked at before anything of it is made."""
+    """Check the size of all subgraphs together, before any of them is built."""
     size = size_of(len(blocks) - len(parts), parts, len(wires)) if parts else Size(0, 0, 0)
     for count, largest, what in ((size.blocks, BLOCKS, "blocks"), (size.wires, WIRES, "wires")):
         if count > largest:
@@ -332,7 +350,7 @@ def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collec
 
 
 def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
-    """A subgraph as it stands inside another: at the rate of its place, its files named from there."""
+    """Return a subgraph as a part of another graph: at the rate given there, with files named from there."""
     return moved(part if rate is None else part.changed(rate=rate), place.folder)
 
 

@@ -1,4 +1,4 @@
-"""A graph changed into another: values and parameters anywhere inside it, and files named from another folder."""
+"""Changes of a graph: values and parameters anywhere inside it, and files named from another folder."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
@@ -19,10 +19,10 @@ from proofmass.graphs.model.values import Value, quantity_of, read_values
 
 
 def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
-    """The graph with values and parameters changed, each named by its path or as it is exported.
+    """Return the graph with values and parameters changed, each named by its path or its exported name.
 
-    What follows from a value moves with it. A number in place of a formula takes the formula away, and a text with an
-    equals sign is a new one: `{"sensor.mass": "= 2 * mass"}`.
+    Whatever follows from a value moves with it. A number removes the formula of its parameter, and a text with an
+    equals sign is a new formula: `{"sensor.mass": "= 2 * mass"}`.
     """
     values, formulas = dict[str, object](graph.values), dict(graph.formulas)
     numbers: dict[str, object] = {}
@@ -48,7 +48,7 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
 
 
 def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
-    """The graph with these parameters, and those that its formulas give; raises `ModelError`."""
+    """Return the graph with these parameters, and with those of its formulas; raises `ModelError`."""
     problems: list[Problem] = []
     rates: dict[str, Any] = {}
     parameters = dict(numbers)
@@ -77,7 +77,7 @@ def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
 
 
 def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
-    """The graph with parameters and values of subgraphs changed; no formula of its own is looked at."""
+    """Return the graph with parameters and values of subgraphs changed; its own formulas are not evaluated."""
     blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
     problems: list[Problem] = []
     by_block: dict[str, dict[str, object]] = {}
@@ -127,7 +127,7 @@ def change_part(part: Given, values: Mapping[str, object]) -> Given:
 
 
 def read_formulas(target: str, value: object) -> tuple[object, dict[str, Formula], list[Problem]]:
-    """The numbers and formulas of what is given for a parameter; None where a formula gives all of it.
+    """Return the numbers and formulas in a parameter's value; None if one formula gives all of it.
 
     Entries of a list that are formulas are 0 among the numbers, until they are resolved.
     """

@@ -1,4 +1,4 @@
-"""What follows from the values of a graph and its subgraphs: every formula, in an order in which each can be computed.
+"""Dependence on the values of a graph and its subgraphs: all formulas, in an order in which each can be computed.
 
 Numbers are in coherent SI units for values, and in their own units for parameters; all may be arrays.
 """
@@ -19,16 +19,16 @@ from proofmass.graphs.model.targets import DURATION, RATE, target_at
 
 @dataclass(frozen=True)
 class Step:
-    """A formula and what it sets, by paths of the flat graph."""
+    """A formula and its target, by paths of the flat graph."""
 
     target: str
     formula: Formula
     names: Mapping[str, str]  # values in the formula, by their paths
-    unit: str  # of what it sets
+    unit: str  # of the target
     of_value: bool
 
     def number(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
-        """Return what the formula gives, from the values by their paths."""
+        """Return the number of the formula, from the values by their paths."""
         own = {name: numbers[path] for name, path in self.names.items()}
         return in_unit(evaluated(self.formula.tree, own, apply), self.unit)
 
@@ -53,14 +53,14 @@ class Dependence:
 
     @cached_property
     def steps(self) -> tuple[Step, ...]:
-        """The formulas in order; those of rates and the duration set what no run can vary."""
+        """The formulas in order; also those of rates and of the duration, which no run can vary."""
         steps = {step.target: step for path, part in parts(self.root) for step in self._steps(path, part)}
         needs = {step.target: {path for path in step.names.values() if path in steps} for step in steps.values()}
         return tuple(steps[target] for target in TopologicalSorter(needs).static_order())
 
     @cached_property
     def places(self) -> Mapping[str, int]:
-        """The place of what follows from formulas in their order."""
+        """The place of each target in the order of the formulas."""
         return {step.target: place for place, step in enumerate(self.steps)}
 
     def followers(self, names: Collection[str]) -> list[Step]:
@@ -73,7 +73,7 @@ class Dependence:
         return followers
 
     def followed(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
-        """Return what follows from some numbers: values and parameters for which no number is given."""
+        """Return the values and parameters that follow from some numbers; those given are left out."""
         all_numbers: dict[str, Any] = {**self.numbers, **numbers}
         moved, follow = set(numbers), dict[str, Any]()
         for step in self.steps:

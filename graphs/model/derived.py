@@ -28,7 +28,7 @@ class Derived:
     factors: Mapping[str, float]
 
     def value(self, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
-        """Return its value, from those of the others: numbers, or arrays of which `apply` knows; NaN of NaN."""
+        """Return its value from those of the others: numbers, or arrays if `apply` takes them; NaN from NaN."""
         numbers = {name: measures[name] * factor for name, factor in self.factors.items()}
         return evaluated(self.formula.tree, numbers, apply)
 
@@ -40,12 +40,12 @@ def measure_units(flat: FlatGraph) -> dict[str, str]:
 
 
 def derived_measures(flat: FlatGraph) -> tuple[Derived, ...]:
-    """Return the measures of formulas of a graph that is right, each after those that it needs."""
+    """Return the measures given by formulas of a correct graph, each after those that it needs."""
     return tuple(derived for derived in _derived(flat, _units(flat)) if isinstance(derived, Derived))
 
 
 def bad_derived(flat: FlatGraph) -> Iterator[Problem]:
-    """Yield what is wrong with measures of formulas."""
+    """Yield the problems of measures given by formulas."""
     return (derived for derived in _derived(flat, _units(flat)) if isinstance(derived, Problem))
 
 
@@ -71,7 +71,7 @@ def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Pr
     for name in TopologicalSorter(needs).static_order():
         formula = formulas[name]
         if formula.names & unknown:
-            continue  # what is wrong is said where it is
+            continue  # the problem is reported at the measure
         try:
             dimension = _dimension(flat, formula, dimensions)
         except Refusal as error:

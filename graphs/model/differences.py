@@ -1,4 +1,4 @@
-"""How two graphs differ in meaning: blocks, parameters, wires, rates, values, and what else a run depends on.
+"""Differences of meaning between two graphs: blocks, parameters, wires, rates, values, and all else a run depends on.
 
 Order, comments, layout, nesting and the way a quantity is written make no difference. Blocks, wires and rates are those
 of the flat graphs.
@@ -22,7 +22,7 @@ from proofmass.graphs.model.values import Value
 
 @dataclasses.dataclass(frozen=True)
 class Difference:
-    """One thing that differs: a key as in a graph file, and what stands there in each graph, empty where nothing does.
+    """One difference: a key as in a graph file, and its text in each graph, empty if the graph does not have it.
 
     `follows` names the values of which this is a consequence.
     """
@@ -46,7 +46,7 @@ class Difference:
 
 
 def differences(first: Graph, second: Graph) -> list[Difference]:
-    """Return how a graph differs from another, in the order of a graph file; nothing where they mean the same."""
+    """Return the differences of two graphs in the order of a graph file; none if they mean the same."""
     before, after = flatten(first), flatten(second)
     names = _Names(_renamed(before, after))
     followed = _followed(first, second, names)
@@ -59,7 +59,7 @@ def differences(first: Graph, second: Graph) -> list[Difference]:
 
 
 class _Names:
-    """Blocks that bear other names, and the subgraphs of which that is true of all blocks alike."""
+    """Renamed blocks, and subgraphs all of whose blocks are renamed alike."""
 
     def __init__(self, blocks: Mapping[str, str]) -> None:
         self.blocks = blocks
@@ -112,7 +112,7 @@ def _written(graph: Graph) -> dict[str, Value]:
 
 
 def _formulas(graph: Graph) -> dict[str, str]:
-    """Return formulas by what they set; those of entries of a list are those of the list."""
+    """Return formulas by their targets; the formulas of the entries of a list belong to the list."""
     texts: dict[str, str] = {}
     for path, part in parts(graph):
         for target, formula in part.formulas.items():
@@ -122,7 +122,7 @@ def _formulas(graph: Graph) -> dict[str, str]:
 
 
 def _followed(first: Graph, second: Graph, names: _Names) -> dict[str, str]:
-    """Return for each parameter that follows from values which have changed the names of these."""
+    """Return the names of the changed values from which each parameter follows."""
     dependence = Dependence(second)
     numbers = {names.signal(name): number for name, number in Dependence(first).numbers.items()}
     causes = {name: {name} for name, number in dependence.numbers.items() if numbers.get(name, number) != number}
@@ -209,7 +209,7 @@ def _loops(flat: FlatGraph) -> dict[str, str]:
 
 
 def line_of(table: Mapping[str, Any]) -> str:
-    """Return a table in one line, without what says nothing."""
+    """Return a table in one line, without empty entries."""
     return ", ".join(f"{key} {_plain(value)}" for key, value in table.items() if value not in ((), 0))
 
 
@@ -240,7 +240,7 @@ def number_text(block: Block, name: str) -> str:
 
 
 def _own_rate(flat: FlatGraph, name: str) -> str:
-    """The rate of a block that has another than the graph."""
+    """The rate of a block if it differs from the graph's."""
     rate = flat.rates.get(name)
     return "" if rate == flat.rate else _rate(rate)
 
@@ -259,5 +259,5 @@ def _changed(key: str, before: str, after: str, follows: str = "") -> Iterator[D
 
 
 def _both(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[tuple[str, tuple[Any, Any]]]:
-    """Yield names of either table with what each has, None where it has nothing."""
+    """Yield the names of both tables with the entry of each, None if it has none."""
     return ((name, (first.get(name), second.get(name))) for name in sorted({*first, *second}))

@@ -1,4 +1,4 @@
-"""A small graph around a kind of block, to see what it does: each input has a source that suits it."""
+"""A small graph that shows one kind of block: each input has a suitable source."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ from proofmass.graphs.model.graph import Graph as GraphValue
 
 RATE = 10_000
 SAMPLES = 1001
-FREQUENCIES = (130.0, 170.0, 90.0, 210.0, 50.0, 250.0)  # Hz, of sources that are told apart
+FREQUENCIES = (130.0, 170.0, 90.0, 210.0, 50.0, 250.0)  # Hz, different for each source
 SIZES = {"N": 3e-5, "N*m": 1e-6, "m": 2e-7, "m/s": 1e-3, "rad/s": 0.1, "K": 10.0, "T": 5e-5, "W": 1e-5, "F": 1e-12}
 OFFSETS = {"K": 298.15, "W": 2e-5, "F": 1e-11}  # of what is never negative
 
@@ -52,7 +52,7 @@ class _Around:
         self.wires: list[str] = []
 
     def source(self, dtype: type, unit: str, shape: tuple[int, ...], fixed: Fixed | None) -> str:
-        """Add what makes a signal of a type, and return its output."""
+        """Add a source of a signal of some type, and return its output."""
         number = sum(isinstance(block, Sine) for block in self.blocks.values())
         carried = "V" if dtype is int else "1" if dtype is bool else unit
         sine = Sine(

@@ -1,4 +1,4 @@
-"""What a graph exports, seen from outside: which name an inner port bears, and inputs that nothing drives."""
+"""Exports of a graph seen from outside: the names of inner ports, and inputs that nothing drives."""
 
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
@@ -9,13 +9,13 @@ from proofmass.graphs.model.names import Missing, find_any
 
 
 def exported(flat: FlatGraph) -> dict[str, tuple[Block, Port | Parameter]]:
-    """Block and port or parameter behind each export that is right."""
+    """Return block and port or parameter of each valid export."""
     found = {name: find_any(flat, signal) for name, signal in flat.exports.items()}
     return {name: what for name, what in found.items() if not isinstance(what, Missing)}
 
 
 def exposed(root: Graph) -> dict[str, str]:
-    """The outermost name of every signal of a block inside that is exported; without a dot where it is the root's."""
+    """Return the outermost name of every exported signal; without a dot if the root exports it."""
     names: dict[str, str] = {}
     for path, part in parts(root):
         for name, signal in part.exports.items():
@@ -24,7 +24,7 @@ def exposed(root: Graph) -> dict[str, str]:
 
 
 def open_inputs(flat: FlatGraph) -> list[Problem]:
-    """Exported inputs without a value: the graph is a part, and cannot run alone."""
+    """Return exported inputs without a value: a graph with such inputs is a part and cannot run alone."""
     driven = {wire.target for wire in flat.wires}
     return [
         flat.placed(
@@ -43,7 +43,7 @@ def open_inputs(flat: FlatGraph) -> list[Problem]:
 
 
 def runs_alone(flat: FlatGraph) -> bool:
-    """Whether a graph without problems has a rate and drives its exported inputs itself."""
+    """Return whether a graph without problems has a rate and drives its exported inputs itself."""
     rated = flat.rate is not None or all(name in flat.rates or type(b).continuous() for name, b in flat.blocks.items())
     return rated and not open_inputs(flat)
 

@@ -14,7 +14,7 @@ from proofmass.graphs.model.measures import Measure
 
 
 class Origin(NamedTuple):
-    """The wire that a wire of the flat graph comes from, as it is written in its graph."""
+    """Origin of a wire of the flat graph: the wire as written in its graph."""
 
     place: Place
     path: str  # of the graph, with a dot behind it
@@ -23,7 +23,7 @@ class Origin(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class FlatGraph:
-    """A graph without subgraphs: what of its `root` holds names, under the names that these have here.
+    """A graph without subgraphs: those fields of its `root` that hold names, with the names of the flat graph.
 
     Everything else is the root's: a field that is added to `Graph` and holds no name needs nothing here.
     """
@@ -99,10 +99,10 @@ class FlatGraph:
 
 
 def flatten(graph: Graph) -> FlatGraph:
-    """The graph without subgraphs: their blocks bear their paths as names, wires end at the blocks inside.
+    """Return the graph without subgraphs: blocks inside are named by their paths, and wires end at them.
 
-    What a wire, a probe or an export names and what is not there stays as it is written; `check` speaks about it.
-    Exports are those of the graph itself; loops inside bear their paths.
+    Names of missing blocks or ports stay as written; `check` reports them. Exports are those of the graph itself;
+    loops inside are named by their paths.
     """
     blocks: dict[str, Block] = {}
     rates: dict[str, Fraction] = {}
@@ -139,7 +139,7 @@ def _flat(fields: dict[str, Any]) -> FlatGraph:
 
 
 def inside(graph: Graph, signal: str) -> str:
-    """The signal of a block for a signal that may go through exports; as it is where there is none.
+    """Return the signal of a block for a signal that may go through exports; unchanged if it does not exist.
 
     `"x_axis.code"` is `"x_axis.adc.code"` where the subgraph `x_axis` exports `code` of its `adc`.
     """
@@ -153,7 +153,7 @@ def inside(graph: Graph, signal: str) -> str:
 
 
 def has_own_rate(flat: FlatGraph, name: str) -> bool:
-    """Whether a rate is written at the block itself, not at the graph or a subgraph that it lies in."""
+    """Return whether a rate is written at the block itself, not at the graph or subgraph around it."""
     graph = flat.root
     head, _, tail = name.partition(".")
     while tail and head in graph.subgraphs:
@@ -163,12 +163,12 @@ def has_own_rate(flat: FlatGraph, name: str) -> bool:
 
 
 def parts(graph: Graph) -> Iterator[tuple[str, Graph]]:
-    """Every graph inside, itself first, with its path and a dot behind it."""
+    """Return all graphs inside, itself first, each with its path and a dot."""
     return ((path, part) for path, part, _ in _parts(graph, "", None))
 
 
 def _parts(graph: Graph, path: str, rate: Fraction | None) -> Iterator[tuple[str, Graph, Fraction | None]]:
-    """Every graph inside with its path and the rate of its blocks, where that is not the outermost one's."""
+    """Yield every graph inside with its path and the rate of its blocks, if it differs from the root's."""
     yield path, graph, rate
     for name, part in graph.subgraphs.items():
         yield from _parts(part, f"{path}{name}.", part.rate if part.rate is not None else rate)

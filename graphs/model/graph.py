@@ -1,7 +1,7 @@
 """A graph: blocks by name, wires, rates and probes. A plain frozen value, the same from Python and from TOML.
 
-A block may be a graph of its own, a subgraph, with the ports and parameters that it exports. `build` reads what a
-person writes into such a value; nothing is read here.
+A block may be a graph of its own, a subgraph, with the ports and parameters that it exports. `build` reads texts and
+tables into such a value; nothing is read here.
 """
 
 import dataclasses
@@ -27,17 +27,22 @@ Given = TypeVar("Given", bound="Graph")
 
 
 class Wire(NamedTuple):
-    """A wire from an output port to an input port, or to a parameter that it drives."""
+    """A wire from an output port to an input port, or to a parameter that it drives.
 
-    source: str
-    target: str
+    >>> from proofmass import Wire
+    >>> str(Wire("adc.code", "correlator.code"))
+    'adc.code -> correlator.code'
+    """
+
+    source: str  # "block.output"
+    target: str  # "block.input", or a parameter, "block.parameter"
 
     def __str__(self) -> str:
         return f"{self.source} -> {self.target}"
 
 
 class Size(NamedTuple):
-    """What a graph holds, all that lies inside its subgraphs included."""
+    """Size of a graph, with everything inside its subgraphs."""
 
     blocks: int
     wires: int
@@ -45,15 +50,20 @@ class Size(NamedTuple):
 
 
 class Probe(NamedTuple):
-    """An output port whose values are recorded: all, or one in `every` of its ticks."""
+    """An output port whose values are recorded: all, or one in `every` of its ticks.
 
-    signal: str
-    every: int = 1
+    >>> from proofmass import Probe, read_graph
+    >>> read_graph("library:template").probes[0] == Probe("sensor.displacement", every=1)
+    True
+    """
+
+    signal: str  # "block.output"
+    every: int = 1  # ticks of the block from row to row
 
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """Where a graph was read from: the file, the line of each key, and the folder its file names start from."""
+    """The place from which a graph was read: file, line of each key, and the folder that file names start from."""
 
     file: str = ""
     lines: Mapping[tuple[str, ...], int] = dataclasses.field(default_factory=dict)
@@ -78,31 +88,31 @@ NOWHERE = Place()
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Graph:
-    """Blocks wired by their ports, at stated rates, with the signals to record: typed values, right already.
+    """Blocks wired by their ports, at stated rates, with the signals to record: typed values, already checked.
 
-    Tables stand in the order of their names, wires in theirs: the order of declaration makes no difference.
+    Tables and wires are in alphabetical order: the order of declaration makes no difference.
     """
 
-    name: str
-    description: str
+    name: str  # for people
+    description: str  # for people, of any length
     rate: Fraction | None  # in hertz
     duration: Fraction | None  # in seconds
-    samples: int | None
-    seed: int
-    blocks: Mapping[str, Block]
+    samples: int | None  # base ticks of a run, instead of a duration
+    seed: int  # of all noise
+    blocks: Mapping[str, Block]  # by name
     subgraphs: "Mapping[str, Graph]"  # the blocks that are graphs
-    rates: Mapping[str, Fraction]
-    wires: tuple[Wire, ...]
-    probes: tuple[Probe, ...]
-    measures: Mapping[str, Measure]
+    rates: Mapping[str, Fraction]  # Hz, of blocks that have one of their own
+    wires: tuple[Wire, ...]  # from outputs to inputs and parameters
+    probes: tuple[Probe, ...]  # signals to record
+    measures: Mapping[str, Measure]  # that reduce a signal
     derived: Mapping[str, Formula]  # measures of measures
-    exports: Mapping[str, str]
-    integration: Integration
-    loops: Mapping[str, Loop]
-    requirements: Mapping[str, Requirement]
-    values: Mapping[str, Value]
+    exports: Mapping[str, str]  # ports and parameters inside, by the names that they have outside
+    integration: Integration  # how continuous blocks are integrated
+    loops: Mapping[str, Loop]  # control loops by name
+    requirements: Mapping[str, Requirement]  # by name, for `verify`
+    values: Mapping[str, Value]  # named values
     formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
-    place: Place = dataclasses.field(compare=False, repr=False)
+    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def __post_init__(self) -> None:
         put_in_order(self)
@@ -111,12 +121,12 @@ class Graph:
         return _restored, (type(self), thawed(self))
 
     def changed(self, **values: Any) -> Self:
-        """Return the graph with other values of these fields, right ones: nothing of it is read or checked."""
+        """Return the graph with other values of these fields, which are neither read nor checked."""
         return _restored(type(self), thawed(self) | values)
 
     @cached_property
     def size(self) -> Size:
-        """How many blocks and wires there are, and how deep graphs lie inside each other."""
+        """Number of blocks and wires, and depth of nested graphs."""
         return size_of(len(self.blocks), self.subgraphs, len(self.wires))
 
     def placed(self, problem: Problem) -> Problem:
@@ -150,7 +160,7 @@ def size_of(blocks: int, parts: Mapping[str, Graph], wires: int) -> Size:
 
 
 def _restored(kind: type[Given], values: dict[str, Any]) -> Given:
-    """A graph of values that are right already, whichever constructor its kind has."""
+    """Return a graph of checked values, whatever the constructor of its class."""
     graph = kind.__new__(kind)
     Graph.__init__(graph, **values)
     return graph

@@ -18,7 +18,7 @@ def counted(shape: tuple[int, ...]) -> str:
 
 
 def syntax_hint(message: str, line: str) -> str:
-    """What to write instead of a line that is not TOML.
+    """Hint at what to write instead of a line that is not TOML.
 
     >>> syntax_hint("Expected newline", "rate = 50 kHz")
     'a number with a unit is written in quotes: rate = "50 kHz"'

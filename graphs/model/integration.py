@@ -26,7 +26,7 @@ INTEGRATION_KEYS = {
 
 @dataclasses.dataclass(frozen=True)
 class Integration:
-    """What a graph says about the integration of its continuous blocks; raises `ModelError`."""
+    """Settings for the integration of the continuous blocks of a graph; raises `ModelError`."""
 
     method: str = "auto"
     accuracy: float = 1e-9
@@ -63,7 +63,7 @@ class Integration:
         return _problem(message, name, got=got, expected=expected, hint=hint)
 
     def changed(self) -> dict[str, Any]:
-        """What differs from the defaults."""
+        """Settings that differ from the defaults."""
         fields = dataclasses.fields(self)
         return {f.name: getattr(self, f.name) for f in fields if getattr(self, f.name) != f.default}
 

@@ -1,4 +1,4 @@
-"""The largest graph and file that are read, what a name is, and what a TOML text looks like before it is parsed."""
+"""Limits of graphs and files, the form of a name, and limits of a TOML text before it is parsed."""
 
 import re
 
@@ -7,7 +7,7 @@ EXPECTED_NAME = "at most 64 lower-case letters and digits, words joined by singl
 
 FILE_BYTES = 1 << 20
 WORDS = 100_000  # names, numbers, texts and marks of a file
-ESCAPES = 100_000  # backslashes of a file, over which the parser takes longer and longer
+ESCAPES = 100_000  # backslashes of a file: the parser's time grows faster than their number
 NESTING = 32
 DEPTH = 15  # subgraphs inside each other
 KEY_PARTS = 2 * DEPTH + 2  # blocks.outer.blocks.inner
@@ -19,4 +19,4 @@ LARGEST_SEED = 2**62
 BLOCKS = 10_000
 WIRES = 100_000
 ALL_FILES_BYTES = 4 << 20  # of a graph and its subgraphs together
-PROBLEMS = 100  # that are reported at once
+PROBLEMS = 100  # reported at once

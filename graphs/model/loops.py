@@ -1,4 +1,4 @@
-"""Loops of a graph: where each is opened for its margins, and which margins it must have."""
+"""Control loops of a graph: the output at which each is opened for its margins, and its required margins."""
 
 import math
 import re
@@ -13,13 +13,13 @@ from proofmass.graphs.model.keys import LOOP_KEYS
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
 VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
 MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of each loop, and its unit
-SETTLED = "settled"  # an operating point: where the loops have come to rest
+SETTLED = "settled"  # an operating point: the loops have come to rest
 _DECIBELS = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*dB\s*")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """A loop and what is asked of it: at least the margins, at most the sensitivity peak; None asks nothing."""
+    """A loop and its requirements: at least these margins, at most this sensitivity peak; None requires nothing."""
 
     open_at: str  # the output whose wires are cut
     gain_margin: float | None = None  # dB, upwards and downwards
@@ -29,12 +29,12 @@ class Loop:
 
     @property
     def requirements(self) -> dict[str, float]:
-        """What is asked, by name, in the units of `REQUIREMENTS`."""
+        """Requirements by name, in the units of `REQUIREMENTS`."""
         return {name: value for name, value in asdict(self).items() if name in REQUIREMENTS and value is not None}
 
 
 def read_loops(entries: object, is_path: Callable[[str], bool]) -> tuple[dict[str, Loop], list[Problem]]:
-    """Loops by name, from values or tables, and what is wrong with them."""
+    """Return loops by name, from values or tables, and their problems."""
     hint = 'write [loops.main] and below it open_at = "block.output"'
     if not isinstance(entries, Mapping):
         return {}, [Problem(message="must be a table", key="loops", got=shown(entries), hint=hint, path=("loops",))]
@@ -89,7 +89,7 @@ def _signal(value: object) -> str:
 
 
 def read_requirement(value: object, unit: str) -> float:
-    """A number in the unit, or a text with one; decibels are no unit of anything else. Raises `Refusal`."""
+    """Return a number in the unit, from a number or a text; decibels do not convert. Raises `Refusal`."""
     example = {"dB": 'write it as "6 dB"', "deg": 'write it as "30 deg"', "s": 'write it as "100 us"'}[unit]
     if isinstance(value, str):
         found = _DECIBELS.fullmatch(value)

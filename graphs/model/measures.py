@@ -13,7 +13,7 @@ from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.statistics import LAST, OPTIONS, STATISTICS, TIMES
 
-MEASURES = "measures"  # above the names of the blocks that measure
+MEASURES = "measures"  # path of the blocks that measure
 MEASURE_KEYS = OWN_MEASURE_KEYS | {key: option.doc for key, option in OPTIONS.items()}
 
 
@@ -55,7 +55,7 @@ class Measure(NamedTuple):
         return block(skip=math.ceil(self.start * rate), unit=unit, **values, **self._in_samples(rate))
 
     def least(self, rate: Fraction) -> int:
-        """Samples without which there is no such measure."""
+        """Least number of samples for this measure."""
         counts = self._in_samples(rate)
         times = STATISTICS[self.statistic].times.values()
         return max((option.least * counts[option.samples] for option in times), default=1)

@@ -1,4 +1,4 @@
-"""What a name in a wire, a probe or an export stands for, or what to write instead."""
+"""Meaning of a name in a wire, a probe or an export, or a hint at what to write instead."""
 
 from collections.abc import Collection
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from proofmass.graphs.model.graph import Graph, split
 
 
 class Missing(NamedTuple):
-    """Why a name stands for nothing, what to write instead, and the signal that was meant."""
+    """A name without a meaning: the reason, what to write instead, and the signal that was meant."""
 
     message: str
     hint: str
@@ -84,7 +84,7 @@ def is_value(root: Graph, path: str) -> bool:
 
 
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
-    """The first part of a path that is not there, and what is there instead."""
+    """Report the first part of a path that does not exist, and what exists instead."""
     if is_value(root, signal):
         return Missing(
             f"{signal} is a value, not a signal", "wires and probes join outputs; a Constant puts a value on a wire"

@@ -59,7 +59,7 @@ def base_rate(rates: Iterable[Fraction]) -> Fraction:
 
 
 def common_base_rate(rates: Iterable[Fraction]) -> Fraction | None:
-    """The base rate, or None where the slowest rate has more than `LARGEST_RATIO` base ticks in each of its own."""
+    """The base rate, or None if a tick of the slowest rate has more than `LARGEST_RATIO` base ticks."""
     base = slowest = None
     for rate in set(rates):
         base = rate if base is None else base_rate((base, rate))
@@ -110,7 +110,7 @@ def _number(value: object, message: str, example: str) -> Fraction:
 
 
 def _short(value: Fraction) -> Fraction:
-    """Numbers that can be written in a file and counted in ticks."""
+    """Refuse numbers too long to be written in a file and counted in ticks."""
     if max(value.numerator, value.denominator) > _LONGEST_INTEGER:
         raise Refusal("has more than 80 digits")
     return value

@@ -1,4 +1,4 @@
-"""Requirements of a graph: an id, a text, a quantity of its runs, loops or study, and what it must keep."""
+"""Requirements of a graph: id, text, a quantity of its runs, loops or study, and limits."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -18,7 +18,7 @@ _EXAMPLE = 'write bias = { quantity = "bias", at_most = "1 mV", text = "The bias
 
 @dataclass(frozen=True)
 class Requirement:
-    """What a quantity must keep; limits are as they are written, numbers in its unit or texts with their own."""
+    """Limits of a quantity, as written: numbers in its unit, or texts with their own."""
 
     quantity: str  # a measure, a margin "main.phase_margin", or "yield", "yield.bias"
     text: str = ""
@@ -27,7 +27,7 @@ class Requirement:
     at: str = ""  # operating point of a margin
 
     def as_written(self) -> dict[str, Any]:
-        """Return the entries that say something, as in a graph file."""
+        """Return the entries that are not empty, as in a graph file."""
         return {key: value for key, value in vars(self).items() if value not in (None, "")}
 
 

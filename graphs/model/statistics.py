@@ -1,4 +1,4 @@
-"""The statistics that a measure may take: a row each, with its block, its unit and what it needs beside a signal."""
+"""Statistics of measures, a row each: its block, its unit and the options that it needs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ class Option:
 
     doc: str
     samples: str = ""  # for a time: the parameter of the block that takes it as a number of samples
-    least: int = 1  # for a time: how many of it a run must hold
+    least: int = 1  # for a time: how many such times a run must last
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What formulas set: parameters, values of subgraphs, rates and the duration; and the numbers that they give."""
+"""Targets of formulas: parameters, values of subgraphs, rates and the duration; and the numbers for them."""
 
 from collections.abc import Mapping
 from fractions import Fraction
@@ -20,14 +20,14 @@ LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
 
 
 class Target(NamedTuple):
-    """What a formula sets: its unit, and whether it takes whole numbers only."""
+    """Target of a formula: its unit, and whether it takes whole numbers only."""
 
     unit: str
     whole: bool = False
 
 
 def number_of(formula: Formula, values: Mapping[str, Value], target: Target) -> float | int:
-    """Return the number that a formula gives in the unit of what it sets; raises `Refusal`."""
+    """Return the number of a formula in the unit of its target; raises `Refusal`."""
     dimensions = {name: value.dimension for name, value in values.items()}
     number = formula.quantity({name: value.number for name, value in values.items()}, dimensions, target.unit)
     if not target.whole:

@@ -1,4 +1,4 @@
-"""The table `[values]` of a graph: quantities and formulas by name, read and resolved with all that is wrong."""
+"""The table `[values]` of a graph: quantities and formulas by name, read and resolved, with all problems."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -20,9 +20,9 @@ TABLE = "values"
 
 @dataclass(frozen=True)
 class Value:
-    """A named value: as it is written, and what it is.
+    """A named value: as written, and as a number.
 
-    `number` is in coherent SI units; what was written in others has been rounded once.
+    `number` is in coherent SI units; a value written in other units is rounded once.
     """
 
     written: str  # "50 ug", "0.5", "= 2 * pi * f0"
@@ -107,9 +107,9 @@ def read_quantity(entry: object) -> Value:
 
 
 def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: set[str]) -> Iterator[Problem]:
-    """Add the values of formulas to those read, each after those that it needs; yield what is wrong.
+    """Add the values of formulas to those read, each after those that it needs; yield the problems.
 
-    What needs a value that is unknown, since it cannot be read, is unknown too.
+    A formula that needs a value that could not be read has no value either, and no problem of its own.
     """
     needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
     while chain := circle(needs):
@@ -130,7 +130,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: s
 
 
 def circle(needs: Mapping[str, set[str]]) -> list[str]:
-    """Return names that need each other, the first of them again at the end; nothing without such."""
+    """Return names that need each other, the first again at the end; empty if there are none."""
     try:
         TopologicalSorter(needs).prepare()
     except CycleError as error:

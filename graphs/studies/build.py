@@ -27,6 +27,16 @@ class Study(Value):
     `design` is one of `DESIGNS`.
 
     Raises `ModelError` with every problem.
+
+    `graph` has measures. `runs` is the number of sensors, `seed` that of all draws, `epochs` are the ages.
+    `spread`, `correlation`, `sweep`, `drift`, `recalibration`, `margins`, `limits` and `stop` are as in a file. `place`
+    is the file that a study comes from.
+
+    >>> from proofmass import Study, read_graph, run_study
+    >>> graph = read_graph("library:scale_factor_drift")
+    >>> study = Study(graph=graph, runs=3, spread={"torquer.gain": {"normal": "200 ppm", "relative": True}})
+    >>> run_study(study)["scale_factor"].shape  # three sensors, all of one age
+    (3, 1)
     """
 
     def __init__(

@@ -75,7 +75,7 @@ def _head(text: str) -> tuple[str, str]:
     return name.strip(), unit.strip().removesuffix("]")
 
 
-def _value(row: list[str], place: int, line: int, scale: Fraction, file: str) -> float:
+def _value(row: Sequence[str], place: int, line: int, scale: Fraction, file: str) -> float:
     """A decimal, read exactly and rounded once."""
     text = row[place].strip() if place < len(row) else ""
     with suppress(ValueError, OverflowError):

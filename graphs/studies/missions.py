@@ -44,7 +44,7 @@ class Mission:
 
     def wear(self, age: float, exponent: float, reference: float) -> float:
         """Return how many cycles of the reference range, in kelvin, wear as much as this age does."""
-        whole = sum((size / reference) ** exponent for size in cycles(self.temperatures))
+        whole: float = sum((size / reference) ** exponent for size in cycles(self.temperatures))
         return whole * age / self.times[-1]
 
 

@@ -37,22 +37,22 @@ class Study:
     have left. Parameters are named as in the flat graph.
     """
 
-    graph: Graph
+    graph: Graph  # that runs
     runs: int  # sensors
-    seed: int
-    design: str
-    spread: Mapping[str, Spread]
-    correlation: Correlation
-    sweep: Mapping[str, tuple[float, ...]]
+    seed: int  # of all that is drawn
+    design: str  # how sensors are drawn
+    spread: Mapping[str, Spread]  # distributions by parameter
+    correlation: Correlation  # between parameters
+    sweep: Mapping[str, tuple[float, ...]]  # values by parameter, in its unit
     epochs: tuple[float, ...]  # ages in seconds
-    drift: Mapping[str, Drift]
-    recalibration: Recalibration
+    drift: Mapping[str, Drift]  # laws by parameter
+    recalibration: Recalibration  # when, and which parameters store the result
     margins: str  # time of the operating point at which margins are measures too; "" measures none
     changes: Mapping[str, Change]  # measures of their own, by name
-    limits: Mapping[str, Limit]
+    limits: Mapping[str, Limit]  # by measure
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
     written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
-    place: Place = dataclasses.field(compare=False, repr=False)
+    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def changed(self, *, runs: int, seed: int) -> Self:
         """Return the study with other numbers; raises `ModelError`."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
 from proofmass.graphs.model.changes import with_parameters
@@ -29,8 +30,16 @@ def read_study(path: str | Path, own: Own | None = None) -> Study:
     """The study of a file, of variants the first.
 
     Raises `ModelError` with every problem that can be seen, each with file, line and key.
+
+    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name.
+
+    >>> from proofmass import read_study
+    >>> study = read_study("library:scale_factor_drift")
+    >>> study.runs, len(study.epochs), list(study.limits)
+    (200, 6, ['scale_factor', 'noise'])
     """
-    return _study_of_file(*read_table(Path(path)), own, Path(path))
+    path = file_of(path)
+    return _study_of_file(*read_table(path), own, path)
 
 
 def read_variants(path: str | Path, own: Own | None = None, adjusted: Adjust = as_it_is) -> dict[str, Study]:
@@ -38,8 +47,9 @@ def read_variants(path: str | Path, own: Own | None = None, adjusted: Adjust = a
 
     Raises `ModelError`.
     """
-    data, place = read_table(Path(path))
-    return studies_of_table(data, place, adjusted(_graph_of(data, place, own, Path(path))))
+    path = file_of(path)
+    data, place = read_table(path)
+    return studies_of_table(data, place, adjusted(_graph_of(data, place, own, path)))
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:

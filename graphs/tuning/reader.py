@@ -6,6 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import TUNE_KEYS
@@ -16,9 +17,29 @@ TUNE = "tune"
 
 
 def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
-    """The tuning of a graph file; raises `ModelError` with every problem that can be seen."""
-    data, place = read_table(Path(path))
-    return tuning_of_table(data, place, graph_of_file(data, place, own, Path(path)))
+    """The tuning of a graph file; raises `ModelError` with every problem that can be seen.
+
+    `path` is a file with a table `[tune]`, or "library:NAME". `own` are the caller's own blocks by name.
+
+    >>> from proofmass import read_graph, read_tuning, write_graph
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> table = '''
+    ... [tune.free]
+    ... "adc.reference" = { at_least = "1 V", at_most = "5 V" }
+    ... [tune.goals]
+    ... wide = { scale_factor = "adc.code", input = "acceleration.output", at_least = 1.0 }
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "sensor.toml")
+    ...     _ = file.write_text(write_graph(read_graph("library:template")) + table)
+    ...     tuning = read_tuning(file)
+    >>> list(tuning.free), list(tuning.goals)
+    (['adc.reference'], ['wide'])
+    """
+    path = file_of(path)
+    data, place = read_table(path)
+    return tuning_of_table(data, place, graph_of_file(data, place, own, path))
 
 
 def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:

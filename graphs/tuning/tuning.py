@@ -84,20 +84,36 @@ class Tuning:
     """A graph with free parameters, goals and the operating points at which all goals hold.
 
     Parameters are named as in the flat graph; `written` has the names that a person wrote.
+
+    >>> from proofmass import read_graph, read_tuning, write_graph
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> table = '''
+    ... [tune.free]
+    ... "adc.reference" = { at_least = "1 V", at_most = "5 V" }
+    ... [tune.goals]
+    ... wide = { scale_factor = "adc.code", input = "acceleration.output", at_least = 1.0 }
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "sensor.toml")
+    ...     _ = file.write_text(write_graph(read_graph("library:template")) + table)
+    ...     tuning = read_tuning(file)
+    >>> tuning.nominal, tuning.unit_of("adc.reference")
+    ({'adc.reference': 10.0}, 'V')
     """
 
-    graph: Graph
-    flat: FlatGraph
-    free: Mapping[str, Free]
-    goals: Mapping[str, Goal]
-    points: Mapping[str, Mapping[str, float]]
+    graph: Graph  # with the values to start from
+    flat: FlatGraph  # the same without subgraphs
+    free: Mapping[str, Free]  # bounds by parameter
+    goals: Mapping[str, Goal]  # by name
+    points: Mapping[str, Mapping[str, float]]  # values of parameters by operating point
     tolerances: Mapping[str, float]  # relative
-    at: str
-    starts: int
-    samples: int
-    seed: int
-    written: Mapping[str, str]
-    place: Place
+    at: str  # time at which the graph is linearised, or "settled"
+    starts: int  # of the search
+    samples: int  # of the bounds, before the search
+    seed: int  # of the samples
+    written: Mapping[str, str]  # names that a person wrote, by those of the flat graph
+    place: Place  # file and lines that it comes from
 
     @property
     def nominal(self) -> dict[str, float]:

@@ -72,6 +72,13 @@ def cli(traceback: bool) -> None:
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
 @click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
+@click.option(
+    "--noise",
+    "budgets",
+    multiple=True,
+    metavar="OUTPUT",
+    help="Put the noise budget of this output into the report, and into noise.json; repeatable.",
+)
 @click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
 @click.option(
     "--sweep",

@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeVar
 import click
 
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.graphs.files.library import LIBRARY, library_files
+from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.run.engine_table import engine_choices
 
@@ -27,10 +27,9 @@ class LibraryFile(click.Path):
         """Return the path of the file."""
         if not str(value).startswith(LIBRARY):
             return super().convert(value, param, ctx)
-        name, files = str(value).removeprefix(LIBRARY), library_files()
-        path = files.get(name) or files.get(f"{name}.toml")
-        if path is None:
-            stems = [Path(file).stem for file in files]
+        path = file_of(value)
+        if path == Path(value):
+            name, stems = str(value).removeprefix(LIBRARY), [Path(file).stem for file in library_files()]
             self.fail(f"there is no such graph: {name}; {did_you_mean(name, stems, 'the library')}", param, ctx)
         return path
 

@@ -1,5 +1,6 @@
 """The command `run`: read a graph, change it, simulate it, show and write the result."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,6 +36,7 @@ class RunRequest:
     out: Path | None
     formats: tuple[str, ...]
     live: bool
+    budgets: tuple[str, ...]
     resume: bool
     swept: tuple[str, ...]
     zipped: bool
@@ -55,6 +57,8 @@ class RunRequest:
             raise click.UsageError("--zip and --measure need --sweep")
         if self.live and self.out is None:
             raise click.UsageError("--live needs --out, the folder to write to")
+        if self.budgets and self.out is None:
+            raise click.UsageError("--noise needs --out, the folder of the report")
         if self.formats and self.out is None:
             raise click.UsageError("--format needs --out, the folder to write to")
 
@@ -72,9 +76,24 @@ def run_graph(request: RunRequest) -> int:
     if result.interrupted:
         return _interrupted(result, request.out)
     if request.out is not None:
-        names = write_run(result, request.out, request.formats or ("netcdf",), live=request.live)
+        more, files = _budgets(graph, request.budgets, request.out)
+        names = write_run(result, request.out, request.formats or ("netcdf",), more, live=request.live) + files
         print_files(request.out, names, request.as_json)
     return DONE
+
+
+def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tuple[str, str]], list[str]]:
+    """Return the sections of the noise budgets of some outputs, and the names of the files with them."""
+    if not outputs:
+        return [], []
+    # start-up time: only --noise needs them
+    from proofmass.runner.analysis.noise.budget import noise
+    from proofmass.runner.analysis.noise.report_part import noise_section
+
+    budgets = [noise(graph, output) for output in outputs]
+    text = json.dumps([budget.as_data() for budget in budgets], indent=2)
+    (out / "noise.json").write_text(text + "\n", encoding="utf-8")
+    return [noise_section(budget, 1 + i) for i, budget in enumerate(budgets)], ["noise.json"]
 
 
 def _swept(graph: Graph, request: RunRequest) -> int:

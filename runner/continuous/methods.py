@@ -6,6 +6,7 @@ Runge-Kutta 4 is the classical method of order 4 (Hairer, Nørsett, Wanner, Solv
 1993, table II.1.2); Dormand-Prince 5(4) has order 5 and an estimate of its error (table II.5.2).
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -54,12 +55,24 @@ def explicit_step(method: Explicit, rates: Rates, time: Any, length: Any, x: Seq
     """States after a step of that length, and the error estimate of a method that has one."""
     slopes: list[list[Any]] = []
     for node, row in zip(method.nodes, method.stages, strict=True):
-        there = [v + length * s for v, s in zip(x, _combined(row, slopes), strict=True)] if any(row) else list(x)
+        there = _moved(x, length, row, slopes) if any(row) else list(x)
         slopes.append(rates(time + node * length if node else time, there))
-    moved = [v + length * s for v, s in zip(x, _combined(method.weights, slopes), strict=True)]
+    moved = _moved(x, length, method.weights, slopes)
     if not method.differences:
         return (moved,)
     return moved, [length * s for s in _combined(method.differences, slopes)]
+
+
+def _moved(x: Sequence[Any], length: Any, factors: Sequence[float], slopes: Sequence[Sequence[Any]]) -> list[Any]:
+    """States after a step of that length along a sum of slopes.
+
+    One factor that is a power of two is taken into the length: a product less for each state, and the same bits.
+    """
+    last = factors[-1]
+    if not any(factors[:-1]) and math.frexp(last)[0] == 0.5:
+        way = length * last
+        return [v + way * s for v, s in zip(x, slopes[len(factors) - 1], strict=True)]
+    return [v + length * s for v, s in zip(x, _combined(factors, slopes), strict=True)]
 
 
 def _combined(factors: Sequence[float], slopes: Sequence[Sequence[Any]]) -> list[Any]:

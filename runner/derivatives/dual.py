@@ -20,8 +20,6 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from proofmass.blocks.arithmetic.mantissa import Mantissa
-
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
 UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
@@ -29,8 +27,8 @@ NO_SLOPE = "it has a corner here, or an infinite slope"
 _BITS = "is an operation on the bits of a number that signals move"
 
 
-class Dual(Mantissa):
-    """A value and its slopes; made by `dual`, which leaves plain what has no slopes."""
+class Dual:
+    """A value and its slopes, a `Mantissa` too; made by `dual`, which leaves plain what has no slopes."""
 
     __slots__ = ("level", "slopes", "value")
     __hash__ = None  # type: ignore[assignment]

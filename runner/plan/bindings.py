@@ -1,4 +1,4 @@
-"""What the functions of a block are given: each argument of a function bound to its place in a graph.
+"""Bindings: each argument of a block's functions bound to its place in a graph.
 
 Every engine has one `match` over `Binding`; a type checker finds those that forget a new one.
 """
@@ -65,7 +65,7 @@ class Buffer:
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """What the output at the other end of an input's wire holds."""
+    """The value of the output at the other end of an input's wire."""
 
     node: Endpoint
 
@@ -82,7 +82,7 @@ Binding: TypeAlias = State | Parameters | Out | Time | Tick | Deviate | Buffer |
 
 
 def bindings(schedule: Schedule, block: Block, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
-    """Yield what each argument of a function is given, the constants before them apart.
+    """Yield the binding of each argument of a function; the constants, its first argument, have none.
 
     `name` is that of the block in its graph, `port` the output that the function computes, if it does.
     """
@@ -91,7 +91,7 @@ def bindings(schedule: Schedule, block: Block, name: str, port: str, behaviour: 
 
 
 def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str, meaning: Meaning) -> Binding:
-    """Return what one argument of a function is given."""
+    """Return the binding of one argument of a function."""
     match meaning:
         case Meaning.STATE:
             return State(name)

@@ -1,4 +1,4 @@
-"""What the functions of a block get first, and the state that it starts from."""
+"""Constants of a block, which its functions take as first argument, and its initial state."""
 
 import typing
 from collections.abc import Callable, Mapping
@@ -25,7 +25,7 @@ def constants_of(block: Block, parameters: Any, period: float) -> Any:
 
 
 def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
-    """A function of a block as plain Python runs it: a user's own in the form that means what compiled code does."""
+    """Return a function of a block for plain Python; a user's own function in the form that compiled code has too."""
     form = form_of(type(block), behaviour, compiled=False)
     return behaviour.function if form is None or form.function is None else form.function
 
@@ -40,7 +40,7 @@ def start_of(block: Block, buffers: Mapping[str, list[float]]) -> Any:
 
 
 def typed(values: Any) -> Any:
-    """A NamedTuple with each field of its declared type, as the compiled loop holds it."""
+    """Return a NamedTuple with each field converted to its declared type, as in the compiled loop."""
     if values is None:
         return None
     kinds = values.__annotations__.values()

@@ -1,4 +1,4 @@
-"""Groups of continuous blocks that are integrated together: who belongs to one, and what is evaluated within it."""
+"""Groups of continuous blocks that are integrated together: their members, and all that is evaluated in them."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -24,13 +24,12 @@ from proofmass.runner.plan.bindings import Wire, bindings
 
 @dataclass(frozen=True)
 class Group:
-    """Continuous blocks that act on each other, and what lies between them.
+    """Continuous blocks that act on each other, and the blocks between them.
 
-    `states` are the fields of the blocks' states, modes included; `nodes` what is evaluated at every instant, in
-    order: outputs, and the constants of blocks that a signal within the group drives. `loops` are
-    solved at every instant. `inputs` are the outputs of other blocks that act on the group, held over the tick; those
-    in `ramps` move on a straight line to their next value. `events` are those of its blocks, `corners` those of all
-    its members.
+    `states` are the fields of the blocks' states, modes included. `nodes` are evaluated at every instant, in order:
+    outputs, and the constants of blocks that a signal within the group drives. `loops` are solved at every instant.
+    `inputs` are the outputs of other blocks that act on the group, held over the tick; those in `ramps` move on a
+    straight line to their next value. `events` are those of its blocks, `corners` those of all its members.
     """
 
     blocks: tuple[str, ...]
@@ -45,17 +44,17 @@ class Group:
 
     @property
     def watched(self) -> int:
-        """How many events and corners steps end at."""
+        """Number of events and corners at which steps end."""
         return len(self.events) + len(self.corners)
 
     @property
     def members(self) -> tuple[str, ...]:
-        """All blocks whose functions are called, in the order of their names."""
+        """All blocks whose functions the group calls, in the order of their names."""
         return tuple(sorted({*self.blocks, *(node[0] for node in self.nodes)}))
 
     @property
     def guesses(self) -> tuple[Endpoint, ...]:
-        """Outputs that the solutions of the loops start from, as they are at the start of the tick."""
+        """Outputs whose values at the start of the tick are the initial guesses for the loops."""
         return tuple(tear for loop in self.loops for tear in loop.tears)
 
 
@@ -72,7 +71,7 @@ def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
 
 
 def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
-    """Outputs that follow from the time alone, in order: their value in the next tick is known in this one."""
+    """Outputs that follow from the time alone, in order: their next value is known one tick ahead."""
     sources: dict[Endpoint, None] = {}
     for node in outputs_of(schedule.order):
         follows = _analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
@@ -82,7 +81,7 @@ def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
 
 
 def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Endpoint, ...]:
-    """Outputs of sources that ramps follow from, in order: they are known one tick ahead."""
+    """Outputs of sources from which ramps follow, in order: they are known one tick ahead."""
     left: list[Step] = [node for group in groups for node in group.ramps]
     needed_steps = set[Step]()
     while left:
@@ -94,13 +93,13 @@ def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tupl
 
 
 class _Wiring:
-    """Which outputs move between ticks, and what the derivatives of a block need of them."""
+    """Finds the outputs that move between ticks, and those that the derivatives of a block need."""
 
     def __init__(self, graph: FlatGraph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Endpoint]()
         able = {name for name, block in graph.blocks.items() if type(block).continuous() or _analogue(graph, name)}
-        follow: dict[Step, list[Step]] = {}  # what moves with a node
+        follow: dict[Step, list[Step]] = {}  # outputs that move with a node
         for node in schedule.order:
             if node[0] in able:
                 for before in _needs(graph, schedule, node):
@@ -115,7 +114,7 @@ class _Wiring:
                 left += follow.get(node, ())
 
     def needed(self, blocks: Iterable[str]) -> set[Step]:
-        """Everything that the derivatives and events of blocks depend on within an instant, and its inputs."""
+        """All nodes on which derivatives and events of blocks depend within an instant, and the inputs."""
         left = [node for name in blocks for node in self._of_block(name)]
         needed_steps = set[Step]()
         while left:
@@ -162,12 +161,12 @@ def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[
 
 
 def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Step]) -> bool:
-    """Whether all that a corner reads is among what its group knows."""
+    """Return whether the group knows all that a corner reads."""
     return known.issuperset(_wires(schedule, block, name, type(block).corners[corner]))
 
 
 def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Endpoint]:
-    """The outputs that a function of a block reads."""
+    """Outputs that a function of a block reads."""
     given = bindings(schedule, block, name, "", behaviour)
     return [binding.node for binding in given if isinstance(binding, Wire)]
 
@@ -179,7 +178,7 @@ def state_fields(block: Block) -> list[tuple[str, type]]:
 
 
 def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
-    """What an output, or the constants of a block, depends on within an instant."""
+    """Nodes on which an output, or the constants of a block, depend within an instant."""
     name, block, drivers = step[0], graph.blocks[step[0]], schedule.drivers
     driven: list[Step] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
     if isinstance(step, ConstantsOf):
@@ -189,7 +188,7 @@ def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
 
 
 def _analogue(graph: FlatGraph, name: str) -> bool:
-    """Whether a block has no memory, deals in numbers alone and follows its inputs at every instant.
+    """Return whether a block has no memory, only numbers, and follows its inputs at every instant.
 
     Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.
     """

@@ -1,8 +1,7 @@
-"""Places in the memory of a generated loop, each of a type of its own, and the variables that stand for them.
+"""Keys of places in the memory of a generated loop, each of its own type, and the names of their variables.
 
-Two places are the same only where type and names agree, whatever the names of a user are. A variable of the loop is
-`block__port`; what the generator makes up beside it ends in an underscore, `block__port__next_`, which no variable of
-a user does.
+Two keys are equal only if type and names agree, whatever names a user chooses. A variable of the loop is called
+`block__port`. Names that the generator makes up end in an underscore, as `block__port__next_`; a user's never do.
 """
 
 import re
@@ -14,7 +13,7 @@ from proofmass.graphs.model.graph import Endpoint
 
 @dataclass(frozen=True, slots=True)
 class WireOf:
-    """What an output holds."""
+    """The value of an output."""
 
     block: str
     port: str
@@ -74,7 +73,7 @@ class BasePeriod:
 
 @dataclass(frozen=True, slots=True)
 class SolverNumber:
-    """A number that steps a continuous group."""
+    """A number that the solver of a continuous group uses."""
 
     solver: str
     number: str
@@ -82,7 +81,7 @@ class SolverNumber:
 
 @dataclass(frozen=True, slots=True)
 class LaneOf:
-    """Where a variable lives between the loops over the lanes; a field of it where it holds several numbers."""
+    """Place of a variable between the loops over the lanes; of one field if it holds several numbers."""
 
     variable: str
     field: str = ""
@@ -95,7 +94,7 @@ class HardwareModel:
 
 @dataclass(frozen=True, slots=True)
 class LargestOf:
-    """The largest value so far of each state of a continuous group that is stepped to a tolerance."""
+    """The largest value so far of each state of a continuous group with a tolerance."""
 
     solver: str
 
@@ -109,11 +108,11 @@ _LIKE_MADE_UP = re.compile(r"_(_0)*\Z")
 
 
 class DuplicateKeyError(KeyError):
-    """A place that was taken already: a defect of the generator."""
+    """Two numbers have the same key: a defect of the generator."""
 
 
 def word(block: str) -> str:
-    """The name of a block as part of a variable's; no block lies inside another, so that two never agree.
+    """The name of a block as part of a variable's name; different blocks never get the same.
 
     >>> word("axis.mass")
     'axis__mass'
@@ -133,7 +132,7 @@ def variable(node: VectorOf) -> str:
 
 
 def made_up(name: str, role: str) -> str:
-    """A variable that the generator makes up beside a block's or an output's.
+    """A variable that the generator makes up, named after a block or an output.
 
     >>> made_up("mass", "c")
     'mass__c_'
@@ -142,7 +141,7 @@ def made_up(name: str, role: str) -> str:
 
 
 def _told_apart(name: str) -> str:
-    """A user's name so that it does not end as those that are made up do; two never become the same.
+    """Change a user's name so that it does not end like made-up names; different names stay different.
 
     >>> [_told_apart(name) for name in ("input", "c_", "c__0", "c_0")]
     ['input', 'c__0', 'c__0_0', 'c_0']

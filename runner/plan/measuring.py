@@ -1,4 +1,4 @@
-"""Measures compiled into the plan: hidden blocks that reduce signals, whose last state is the measure."""
+"""Measures compiled into the plan: hidden blocks reduce the signals, and their last state gives the measure."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from proofmass.runner.plan.bindings import Binding, State, Tick
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
 
-FORMULA = "formula"  # in the place of the statistic of a measure that follows from others
+FORMULA = "formula"  # stands for the statistic of a measure that follows from others
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Measured:
 def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Schedule]:
     """Return a flat graph with the hidden blocks of its measures, and the schedule with them.
 
-    They are not in the order: nothing reads their outputs before the end of a run.
+    They are not in the order of the schedule: nothing reads their outputs before the end of a run.
     """
     blocks, rates, wires = dict(graph.blocks), dict(graph.rates), list(graph.wires)
     divisors, drivers = dict(scheduled.divisors), dict(scheduled.drivers)
@@ -62,7 +62,7 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
 
 
 def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block | None:
-    """The hidden block, if the measure takes one; raises `ModelError` where the rate asks too much of it."""
+    """Return the hidden block, if the measure takes one; raises `ModelError` if the rate is too high for it."""
     if measure.until is not None and measure.end(rate) < math.ceil(measure.start * rate) + measure.least(rate):
         got, expected = f"until {float(measure.until):g} s", f"{measure.least(rate)} or more samples"
         path = (MEASURES, name.removeprefix(f"{MEASURES}."), "until")
@@ -80,7 +80,7 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate
 
 
 def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:
-    """Where the measures of a flat graph, its hidden blocks included, are read at the end of a run."""
+    """Return the output from which each measure of a flat graph with hidden blocks is read after a run."""
     measures = []
     for name, measure in graph.measures.items():
         statistic, node = STATISTICS[measure.statistic], split(measure.signal)
@@ -95,7 +95,7 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
 
 
 def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
-    """The measures of a run that has ended with this memory, those of formulas last."""
+    """Measures of a run that ended with this memory; those given by formulas come last."""
     measures = {m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic) for m in plan.measures}
     values = {name: measure.value for name, measure in measures.items()}
     for derived, value in zip(plan.derived, derived_values(plan, values), strict=True):
@@ -106,7 +106,7 @@ def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
 def derived_values(
     plan: Plan, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly
 ) -> tuple[Any, ...]:
-    """Values of the measures that follow from others; numbers, or arrays of which `apply` knows."""
+    """Values of the measures that follow from others; `apply` computes with numbers or with arrays."""
     known = dict(measures)
     for derived in plan.derived:
         known[derived.name] = derived.value(known, apply)
@@ -114,12 +114,12 @@ def derived_values(
 
 
 def planned_derived(plan: Plan) -> tuple[PlannedMeasure, ...]:
-    """Measures of formulas as those of signals stand in a study: nothing reads them in the loop."""
+    """Describe measures given by formulas like those of signals, for studies; the loop reads neither."""
     return tuple(PlannedMeasure(d.name, d.formula.text, FORMULA, d.unit, ("", ""), False, 0) for d in plan.derived)
 
 
 def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
-    """One measure: the output of its block for the last state, or what the wire holds."""
+    """Value of one measure: the output of its block for the last state, or the last value of the wire."""
     name, port = measure.node
     if memory.tick <= measure.first:
         return math.nan
@@ -130,7 +130,7 @@ def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
 
 
 def _at_the_end(memory: Memory, binding: Binding) -> Any:
-    """What an argument of a hidden block's output is after the last tick."""
+    """Value of an argument of a hidden block's output after the last tick."""
     match binding:
         case State(name):
             return memory.states[name]

@@ -1,4 +1,4 @@
-"""Everything that moves while a graph runs, as one value: what engines start from and checkpoints hold."""
+"""Everything that changes during a run, as one value: engines start from it, checkpoints store it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ Rows = Sequence[Any]  # an array for each probe, with one row per recorded tick
 
 @dataclass
 class Memory:
-    """State of every block, buffers, what each wire holds, and overflows so far, at the start of `tick`.
+    """State of every block, buffers, values of wires, and overflows so far, at the start of `tick`.
 
-    Lists move; the tuples among the buffers are recordings, which stand still and are shared.
+    Lists change; the tuples among the buffers are recordings, which never change and are shared.
     """
 
     tick: int
@@ -27,12 +27,12 @@ class Memory:
     overflows: dict[str, int]  # ticks in which a cast saturated or wrapped, of digital blocks counted from tick 0 on
 
     def overflow_counts(self) -> dict[str, int]:
-        """Ticks in which a value of a block saturated or wrapped; a block that is not digital counts in its state."""
+        """Ticks in which a value of a block saturated or wrapped; blocks that are not digital count in their state."""
         own = {name: x.overflows for name, x in self.states.items() if hasattr(x, "overflows")}
         return self.overflows | own
 
     def vector(self, node: VectorOf) -> Any:
-        """The buffer of that name, or what the wire holds."""
+        """The buffer of that name, or the value of the wire."""
         return self.buffers[node] if isinstance(node, LargestOf) or node in self.buffers else self.wires[node]
 
     def of_blocks(self) -> dict[Endpoint, Sequence[float]]:
@@ -40,14 +40,14 @@ class Memory:
         return {node: held for node, held in self.buffers.items() if not isinstance(node, LargestOf)}
 
     def copy(self) -> "Memory":
-        """A copy that moves on its own."""
+        """A copy that changes independently."""
         buffers = {node: _copied(held) for node, held in self.buffers.items()}
         wires = {node: _copied(held) for node, held in self.wires.items()}
         return Memory(self.tick, dict(self.states), buffers, wires, dict(self.overflows))
 
 
 class Engine(Protocol):
-    """What runs a plan; it starts at tick 0 or at a given memory and owns what moves."""
+    """Runs a plan, from tick 0 or from a given memory; it owns all that changes."""
 
     @property
     def name(self) -> str:
@@ -57,17 +57,17 @@ class Engine(Protocol):
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order.
 
-        False, or a `TickError` where it is known, when what a wire held in one of the ticks was not finite, or did not
-        fit its format.
+        Return False, or a `TickError` if it is known, when a value of a wire in one of the ticks was not finite or did
+        not fit its format.
         """
         ...
 
     def memory(self) -> Memory:
-        """What moves, as it stands."""
+        """The present memory."""
         ...
 
     def snapshot(self) -> Callable[[], Memory]:
-        """What moves, kept as it is now, and made a `Memory` when it is asked for."""
+        """Keep the present values, and return a function that makes a `Memory` of them when asked."""
         ...
 
 

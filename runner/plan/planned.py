@@ -1,4 +1,4 @@
-"""A checked graph made ready to run, as a plain value: what both engines read."""
+"""A checked graph made ready to run, as a plain value that all engines read."""
 
 import math
 import zlib
@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, size_of
@@ -47,7 +48,7 @@ class PlannedProbe:
 
 @dataclass(frozen=True)
 class PlannedMeasure:
-    """A measure: the output that gives it at the end, of a hidden block where it is reduced, and its first tick."""
+    """A measure: the output that gives it after a run, of a hidden block if the measure has one, and its first tick."""
 
     name: str
     signal: str
@@ -55,17 +56,17 @@ class PlannedMeasure:
     unit: str
     node: Endpoint
     reduced: bool
-    first: int  # base tick of the value from which on there is a measure
+    first: int  # base tick of the first value that counts
 
 
 @dataclass(frozen=True)
 class Driven:
-    """Stands in the place of constants that each tick makes anew from what drives parameters."""
+    """Stands for constants that each tick computes from the signals that drive parameters."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wired:
-    """A graph in the order of a tick: what is known before any constant is."""
+    """A flat graph with its schedule: all that is known before the constants."""
 
     graph: FlatGraph
     schedule: Schedule
@@ -81,7 +82,7 @@ class Wired:
         return float(self.schedule.divisors[name] / self.schedule.base_rate)
 
     def ticks(self, duration: Fraction | None = None, samples: int | None = None) -> int:
-        """Base ticks of a run: `samples`, or all from 0 to `duration` with both ends; else what the graph says."""
+        """Base ticks of a run: `samples`, or all from 0 to `duration` with both ends; by default those of the graph."""
         if samples is None and duration is None:
             samples, duration = self.graph.samples, self.graph.duration
         if samples is not None:
@@ -105,19 +106,19 @@ class Wired:
         return self.schedule.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)
 
     def bindings(self, name: str, function: str) -> tuple[Binding, ...]:
-        """Return what a function of a block is given after its constants, by its role or by its output."""
+        """Return the bindings of a function of a block, named by its role or by its output."""
         block = self.blocks[name]
         behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         return tuple(self.bound(name, function, behaviour))
 
     def bound(self, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
-        """Yield what each argument of a function of a block is given, whether the function has a role or not."""
+        """Yield the binding of each argument of a function of a block, with or without a role."""
         return bindings(self.schedule, self.blocks[name], name, port, behaviour)
 
     def stream(self, name: str) -> int:
         """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.
 
-        So the noise of a block stays what it is when the block is put into a subgraph, and two of a kind differ.
+        So the noise of a block does not change when the block moves into a subgraph, and two blocks never share noise.
         """
         ends = list(_ends(name))
         return zlib.crc32(next((end for end in ends if self._ends[end] == 1), ends[-1]).encode())
@@ -129,27 +130,27 @@ class Wired:
 
 @dataclass(frozen=True, kw_only=True)
 class Filled(Wired):
-    """With the numbers of every block: its outputs can be computed, continuous blocks cannot move yet."""
+    """A `Wired` graph with the numbers of every block: outputs can be computed, continuous blocks cannot move yet."""
 
-    constants: Mapping[str, Any]  # per block; `Driven` where each tick makes them anew
+    constants: Mapping[str, Any]  # per block; `Driven` if each tick computes them
     starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without
     buffers: Mapping[VectorOf, tuple[float, ...]]  # content at tick 0
     digital: Mapping[str, DigitalBlock]  # the blocks that work in fixed point
 
     def is_driven(self, name: str) -> bool:
-        """Whether each tick makes the constants of a block anew."""
+        """Return whether each tick computes the constants of a block."""
         return isinstance(self.constants[name], Driven)
 
     @cached_property
     def recorded(self) -> frozenset[Endpoint]:
-        """Buffers that hold a recording: nothing writes to them."""
+        """Buffers with a recording: nothing writes to them."""
         nodes = (node for node in self.buffers if not isinstance(node, LargestOf))
         return frozenset((name, buffer) for name, buffer in nodes if type(self.blocks[name]).buffers[buffer].recorded)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan(Filled):
-    """Everything that a run needs besides seed and length, in plain values: of fixed-point ones the mantissas."""
+    """Everything that a run needs besides seed and length, in plain values; fixed-point values are mantissas."""
 
     solvers: tuple[Solver, ...]
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
@@ -157,24 +158,34 @@ class Plan(Filled):
     derived: tuple[Derived, ...] = ()  # measures that follow from these, each after those that it needs
 
     def same_sizes(self, other: "Plan") -> bool:
-        """Return whether a loop of one of two plans that differ in numbers alone can run the other.
+        """Return whether the loop of this plan can run another plan that differs in parameters alone.
 
-        A buffer may be longer for another number: of flicker noise, the wider its band is.
+        Parameters that are true or false are a part of the loop. The length of a buffer may depend on a number: the
+        wider the band of flicker noise, the longer its buffer.
         """
         changed = (name for name, block in self.blocks.items() if block is not other.blocks[name])
         return all(self._sizes(name) == other._sizes(name) for name in changed)
 
     def _sizes(self, name: str) -> list[Any]:
-        """Return the lengths of a block's buffers, outputs and lists among its constants."""
+        """Return the lengths of a block's buffers, outputs and lists among its constants, and its truth values."""
         block, constants = self.blocks[name], self.constants[name]
         lists = [] if isinstance(constants, Driven) else [_lengths(value) for value in constants or ()]
         buffers = [len(self.buffers[name, buffer]) for buffer in type(block).buffers]
-        return [buffers, [shape_of(block, port) for port in type(block).outputs.values()], lists]
+        truths = [getattr(block, name) for name, declared in type(block).parameters.items() if declared.kind is bool]
+        return [buffers, [shape_of(block, port) for port in type(block).outputs.values()], lists, truths]
 
     @cached_property
     def ahead(self) -> tuple[Endpoint, ...]:
-        """What is computed for the next tick too, since inputs of continuous blocks move towards it."""
+        """Outputs that are computed for the next tick too, since inputs of continuous blocks move towards it."""
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
+
+    @cached_property
+    def quiet(self) -> "Plan":
+        """The plan with random numbers that are all zero; itself where none are drawn."""
+        kinds = {type(block) for block in self.blocks.values()}
+        functions = (f for kind in kinds for f in (*kind.output_functions.values(), *kind.functions.values()))
+        drawn = any(Meaning.DEVIATE in function.meanings for function in functions)
+        return replace(self, schedule=replace(self.schedule, without_noise=True)) if drawn else self
 
 
 def _lengths(value: Any) -> Any:
@@ -184,7 +195,7 @@ def _lengths(value: Any) -> Any:
 
 def without_noise(plan: Plan) -> Plan:
     """Return the plan with random numbers that are all zero."""
-    return replace(plan, schedule=replace(plan.schedule, without_noise=True))
+    return plan.quiet
 
 
 def _ends(path: str) -> Iterator[str]:

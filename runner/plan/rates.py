@@ -11,10 +11,10 @@ from proofmass.runner.plan.stages import Context, Stages
 def assemble(
     stages: Stages, constants: Mapping[str, Any], period: float, factors: Mapping[Endpoint, float] | None = None
 ) -> tuple[Matrix, Matrix]:
-    """Transition and entry of a linear group: its rates for unit states and inputs are the columns of A and B.
+    """Transition and entry of a linear group; its rates for unit states and inputs are the columns of A and B.
 
-    `factors` are inputs that multiply others, with their values: the column of the first is what they do to states and
-    inputs at zero, for an input of one; those of the others are zero.
+    `factors` are inputs that multiply others, with their values. The column of the first factor is their effect at zero
+    states and inputs, for an input of one; the columns of the other factors are zero.
     """
     group, factors_at = stages.group, factors or {}
     n, m = len(group.states), len(group.inputs)
@@ -41,7 +41,7 @@ def _less(rates: list[float], offset: list[float], held: bool) -> list[float]:
 def rates_at(
     stages: Stages, constants: Mapping[str, Any], point: Sequence[float], wires: Mapping[Endpoint, float] | None = None
 ) -> list[float]:
-    """Derivatives for states and held inputs, one behind the other; loops are solved from the wires, or from zero."""
+    """Derivatives for a list of states and then held inputs; loops are solved from the wires, or from zero."""
     n = len(stages.group.states)
     out = [0.0] * n
     guesses = [wires[node] if wires else 0.0 for node in stages.group.guesses]

@@ -15,8 +15,8 @@ from proofmass.blocks.declaration.units import UnitError, convert_exactly, same_
 from proofmass.graphs.model.flatten import FlatGraph
 
 LARGEST_FILE = 2 << 30
-LATEST_START = 1e8  # seconds, three years: what begins later is stamped with dates
-KEPT_NUMBERS = 1 << 24  # of recordings that were read from CSV, over all blocks and plans of the process
+LATEST_START = 1e8  # seconds, three years: a recording that begins later is stamped with dates
+KEPT_NUMBERS = 1 << 24  # numbers of CSV recordings that a process keeps, over all blocks and plans
 
 _HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[^][0-9][^][]*)\])")
 
@@ -34,7 +34,7 @@ Choice = Callable[[Sequence[str]], tuple[int, int]]  # of two columns, from the 
 
 
 class RecordingError(ValueError):
-    """A recording that cannot be played: the line when there is one, and the parameter to look at."""
+    """A recording cannot be played; holds the line, if there is one, and the parameter to look at."""
 
     def __init__(self, message: str, line: int = 0, hint: str = "", parameter: str = "file") -> None:
         super().__init__(message)
@@ -45,7 +45,7 @@ def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]
     """The recorded buffers of a block, by name; empty for a block that plays no recording.
 
     The first column is time. A unit stands in brackets after the name of a CSV or Parquet column, and in the attribute
-    `units` of a netCDF variable; without one the numbers are taken to be in the unit of the block.
+    `units` of a netCDF variable. Numbers without a unit are in the unit of the block.
     """
     block = graph.blocks[name]
     quantities = {buffer: declared.recorded for buffer, declared in type(block).buffers.items() if declared.recorded}
@@ -198,7 +198,7 @@ def _read_netcdf(path: Path, choice: Choice) -> Columns:
 
 
 def _variable(name: str, variable: Any) -> Column:
-    """A netCDF variable, unpacked where it says how."""
+    """A netCDF variable, unpacked if its attributes say how."""
     attributes = variable.attrs
     values = variable[...].tolist()
     if "_FillValue" in attributes:
@@ -223,7 +223,7 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
 
 
 def numbers(column: Column) -> list[float]:
-    """The numbers of a column as they stand, all of them finite; raises `RecordingError`."""
+    """Numbers of a column, all finite; raises `RecordingError`."""
     values = []
     for row, value in enumerate(column.values, 1):
         if value is not None and not isinstance(value, float | int):
@@ -253,7 +253,7 @@ def _converted(column: Column, unit: str) -> list[float]:
 
 
 def _refuse_dates(times: Sequence[float]) -> None:
-    """A run begins at 0 s: of a recording that is stamped with dates it would play the first value for ever."""
+    """Refuse dates as times: a run begins at 0 s and would play the first value for ever."""
     if times[0] > LATEST_START and times[-1] - times[0] < times[0]:
         message = f"its first time is {times[0]:.10g} s, which looks like a date: a run begins at 0 s"
         raise RecordingError(message, hint=f"subtract {times[0]:.10g} s from its times")
@@ -266,7 +266,7 @@ def _ascending(times: Sequence[float]) -> None:
 
 
 def split_unit(head: str) -> tuple[str, str]:
-    """Name and unit of a head: `rate [deg/s]`; in `sums[3]` the bracket is the number of an entry."""
+    """Name and unit of a head such as `rate [deg/s]`; in `sums[3]` the bracket is the number of an entry."""
     found = _HEAD.fullmatch(head.strip())
     return (found["name"], (found["unit"] or found["tight"] or "").strip()) if found else (head.strip(), "")
 

@@ -13,9 +13,9 @@ from proofmass.runner.plan.keys import LargestOf
 class Solver:
     """A group with the method that integrates it.
 
-    "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick), which change
-    where a parameter is driven or a factor has moved: in u stands one for the first factor. Steps of the other methods
-    are `1/substeps` of a tick long, at first where the tolerance is not zero.
+    "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick). They change
+    if a parameter is driven or a factor moves; u holds 1 in place of the first factor. Steps of the other methods are
+    `1/substeps` of a tick long; with a tolerance above zero that is the length of the first step.
     """
 
     name: str  # in generated code
@@ -29,7 +29,7 @@ class Solver:
 
     @property
     def exact(self) -> bool:
-        """Whether the group is stepped by matrices."""
+        """Whether matrices step the group."""
         return self.method == "exact"
 
     @property
@@ -39,10 +39,10 @@ class Solver:
 
     @property
     def order(self) -> int:
-        """By which power of its length the error of a step falls."""
+        """Order of the method: the power of its length with which the error of a step falls."""
         return EXPLICIT[self.method].order if self.method in EXPLICIT else radau.ORDER
 
     @property
     def largest(self) -> LargestOf:
-        """Where the largest value of each state is kept, among the buffers."""
+        """Key of the buffer with the largest value of each state."""
         return LargestOf(self.name)

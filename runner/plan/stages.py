@@ -1,4 +1,4 @@
-"""The functions of a group at one instant, in plain Python: derivatives, clearances of events, what follows them."""
+"""Functions of a group at one instant, in plain Python: derivatives, clearances of events, states after an event."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,18 +27,18 @@ from proofmass.runner.plan.groups import Group, state_fields
 
 
 class Context(NamedTuple):
-    """What is fixed during a tick: constants by block, inputs as they are at its start and how fast they move, guesses
-    for the tears of loops."""
+    """Values that are fixed during a tick: constants by block, inputs at its start and their slopes, guesses for the
+    tears of loops."""
 
     constants: Mapping[str, Any]
     inputs: Sequence[float]
-    slopes: Sequence[float]  # of the inputs that move, one after the other
+    slopes: Sequence[float]  # of the inputs that move, in order
     guesses: Sequence[float]
     start: float
 
 
 class _Call(NamedTuple):
-    """A function, where its arguments stand among the values of an instant, and where its result goes."""
+    """A function, the places of its arguments among the values of an instant, and the place of its result."""
 
     at: str  # block and function, for messages
     function: Callable[..., Any]
@@ -55,7 +55,7 @@ class Stages:
         self.blocks, self.schedule, self.group, self.periods = blocks, schedule, group, periods
         self.at = ""  # the function under way
         self.unsolved = ""  # wire of a loop that had no solution
-        self.watching, self.lost = False, ""  # the first output that had no value while it watched, by its own word
+        self.watching, self.lost = False, ""  # the first output that declared that it had no value
         ends = ((name, port) for name, port in outputs_of(group.nodes) if type(blocks[name]).outputs[port].no_value)
         self._ends = frozenset(f"{name}.{port}" for name, port in ends)
         self._states: list[tuple[str, Any, list[type]]] = [
@@ -92,7 +92,7 @@ class Stages:
                 place += 1
 
     def clearances(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
-        """What is above zero as long as nothing happens, for each event; behind them on which side each corner is."""
+        """For each event a number that is above zero until it happens; then the side of each corner."""
         known = self._known(context, time, x)
         for number, call in enumerate(self._clearances):
             out[number] = self._called(call, known)
@@ -105,7 +105,7 @@ class Stages:
             x[self.group.states.index((name, field))] = float(kind(value))
 
     def states(self, x: Sequence[float]) -> dict[str, Any]:
-        """The states of all blocks as they declare them."""
+        """States of all blocks, of the types that they declare."""
         states, place = {}, 0
         for name, state, kinds in self._states:
             states[name] = state(*[kind(v) for kind, v in zip(kinds, x[place : place + len(kinds)], strict=True)])
@@ -113,7 +113,7 @@ class Stages:
         return states
 
     def _known(self, context: Context, time: float, x: Sequence[float]) -> list[Any]:
-        """Everything that the functions of the blocks are given at an instant, each in its place."""
+        """Arguments of all functions of the blocks at an instant, each in its place."""
         values: list[Any] = [None] * len(self._places)
         values[0] = time
         for name in self.group.members:
@@ -136,7 +136,7 @@ class Stages:
         return values
 
     def _solve(self, first: _Call, known: list[Any]) -> None:
-        """Solve the loop with that first tear."""
+        """Solve the loop that has this first tear."""
         loop = self._torn[first.result]
         if not self._solve_loop(*loop, known, lambda place: self._called(self._of_place[place], known)):
             self.unsolved = first.at
@@ -144,7 +144,7 @@ class Stages:
     def _solve_loop(
         self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]
     ) -> bool:
-        """Solve an algebraic loop on the values of an instant; whether there is a solution."""
+        """Solve an algebraic loop on the values of an instant; return whether there is a solution."""
         return solve_in_place(tears, others, known, value)
 
     def _keep(self, known: list[Any], key: Binding | ConstantsOf, value: Any) -> None:
@@ -166,7 +166,7 @@ class Stages:
         return call._replace(result=self._place(Wire((name, port))))
 
     def _constants(self, name: str) -> _Call:
-        """ConstantsOf made anew from what drives the parameters of a block."""
+        """Compute the constants of a block from the signals that drive its parameters."""
         drivers = self.schedule.drivers
         driven = [p for p in type(self.blocks[name]).parameters if (name, p) in drivers]
 
@@ -177,14 +177,14 @@ class Stages:
         return _Call(f"{name}.constants", compute, places, self._place(ConstantsOf(name)))
 
     def _constants_of(self, name: str, moved: Mapping[str, Any]) -> Any:
-        """ConstantsOf of a block, some of whose parameters have moved."""
+        """Constants of a block some of whose parameters have changed."""
         block = self.blocks[name]
         made = type(block).parameters_class()
         fields: Any = made._fields  # type: ignore[attr-defined]
         return constants_of(block, made(*(moved.get(p, getattr(block, p)) for p in fields)), self.periods(name))
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
-        """What is called for a function of a block."""
+        """Return the callable for a function of a block."""
         return in_python(block, behaviour)
 
     def _call(self, name: str, what: str, behaviour: Behaviour) -> _Call:
@@ -194,7 +194,7 @@ class Stages:
         return _Call(f"{name}.{what}", self._callable(block, behaviour), tuple(arguments), -1)
 
     def _argument(self, binding: Binding) -> int:
-        """Where an argument stands among the values of an instant."""
+        """Place of an argument among the values of an instant."""
         place = self._place(binding)
         match binding:
             case Default(_, value):

@@ -1,4 +1,4 @@
-"""Blocks whose functions look at numbers that move, `if input > 0.0`, and may have corners that they do not name."""
+"""Blocks whose functions compare moving numbers, as `if input > 0.0`, and may have corners that they do not declare."""
 
 from functools import cache
 from typing import Any
@@ -13,9 +13,9 @@ from proofmass.runner.plan.constants import constants_of
 
 @cache
 def looks_at_numbers(block: Block) -> bool:
-    """Whether an output or derivative of the block compares a signal, a state or the time with something.
+    """Return whether an output or derivative of the block compares a signal, a state or the time with something.
 
-    A block that declares corners or events is taken at its word, and so is an output that ends a run (`no_value`).
+    A block that declares corners or events is trusted, and so is an output that ends a run (`no_value`).
     """
     kind = type(block)
     if kind.corners or kind.events:
@@ -37,10 +37,12 @@ def _looks(block: Block, constants: Any, behaviour: Behaviour) -> bool:
             frame = frame.tb_next
         if frame is None:
             return True
-        home = frame.tb_frame.f_globals["__name__"]  # of arithmetic, roundings have corners, elementary functions none
+        home = frame.tb_frame.f_globals[
+            "__name__"
+        ]  # in arithmetic, roundings have corners, elementary functions have none
         return home == rounding.__name__ or not home.startswith(arithmetic.__name__)
     except (ArithmeticError, ValueError, TypeError, AttributeError):
-        return False  # it cannot be told: the functions of `math` are smooth
+        return False  # unknown: the functions of `math` are smooth
     return False
 
 

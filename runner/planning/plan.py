@@ -1,4 +1,4 @@
-"""From a graph to the plan that both engines read: checked, flat, scheduled, with constants, starts and solvers."""
+"""Planning: a graph is checked, made flat, scheduled, and given constants, initial states and solvers."""
 
 import dataclasses
 import math
@@ -34,7 +34,7 @@ def plan(graph: Graph, *, wide: bool = False, recordings: Recordings = NO_RECORD
     """Check, schedule and prepare a graph; raises `ModelError`.
 
     With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
-    `recordings` are buffers of blocks that play them, by block and buffer, in place of what their files hold.
+    `recordings` are played in place of those in files, by block and buffer.
     """
     flat = flatten(graph)
     flat, order = with_measures(flat, scheduled(flat))
@@ -65,7 +65,7 @@ def plan(graph: Graph, *, wide: bool = False, recordings: Recordings = NO_RECORD
 
 
 def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
-    """The plan with some blocks of the same kinds, but other numbers; order, wiring and methods stay.
+    """Return the plan with other numbers in some blocks; order, wiring and methods stay.
 
     `Plan.same_sizes` says whether one loop runs both. Raises `ModelError` where constants cannot be computed.
     """
@@ -84,9 +84,9 @@ def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
 
 
 class _Made(NamedTuple):
-    """What a block brings into a plan."""
+    """The numbers that a block brings into a plan."""
 
-    as_set: Any  # constants of the parameters as they are set, of blocks with driven parameters too
+    as_set: Any  # constants for the parameters as set, also of blocks with driven parameters
     constants: Any
     start: Any
     buffers: Mapping[Endpoint, tuple[float, ...]]

@@ -1,4 +1,4 @@
-"""How each group of continuous blocks is integrated: exactly where it is linear, elsewhere by steps."""
+"""Choice of a solver for each group of continuous blocks: exact if it is linear, otherwise in steps."""
 
 import math
 import operator
@@ -23,13 +23,13 @@ from proofmass.runner.planning.corners import looks_at_numbers
 
 FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Endpoint, Any]]]  # constants and wires
 
-STIFF = 100  # sub-steps of an explicit method in a tick, beyond which another one is taken
+STIFF = 100  # sub-steps of an explicit method in a tick, beyond which another method is chosen
 STABLE = 2.5  # time constants that a step of an explicit method may have before it is unstable
 PRECISION = 1e-12  # of the time of an event, in ticks
 
 
 def find_solvers(plan: Filled, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
-    """A solver for every group of a plan that has none yet; `constants` are those of the parameters as they are set."""
+    """Choose a solver for every group of a plan; `constants` are those of the parameters as set."""
     groups = find_groups(plan.graph, plan.schedule)
     return tuple(
         _Choice(plan, group, constants, first_tick).solver(f"group_{number}") for number, group in enumerate(groups)
@@ -37,7 +37,7 @@ def find_solvers(plan: Filled, constants: Mapping[str, Any], first_tick: FirstTi
 
 
 class _Choice:
-    """The method of one group, from what the graph says and what its functions show."""
+    """Chooses the method of one group, from the settings of the graph and tests of its functions."""
 
     def __init__(
         self,
@@ -81,15 +81,17 @@ class _Choice:
         return method, min(substeps, STIFF) if method == "radau" else substeps
 
     def _chosen(self, fastest: float) -> str:
-        """An explicit method, of higher order for many steps; an implicit one where stability would ask for many."""
+        """Choose an explicit method, of higher order for many steps; an implicit one if stability asks for many."""
         if self.period * fastest > STABLE * STIFF:
             return "radau"
         many = self._substeps(fastest, EXPLICIT["runge_kutta_4"].order) > STIFF
         return "dormand_prince" if many or self._has_hidden_corners() else "runge_kutta_4"
 
     def _has_hidden_corners(self) -> bool:
-        """Whether a block looks at a number that moves, and does not say where its corners are: steps must be short
-        there, which only an estimate of the error tells."""
+        """Return whether a block compares a moving number without declaring the corner.
+
+        Steps must be short at a corner, and only an estimate of the error shows where one is.
+        """
         return any(looks_at_numbers(self.plan.blocks[name]) for name in self.group.members)
 
     def _fastest(self) -> float:
@@ -100,7 +102,7 @@ class _Choice:
         return fastest
 
     def _substeps(self, fastest: float, order: int) -> int:
-        """So many that the error per time constant, (h / time constant)^order / (order + 1)!, is that wanted."""
+        """Sub-steps for which the error per time constant, (h / time constant)^order / (order + 1)!, is as wanted."""
         length: float = (self.says.accuracy * math.factorial(order + 1)) ** (1.0 / order)
         return max(1, math.ceil(self.period * fastest / length))
 
@@ -140,7 +142,7 @@ class _Choice:
         return [list(row) for row in zip(*columns, strict=True)]
 
     def _steepest(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
-        """The steeper side of each corner; not finite where a slope is infinite, and grows with a smaller step."""
+        """Slopes on the steeper side of each corner; not finite if a slope is infinite and grows with smaller steps."""
         sides = []
         for part in (1.0, 0.01):
             forward, backward = (self._one_sided(rates, sign * part) for sign in (1.0, -1.0))
@@ -165,7 +167,7 @@ class _Choice:
         return [list(row) for row in zip(*columns, strict=True)]
 
     def _not_linear(self) -> str:
-        """Why the group is not linear in states and inputs, held factors apart; empty when it is."""
+        """Return why the group is not linear in states and inputs for held factors; empty if it is."""
         blocks = self.plan.blocks
         nonlinear = [
             name
@@ -200,7 +202,7 @@ class _Choice:
 
 
 def spectral_radius(matrix: Matrix) -> float:
-    """The largest magnitude of an eigenvalue, from the norm of the 1024th power: at most some per cent too large."""
+    """Largest magnitude of an eigenvalue, from the norm of the 1024th power: at most a few per cent too large."""
     power, logarithm = [row[:] for row in matrix], 0.0
     for squaring in range(11):
         norm = max((sum(map(abs, row)) for row in power), default=0.0)

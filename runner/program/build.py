@@ -8,7 +8,7 @@
     builder.give(builder.get(total))
     function = builder.function()
 
-A number of Python stands for the constant that it is. Formulas that are written for numbers run on `Number`.
+A Python number stands for a constant. Formulas written for numbers run on `Number` and are written down.
 """
 
 import math
@@ -60,7 +60,7 @@ class Builder:
         return variable
 
     def function(self) -> form.Function:
-        """The function as it is written; one that gives results ends by giving zeros, if it can end at all."""
+        """Return the function. One with results returns zeros at its end, if that end can be reached."""
         results = self._results or ()
         if results and not always_returns(self._body):
             self._body.append(form.Return(tuple(zero(kind) for kind in results), self.line))
@@ -86,17 +86,17 @@ class Builder:
         return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
 
     def likely(self, condition: Given, value: Given, other: Given) -> form.Operand:
-        """One of two numbers, the first as a rule."""
+        """Choose one of two numbers; the first is the likely one."""
         return self.compute("select", self.compute("likely", condition), value, other)
 
     def get(self, variable: form.Variable) -> form.Value:
-        """What a variable is now."""
+        """Current value of a variable."""
         return self._computed(
             form.Value(variable.kind, variable.name), lambda result: form.Get(result, variable, self.line)
         )
 
     def set(self, variable: form.Variable, value: Given) -> None:
-        """A variable becomes a value."""
+        """Set a variable."""
         self.add(form.Set(variable, operand(value), self.line))
 
     def load(self, array: form.Array, index: Given, name: str = "") -> form.Value:
@@ -106,7 +106,7 @@ class Builder:
         )
 
     def store(self, array: form.Array, index: Given, value: Given) -> None:
-        """An entry of an array becomes a value."""
+        """Set an entry of an array."""
         self.add(form.Store(array, operand(index), operand(value), self.line))
 
     def view(self, whole: form.Array, first: Given, length: int | None, name: str = "") -> form.Array:
@@ -118,7 +118,7 @@ class Builder:
     def call(
         self, function: form.Function | form.External, *arguments: Given | form.Array, names: Sequence[str] = ()
     ) -> tuple[form.Value, ...]:
-        """What a function returns."""
+        """Call a function and return its results."""
         if isinstance(function, form.External):
             kinds: tuple[form.Kind, ...] = () if function.result is None else (function.result,)
         else:
@@ -129,7 +129,7 @@ class Builder:
         return results
 
     def give(self, *values: Given) -> None:
-        """Leave the function with these results."""
+        """Return from the function with these results."""
         results = tuple(map(operand, values))
         if self._results is None:
             self._results = tuple(map(kind_of, results))
@@ -141,11 +141,11 @@ class Builder:
         self.add(form.Break(self.line))
 
     def next_turn(self) -> None:
-        """Go on with the next turn of the innermost loop."""
+        """Continue with the next turn of the innermost loop."""
         self.add(form.Continue(self.line))
 
     def add(self, statement: form.Statement) -> None:
-        """A statement in the place where the builder is; nothing is written where it never comes."""
+        """Append a statement here; write nothing where control never arrives."""
         if not self.ended:
             self._region.append(statement)
 
@@ -153,12 +153,12 @@ class Builder:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing that is written here would ever be reached."""
+        """Return whether control never arrives here."""
         return bool(self._region) and never_ends(self._region[-1])
 
     @contextmanager
     def when(self, condition: Given) -> Iterator[None]:
-        """What is done under a condition; `otherwise` may follow."""
+        """Write the statements for a condition that holds; `otherwise` may follow."""
         node = form.If(operand(condition), [], [], self.line)
         with self.within(node.then):
             yield
@@ -166,7 +166,7 @@ class Builder:
 
     @contextmanager
     def otherwise(self) -> Iterator[None]:
-        """What is done where the condition just before does not hold."""
+        """Write the statements for the condition just before, where it does not hold."""
         node = self._region.pop()
         assert isinstance(node, form.If), "otherwise stands behind when"
         with self.within(node.otherwise):
@@ -175,7 +175,7 @@ class Builder:
 
     @contextmanager
     def counted(self, first: Given, last: Given, step: int = 1, name: str = "") -> Iterator[form.Value]:
-        """The turns of a counter."""
+        """Write a loop that counts, and yield its counter."""
         counter = form.Value(form.INTEGER, name)
         node = form.For(counter, operand(first), operand(last), step, [], self.line)
         with self.within(node.body):
@@ -184,7 +184,7 @@ class Builder:
 
     @contextmanager
     def repeated(self, condition: Callable[[], Given]) -> Iterator[None]:
-        """The turns of a loop as long as the condition holds, which is written by a function."""
+        """Write a loop that runs as long as a condition holds; a function writes the condition."""
         test, body, line = form.Region(), form.Region(), self.line
         with self.within(test):
             holds = operand(condition())
@@ -194,7 +194,7 @@ class Builder:
 
     @contextmanager
     def within(self, region: form.Region) -> Iterator[form.Region]:
-        """Statements written into a region of the caller's."""
+        """Write into a region of the caller's."""
         before, self._region = self._region, region
         try:
             yield region
@@ -202,7 +202,7 @@ class Builder:
             self._region = before
 
     def splice(self, region: form.Region) -> None:
-        """The statements of a region that was written apart."""
+        """Append the statements of a region that was written separately."""
         for statement in region:
             self.add(statement)
 
@@ -216,7 +216,7 @@ class Builder:
 
 
 class Number:
-    """A value of a function that is being written: arithmetic with it is written down, not done."""
+    """A value of a function that is being written: arithmetic with it writes operations and computes nothing."""
 
     def __init__(self, builder: Builder, value: form.Operand) -> None:
         self.builder, self.value = builder, value
@@ -254,7 +254,7 @@ class Number:
 
 
 def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
-    """Parameters of a function for a value of its caller."""
+    """Parameters of a function, of the same structure as a value of its caller."""
     if isinstance(value, tuple):
         return like(value, [parameters_like(builder, f"{name}_{of}", part) for of, part in named(value)])
     if isinstance(value, form.Array):
@@ -263,7 +263,7 @@ def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
 
 
 def operand(value: Given) -> form.Operand:
-    """A value of a program; a number of Python as the constant that it is."""
+    """Return a value of a program; a Python number becomes a constant."""
     if isinstance(value, form.Value | form.Constant):
         return value
     if isinstance(value, bool):
@@ -282,12 +282,12 @@ def zero(kind: form.Kind) -> form.Constant:
 
 
 def always_returns(region: form.Region) -> bool:
-    """Whether the end of a region is never reached."""
+    """Return whether control never reaches the end of a region."""
     return bool(region) and never_ends(region[-1])
 
 
 def never_ends(statement: form.Statement) -> bool:
-    """Whether what stands behind a statement is never reached."""
+    """Return whether control never gets past a statement."""
     match statement:
         case form.Return() | form.Break() | form.Continue():
             return True
@@ -299,7 +299,7 @@ def never_ends(statement: form.Statement) -> bool:
 
 
 def _leaves(region: form.Region) -> bool:
-    """Whether a region may leave the loop that it is the body of."""
+    """Return whether a region, the body of a loop, may leave the loop."""
     for statement in region:
         match statement:
             case form.Break():
@@ -310,7 +310,7 @@ def _leaves(region: form.Region) -> bool:
 
 
 def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand | None:
-    """What an operation gives without computing it; only what is exact, and no NaN, whose bits machines differ in."""
+    """Result of an operation if it is known beforehand: exact, and not NaN, whose bits differ between machines."""
     if all(isinstance(operand, form.Constant) for operand in operands):
         value: Any = EVALUATE[operation](*(operand.value for operand in operands if isinstance(operand, form.Constant)))
         kind = form.OPERATIONS[operation].result or kind_of(operands[-1])
@@ -324,7 +324,7 @@ def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand 
 
 
 def _neutral(operation: str, a: form.Operand, b: form.Operand) -> form.Operand | None:
-    """What an operation of integers or truth values gives of which one operand is known."""
+    """Result of an operation on integers or truth values that one constant operand decides."""
     for constant, other, first in ((a, b, True), (b, a, False)):
         if not isinstance(constant, form.Constant):
             continue

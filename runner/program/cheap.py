@@ -1,13 +1,13 @@
-"""What may as well be executed where its values are not needed."""
+"""Statements so cheap that a program may execute them even where their values are not needed."""
 
 from proofmass.runner.program.form import Compute, Constant, Get, Load, Region, Statement
 
-_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations that are not done in vain
-_MANY = 12  # statements that are not executed in vain
+_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations too dear to do in vain
+_MANY = 12  # statements that must not run in vain
 
 
 def is_cheap(*regions: Region) -> bool:
-    """Whether the statements of some regions, together, may as well be executed where their values are not needed."""
+    """Return whether all statements of some regions together are so cheap that they may always be executed."""
     return sum(map(len, regions)) <= _MANY and all(_costs_little(s) for region in regions for s in region)
 
 

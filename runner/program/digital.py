@@ -1,7 +1,7 @@
 """Digital blocks in a program: calls of their integer code, and what becomes of an overflow.
 
-A block's overflow is not 0 when a value of it saturated or wrapped in the tick, its overflows count such ticks;
-`refused` is not 0 from the tick on in which a value did not fit its format and should have.
+A block's overflow is not 0 in a tick in which one of its values saturated or wrapped; its overflows count such ticks.
+`refused` is not 0 from the first tick on in which a value did not fit its format although it had to.
 """
 
 from proofmass.blocks.declaration.instance import format_of
@@ -15,7 +15,7 @@ from proofmass.runner.program.structure import Lowered
 
 
 class DigitalWriter:
-    """Writes what digital blocks do."""
+    """Writes the calls of digital blocks and the counts of their overflows."""
 
     def __init__(self, frame: Frame, refused: Variable) -> None:
         self.frame, self.plan, self.refused = frame, frame.plan, refused
@@ -24,12 +24,12 @@ class DigitalWriter:
         self._lost = {name: frame.builder.variable(INTEGER, f"{word(name)}_overflow") for name in self.counted}
 
     def begin_tick(self) -> None:
-        """No overflow yet."""
+        """Set the overflow of each block to none."""
         for lost in self._lost.values():
             self.frame.builder.set(lost, 0)
 
     def end_tick(self) -> None:
-        """Counts, behind one condition that seldom holds."""
+        """Count overflows, under one condition that seldom holds."""
         builder = self.frame.builder
         if not self.counted:
             return
@@ -43,7 +43,7 @@ class DigitalWriter:
                 builder.set(self.counts[name], builder.compute("add_integers", builder.get(self.counts[name]), more))
 
     def call(self, name: str, function: str) -> Lowered:
-        """What the integer code of a digital block gives."""
+        """Call the integer code of a digital block and return its result."""
         step, frame = self.plan.digital[name].steps[function], self.frame
         given = [frame.now(frame.constants[name]), *map(frame.argument, self.plan.bindings(name, function))]
         results = call(frame.builder, step.code.function, given)
@@ -55,7 +55,7 @@ class DigitalWriter:
         return results[0]
 
     def hold(self, node: Endpoint) -> None:
-        """Mantissas that a converter made must fit their format; integer code relies on it to the end of the chunk."""
+        """Check that a converter's mantissas fit their format: integer code relies on it until the chunk ends."""
         builder, wire = self.frame.builder, self.frame.wires[node]
         block = self.plan.blocks[node[0]]
         format = format_of(block, node[1])

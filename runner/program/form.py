@@ -1,9 +1,9 @@
-"""The typed program: what lowering makes of Python functions and plans, and what every target prints from.
+"""The typed program: Python functions and plans are lowered into it, and every target prints from it.
 
 A program is structured: functions of statements, `If`, `For`, `While`; no jumps but `Break`, `Continue` and `Return`.
-A `Value` is computed once, by one statement, and read only behind it, in the same region or in one inside it. What
-changes is a `Variable`, which is `Get` and `Set`, or stands in an `Array`. Every value has a kind; tuples and
-NamedTuples are dissolved into numbers before. Each statement knows the line of Python that it comes from.
+One statement computes a `Value`, once; only later statements read it, in the same region or in one inside it. What
+changes is a `Variable`, read by `Get` and written by `Set`, or an entry of an `Array`. Every value has a kind; lowering
+dissolves tuples and NamedTuples into numbers. Each statement knows the line of Python that it comes from.
 
 Arithmetic is that of the reference: one rounding an operation, in the order written, no contraction; integers of 64
 bits in two's complement. A program is checked by `verify` and read by `listing`.
@@ -34,7 +34,7 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """What one statement computes, or a parameter of a function; `name` is what a reader knows it by."""
+    """The result of one statement, or a parameter of a function; `name` is for readers."""
 
     kind: Kind
     name: str = ""
@@ -50,7 +50,7 @@ class Constant:
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """What may be set again; zero or false until then. A function's variables are listed in `Function.variables`."""
+    """A variable, which may be set again; zero or false until it is set. `Function.variables` lists them."""
 
     kind: Kind
     name: str = ""
@@ -60,7 +60,7 @@ class Variable:
 class Array:
     """Memory of the caller, or a part of another array; entries are numbered from 0.
 
-    Two arrays among the parameters of the entry never overlap; those of another function may, where its callers say so.
+    Arrays among the parameters of the entry never overlap. Those of another function may, if its callers pass them so.
     """
 
     entry: Kind
@@ -76,7 +76,7 @@ Operand: TypeAlias = Value | Constant
 
 
 class Signature(NamedTuple):
-    """Kinds of an operation's operands, kind of its result, and what it is; None stands for any one kind."""
+    """Kinds of an operation's operands, kind of its result, and its meaning; None stands for any one kind."""
 
     operands: tuple[Kind | None, ...]
     result: Kind | None
@@ -154,7 +154,7 @@ class Compute:
 
 @dataclass(frozen=True)
 class Get:
-    """`result` = what a variable is now."""
+    """`result` = current value of a variable."""
 
     result: Value
     variable: Variable
@@ -163,7 +163,7 @@ class Get:
 
 @dataclass(frozen=True)
 class Set:
-    """A variable becomes a value."""
+    """Set a variable to a value."""
 
     variable: Variable
     value: Operand
@@ -182,7 +182,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Store:
-    """An entry of an array becomes a value."""
+    """Set an entry of an array to a value."""
 
     array: Array
     index: Operand
@@ -202,7 +202,7 @@ class View:
 
 @dataclass(frozen=True)
 class Call:
-    """`results` = what a function returns for arguments, in the order of its parameters."""
+    """`results` = results of a function for these arguments, in the order of its parameters."""
 
     results: tuple[Value, ...]
     function: "Function | External"
@@ -212,7 +212,7 @@ class Call:
 
 @dataclass(frozen=True)
 class If:
-    """One region or the other."""
+    """Execute one region or the other, by a condition."""
 
     condition: Operand
     then: "Region"
@@ -234,9 +234,9 @@ class For:
 
 @dataclass(frozen=True)
 class While:
-    """The test and, while its condition holds, the body and the test again; the body may read values of the test.
+    """Execute the test and, while its condition holds, the body and the test again. The body may read the test.
 
-    The test itself leaves neither a loop around it nor the function.
+    The test leaves neither the loop around it nor the function.
     """
 
     test: "Region"
@@ -254,14 +254,14 @@ class Break:
 
 @dataclass(frozen=True)
 class Continue:
-    """Go on with the next turn of the innermost loop."""
+    """Continue with the next turn of the innermost loop."""
 
     line: Line | None = None
 
 
 @dataclass(frozen=True)
 class Return:
-    """Leave the function with these results."""
+    """Return from the function with these results."""
 
     values: tuple[Operand, ...] = ()
     line: Line | None = None
@@ -283,20 +283,20 @@ class Function:
     results: tuple[Kind, ...]
     body: Region = field(default_factory=list)
     variables: list[Variable] = field(default_factory=list)
-    origin: str = ""  # the Python function that it comes from, for readers
-    inline: bool = False  # whether targets take it into its callers
-    apart: bool = False  # whether targets never do that: a part of what was too long
+    origin: str = ""  # Python function that it comes from, for readers
+    inline: bool = False  # whether targets inline it
+    apart: bool = False  # whether targets never inline it: it is a part of a function that was too long
 
 
 @dataclass(frozen=True)
 class External:
-    """A function of another library, called as C has it: `sin` of libm, or a compiled model of hardware."""
+    """A function of another library, called by the conventions of C: `sin` of libm, or a compiled model of hardware."""
 
     symbol: str
     parameters: tuple[Kind, ...]
     result: Kind | None
     address: int | None = field(default=None, compare=False, repr=False)  # None where the linker knows the symbol
-    pure: bool = True  # the result follows from the arguments, and nothing else happens
+    pure: bool = True  # the result follows from the arguments alone, without side effects
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Calls of blocks' functions in a function that is being written, and what their arguments stand for there."""
+"""Calls of the functions of blocks within a function that is being written, and the values of their arguments."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, assert_never
@@ -32,16 +32,16 @@ KINDS: dict[type, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 
 
 class Called(NamedTuple):
-    """What a function of a block gives, and whether anything failed in it: None where nothing can."""
+    """Result of a function of a block, and whether anything failed in it; None if nothing can fail."""
 
     value: Lowered
     fault: Operand | None
 
 
 class Frame:
-    """What wires, states and constants are in one function of the program.
+    """Values of wires, states and constants within one function of the program.
 
-    Where something changes it is a variable, which is read when it is asked for.
+    What changes is a variable, which is read each time it is asked for.
     """
 
     def __init__(self, plan: Plan, builder: Builder) -> None:
@@ -61,15 +61,15 @@ class Frame:
     # -- what is there -----------------------------------------------------------------------------------------------
 
     def now(self, held: Lowered) -> Lowered:
-        """What is kept somewhere, as it is now."""
+        """Current value of something that is kept."""
         return mapped(held, lambda leaf: self.builder.get(leaf) if isinstance(leaf, Variable) else leaf)
 
     def wire(self, node: Endpoint) -> Lowered:
-        """What an output holds, or a buffer."""
+        """Value of an output, or a buffer."""
         return self.now(self.wires[node])
 
     def set(self, target: Lowered, value: Lowered) -> None:
-        """Variables become values."""
+        """Set variables to values."""
         if isinstance(target, tuple):
             for place, part in zip(target, value, strict=True):
                 self.set(place, part)
@@ -77,7 +77,7 @@ class Frame:
             self.builder.set(target, as_kind(self.builder, value, target.kind))
 
     def put(self, node: Endpoint, value: Lowered) -> None:
-        """What an output holds from here on."""
+        """Set the value of an output from here on."""
         if isinstance(self.wires.get(node), Variable):
             self.set(self.wires[node], value)
         else:
@@ -86,7 +86,7 @@ class Frame:
     # -- calls -------------------------------------------------------------------------------------------------------
 
     def call(self, name: str, function: str) -> Called:
-        """The call of a function of a block, by its role or by the output that it computes."""
+        """Call a function of a block, named by its role or by the output that it computes."""
         block = self.plan.blocks[name]
         behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         return self.called(name, function, behaviour)
@@ -94,7 +94,7 @@ class Frame:
     def called(
         self, name: str, port: str, behaviour: Behaviour, argument: Callable[[Binding], Lowered] | None = None
     ) -> Called:
-        """The call of a function of a block that has a role or not."""
+        """Call a function of a block, with or without a role."""
         block, bound = self.plan.blocks[name], self.plan.bound(name, port, behaviour)
         known = not self.plan.is_driven(name) or behaviour.reads_constants  # else they come later in the tick
         constants = self.now(self.constants[name]) if known else ()
@@ -104,11 +104,11 @@ class Frame:
         return self.outcome(call(self.builder, function, given), form is not None and form.fails)
 
     def outcome(self, made: Lowered, fails: bool) -> Called:
-        """What a call gives that may have a fault behind its value."""
+        """Split the result of a call into its value and, if it may fail, its fault."""
         return Called(made[0], as_kind(self.builder, made[1], TRUTH)) if fails else Called(made, None)
 
     def argument(self, binding: Binding) -> Lowered:
-        """What a function of a block is given."""
+        """Value of an argument of a block's function."""
         match binding:
             case State(name):
                 return self.now(self.states[name])
@@ -132,7 +132,7 @@ class Frame:
         return self.builder.compute("floor_divide", self.tick, divisor) if divisor > 1 else self.tick
 
     def driven(self, name: str) -> Called:
-        """The constants of a block, made from its parameters."""
+        """Compute the constants of a block from its parameters."""
         block, drivers = self.plan.blocks[name], self.plan.schedule.drivers
         record: Any = type(block).parameters_class()
         values = []
@@ -150,12 +150,12 @@ class Frame:
         return self.outcome(call(self.builder, function, given), form is not None and form.fails)
 
     def number(self, outcome: Called) -> Operand:
-        """A number that a call gives: NaN where anything failed in it."""
+        """Number that a call returns: NaN if anything failed in it."""
         value = as_kind(self.builder, outcome.value, FLOAT)
         return value if outcome.fault is None else self._unless(outcome.fault, value)
 
     def sound(self, outcome: Called) -> Lowered:
-        """What a call gives in a function of an instant; a fault is noted."""
+        """Result of a call within an instant; a fault is noted."""
         if outcome.fault is not None:
             if self.failed is None:
                 self.failed = self.builder.variable(TRUTH, "failed")
@@ -164,7 +164,7 @@ class Frame:
         return outcome.value
 
     def unless_failed(self, value: Operand) -> Operand:
-        """A number that is NaN where anything failed before: the loop looks for that."""
+        """Return the number, or NaN if anything failed before: the loop watches for NaN."""
         if self.failed is None:
             return value
         return self._unless(self.builder.get(self.failed), value)

@@ -1,4 +1,4 @@
-"""Groups of continuous blocks in a program: the rates of an instant, and groups that are moved by matrices."""
+"""Groups of continuous blocks in a program: their rates at an instant, and linear groups, which matrices move."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
@@ -21,7 +21,7 @@ from proofmass.runner.program.structure import Lowered, leaves
 
 
 class Writer(Protocol):
-    """What a group needs of the writer of the tick."""
+    """The part of the tick's writer that a group needs."""
 
     plan: Plan
     builder: Builder
@@ -32,12 +32,12 @@ class Writer(Protocol):
     numbers: RunNumbers
 
     def lose(self, nothing: Operand) -> None:
-        """NaN from here on when a number is not zero but NaN."""
+        """Make the tick's check NaN from here on if a number is NaN; the number is zero otherwise."""
         ...
 
 
 class Context(NamedTuple):
-    """What is the same at all instants of a tick: constants by member, inputs, their slopes, guesses for loops."""
+    """All that stays the same during a tick: constants by member, inputs, their slopes, guesses for loops."""
 
     constants: Lowered
     inputs: Lowered
@@ -59,11 +59,11 @@ class GroupWriter:
         self.solved = {loop.tears[0]: loop for loop in self.loops}
 
     def begin(self) -> None:
-        """What stands before the first tick."""
+        """Write what comes before the first tick."""
         raise NotImplementedError
 
     def move(self) -> None:
-        """The states one tick later, in the order of the reference engine."""
+        """Move the states by one tick, in the order of the reference engine."""
         raise NotImplementedError
 
     # -- functions of an instant -------------------------------------------------------------------------------------
@@ -90,7 +90,7 @@ class GroupWriter:
         return builder.function()
 
     def instant(self, builder: Builder, context: Context, time: Operand, x: Sequence[Operand]) -> Frame:
-        """Everything that the functions of the blocks are given at an instant."""
+        """Arguments of all functions of the blocks at an instant."""
         frame = Frame(self.plan, builder)
         frame.time = time
         self._constants_within(frame, context.constants)
@@ -112,7 +112,7 @@ class GroupWriter:
         return frame
 
     def states(self, builder: Builder, x: Sequence[Operand]) -> Iterator[tuple[str, Lowered]]:
-        """The states of the blocks from floats."""
+        """Make the states of the blocks from floats."""
         kinds = {float: FLOAT, int: INTEGER}
         typed = iter(
             as_kind(builder, value, kinds[kind]) if kind in kinds else builder.compute("not_equal", value, 0.0)
@@ -123,7 +123,7 @@ class GroupWriter:
             yield name, record._make(next(typed) for _ in record._fields)
 
     def keep(self, x: Sequence[Operand]) -> None:
-        """The states of the blocks become what floats say."""
+        """Set the states of the blocks from floats."""
         for name, state in self.states(self.builder, x):
             self.frame.set(self.frame.states[name], state)
 
@@ -135,7 +135,7 @@ class GroupWriter:
     # -- constants ---------------------------------------------------------------------------------------------------
 
     def constants(self) -> Lowered:
-        """The constants of the members, or what they are made from within the group."""
+        """Constants of the members, or the numbers from which the group computes them."""
         return tuple(self._constants_of(member) for member in self.group.members)
 
     def _constants_of(self, member: str) -> Lowered:
@@ -146,7 +146,7 @@ class GroupWriter:
         return (*made, frame.now(frame.periods[member]))
 
     def _settled(self, member: str) -> list[str]:
-        """Parameters of a block that nothing drives."""
+        """Parameters of a block that no wire drives."""
         record: Any = type(self.blocks[member]).parameters_class()
         return [p for p in record._fields if (member, p) not in self.plan.schedule.drivers]
 
@@ -163,7 +163,7 @@ class GroupWriter:
         return tuple(loop.arrays for loop in self.loops)
 
     def number(self, number: str, kind: type, value: float) -> Any:
-        """A number that steps the group."""
+        """A number that the stepping of the group uses."""
         return self.writer.numbers.constant(SolverNumber(self.name, number), kind, value)
 
 
@@ -186,7 +186,7 @@ class ExactGroup(GroupWriter):
         self.factors = [self.builder.load(self.matrix, place) for place in range(places)]
 
     def _still(self, constants: Lowered, inputs: Sequence[Any]) -> Context:
-        """A context in which nothing moves, for rates of unit states and inputs."""
+        """Context in which nothing moves: with it the rates of unit states and inputs are computed."""
         zero = operand(0.0)
         still = (zero,) * len(self.group.ramps), (zero,) * len(self.group.guesses)
         return Context(constants, (zero,) * len(inputs), *still, zero, self.work())
@@ -214,7 +214,7 @@ class ExactGroup(GroupWriter):
         return moved
 
     def _by_rows(self, terms: Sequence[Operand]) -> list[Operand]:
-        """The same sums in the same order; what the matrices were assembled in is free after that."""
+        """Multiply row by row, with the same sums in the same order; the scratch of the assembly is free for it."""
         for j, term in enumerate(terms):
             self.builder.store(self.grown, j, term)
         rows = operand(len(self.group.states))
@@ -226,7 +226,7 @@ class ExactGroup(GroupWriter):
         return self.builder.load(self.matrix, place) if self.solver.renewed else self.factors[place]
 
     def _followed(self) -> list[Operand]:
-        """The constants and factors that the matrices follow from; where nothing moves, that they are made at all."""
+        """Constants and factors that the matrices follow from; if none moves, a mark that the matrices exist."""
         if not self.solver.renewed:
             return [operand(1.0)]
         members = [member for member in self.group.members if self.plan.is_driven(member)]
@@ -236,7 +236,7 @@ class ExactGroup(GroupWriter):
         return [as_kind(self.builder, value, FLOAT) for value in numbers]
 
     def _renew(self) -> None:
-        """The matrices, when a constant or factor that they follow from is another than in the tick or call before."""
+        """Compute the matrices again if a constant or factor behind them differs from the last tick or call."""
         builder, followed = self.builder, self._followed()
         moved: Operand = operand(False)
         for i, value in enumerate(followed):

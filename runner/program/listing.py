@@ -1,4 +1,4 @@
-"""A program as text for readers, with the lines of Python that it comes from beside it."""
+"""A program as text for readers, beside the lines of Python that it comes from."""
 
 import linecache
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ _CALLED = {
     "absolute": "abs", "square_root": "sqrt", "round_half_even": "round", "float_of_integer": "float",
     "integer_of_float": "int", "integer_of_truth": "int", "float_of_truth": "float",
 }  # fmt: skip
-_LONGEST = 72  # characters of an expression that takes in others
+_LONGEST = 72  # characters of an expression, up to which it contains others
 _COLUMN = 88  # where the lines of Python stand
 
 
@@ -31,7 +31,7 @@ def listing(program: form.Program) -> str:
 
 
 class _Listed:
-    """One function; what is read once becomes a part of the expression that reads it."""
+    """Text of one function; a value that is read once is written inside the expression that reads it."""
 
     def __init__(self, function: form.Function) -> None:
         self.function = function
@@ -60,7 +60,7 @@ class _Listed:
             beside = ""
 
     def _waits(self, statement: form.Compute) -> bool:
-        """Whether an operation is written where it is read; its text is kept for there."""
+        """Return whether an operation is written where it is read; keep its text until then."""
         text = self._operation(statement.operation, statement.operands)
         if statement.result not in self.parts or len(text) > _LONGEST:
             return False
@@ -146,7 +146,7 @@ class _Listed:
         return self.written.get(operand) or self.names[operand]
 
     def _python(self, line: form.Line | None) -> str:
-        """The line of Python, where it is another than that of the statement before."""
+        """The line of Python, if it differs from that of the statement before."""
         if line is None or line == self.told:
             return ""
         self.told = line

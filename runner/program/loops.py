@@ -1,4 +1,4 @@
-"""Algebraic loops in a program: their equations as a function, and what has them solved."""
+"""Algebraic loops in a program: a function of their equations, and the call of the solver."""
 
 from collections.abc import Callable
 from functools import partial
@@ -14,7 +14,7 @@ from proofmass.runner.program.structure import Lowered
 
 
 class LoopWriter:
-    """Writes one loop, to be solved in the tick or at the instants within one."""
+    """Writes one loop, which is solved once a tick or at the instants within it."""
 
     def __init__(self, loop: AlgebraicLoop, name: str, work: Callable[[str, int], Array]) -> None:
         self.tears, self.others, self.name = loop.tears, loop.others, name
@@ -23,7 +23,7 @@ class LoopWriter:
         self.arrays += tuple(work(f"{name}_work_{i}", length) for i, length in enumerate(scratch(n)))
 
     def solve(self, frame: Frame, arrays: tuple[Array, ...] = ()) -> None:
-        """The solution in the place of the tears, from what they are before; `arrays` are those to work on here."""
+        """Solve for the tears, starting from their present values; `arrays` are scratch."""
         builder = frame.builder
         unknown, *work = arrays or self.arrays
         for i, tear in enumerate(self.tears):
@@ -35,7 +35,7 @@ class LoopWriter:
             frame.put(tear, builder.load(unknown, i))
 
     def _equations(self, frame: "_Within") -> Function:
-        """What is found for the tears from what is assumed for them; not finite where something in between is not."""
+        """Compute the tears from assumed values of the tears; not finite if a value in between is not."""
         builder, n = frame.builder, len(self.tears)
         unknown = Array(FLOAT, n, True, "unknown")
         values = Array(FLOAT, n, True, "found")
@@ -55,7 +55,7 @@ class LoopWriter:
 
 
 class _Within(Frame):
-    """The equations of a loop: what they read from around it becomes parameters, and the context that is passed."""
+    """The equations of a loop; all that they read from outside it becomes parameters and is passed as context."""
 
     def __init__(self, outer: Frame, name: str) -> None:
         super().__init__(outer.plan, outer.builder.beside(f"{name}_equations"))
@@ -78,7 +78,7 @@ class _Within(Frame):
 
 
 class _Taken(dict[Any, Lowered]):
-    """What is asked for the first time is taken from outside."""
+    """A mapping that takes an entry from outside when it is first asked for."""
 
     def __init__(self, take: Callable[[Any], Lowered]) -> None:
         super().__init__()

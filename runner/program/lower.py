@@ -1,7 +1,7 @@
-"""Functions of Python as functions of a program, from their syntax trees; types follow from the arguments.
+"""Python functions lowered from their syntax trees into functions of a program; types follow from the arguments.
 
-A function is lowered once for each kind of arguments, and again when a number or function that it reads from outside
-has become another. What cannot be lowered is refused with its line.
+A function is lowered once for each kind of arguments, and again if a number or function that it reads from outside
+has changed. What cannot be lowered is refused with its line.
 """
 
 import ast
@@ -26,7 +26,7 @@ _LARGE = "proofmass.runner.continuous."  # solvers are called often and stay fun
 
 
 class LoweredFunction(NamedTuple):
-    """A function of a program, what it returns with kinds in the place of numbers, and what it read from outside."""
+    """A function of a program, the structure of its result by kinds, and all that it read from outside."""
 
     function: Function
     result: Lowered
@@ -42,7 +42,7 @@ def lower(function: Callable[..., Any], arguments: Sequence[Lowered]) -> Lowered
 
 
 def call(builder: Builder, function: Callable[..., Any], arguments: Sequence[Lowered]) -> Lowered:
-    """The call of a function of Python in one that is being written."""
+    """Call a Python function from a function that is being written."""
     lowered = _lowered(function, tuple(arguments), (), builder.lowered)
     return _called(builder, lowered, arguments)
 
@@ -53,7 +53,7 @@ def _called(builder: Builder, lowered: LoweredFunction, arguments: Sequence[Lowe
 
 
 def _filled(result: Lowered, values: Any) -> Lowered:
-    """What a function returns, with values in the place of kinds."""
+    """Fill the structure of a result with values in place of kinds."""
     if isinstance(result, tuple):
         return like(result, [_filled(part, values) for part in result])
     return next(values) if isinstance(result, Kind) else result
@@ -65,7 +65,7 @@ def _lowered(
     within: tuple[types.FunctionType, ...],
     own: dict[Hashable, LoweredFunction],
 ) -> LoweredFunction:
-    """The function for arguments like these; one for functions of a program is kept with these, in `own`."""
+    """Return the function for arguments like these; `own` keeps those that take functions of the program."""
     function = inspect.unwrap(callable_)
     if not isinstance(function, types.FunctionType):
         message = f"a {type(function).__name__} is no function"
@@ -143,7 +143,7 @@ class _Reader(Statements):
         return LoweredFunction(self.builder.function(), self.result, tuple(self.read))
 
     def _constants(self) -> list[tuple[str, Any]]:
-        """Numbers that were read from outside: what the function is depends on them."""
+        """Numbers that were read from outside, on which the lowered function depends."""
         return [(name, value) for _, name, value in self.read if isinstance(value, int | float | tuple)]
 
     def called(self, node: ast.AST, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:

@@ -18,7 +18,7 @@ from proofmass.runner.program.structure import Lowered, is_record, is_scalar, le
 
 KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 
-# Functions of numbers that a machine or the C library has, under the names that C gives them.
+# Functions of numbers of the machine or the C library, by their names in C.
 _OPERATIONS: dict[Any, str] = {math.sqrt: "square_root", math.fabs: "absolute", math.copysign: "copy_sign"}
 _WHOLE: dict[Any, str] = {math.floor: "floor", math.ceil: "ceiling", math.trunc: "truncate", round: "round_half_even"}
 LIBRARY: dict[Any, External] = {
@@ -44,7 +44,7 @@ class Calls(Expressions):
     """Reads calls."""
 
     def called(self, node: ast.AST, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
-        """What a function that is lowered too gives."""
+        """Call a function that is lowered too."""
         raise NotImplementedError
 
     def _call(self, node: ast.Call) -> Lowered:
@@ -68,7 +68,7 @@ class Calls(Expressions):
     def _in_order(
         self, node: ast.Call, target: Any, arguments: Sequence[Lowered], named: dict[str, Lowered]
     ) -> list[Lowered]:
-        """Arguments in the order in which the function has them, those that it has a value for filled in."""
+        """Put arguments into the order of the function's parameters, and fill in defaults."""
         try:
             bound = inspect.signature(target).bind(*arguments, **named)
         except (TypeError, ValueError) as error:
@@ -85,7 +85,7 @@ class Calls(Expressions):
         return kind._make(self._declared(kind.__annotations__.get(n), values[n]) for n in kind._fields)
 
     def _declared(self, declared: Any, value: Lowered) -> Lowered:
-        """A value as one of the type that its field or result is declared to have."""
+        """Convert a value to the declared type of its field or result."""
         wanted = KINDS.get(held_as(declared))
         return numbers.as_kind(self.builder, value, wanted) if wanted and is_scalar(value) else value
 
@@ -108,7 +108,7 @@ class Calls(Expressions):
         return result
 
     def _program(self, function: Function, arguments: Sequence[Lowered]) -> Lowered:
-        """A function that is one of the program already."""
+        """Call a function that belongs to the program already."""
 
         results = self.builder.call(function, *leaves(tuple(arguments)))
         return results[0] if len(results) == 1 else results or None
@@ -117,7 +117,7 @@ class Calls(Expressions):
         return numbers.as_kind(self.builder, self._scalar(node, value), FLOAT)
 
     def _own(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered | None:
-        """Functions of Python itself."""
+        """Call one of Python's own functions."""
         if function in (min, max) and len(arguments) == 1 and isinstance(arguments[0], tuple):
             arguments = arguments[0]
         if function in (min, max):
@@ -148,7 +148,7 @@ class Calls(Expressions):
         return looked(self, number) if looked else None
 
     def _extreme(self, less: str, largest: bool, values: Sequence[Operand]) -> Operand:
-        """The first of the least or greatest, as Python compares them."""
+        """The first of the least or greatest values, compared as Python compares them."""
         best, *others = numbers.agreed(self.builder, *values)
         operation = less if best.kind is FLOAT else f"{less}_integers"
         for other in others:

@@ -1,4 +1,4 @@
-"""Expressions of Python's as operations of a program."""
+"""Python expressions lowered into operations of a program."""
 
 import ast
 import builtins
@@ -55,14 +55,14 @@ class Expressions:
         return method(node)
 
     def number(self, node: ast.expr) -> Operand:
-        """An expression that is a number."""
+        """Lower an expression that must be a number."""
         value = self.expression(node)
         if not is_scalar(value):
             raise refuse(node, f"{_described(value)}, where a number is needed")
         return value  # type: ignore[no-any-return]
 
     def test(self, node: ast.expr) -> Operand:
-        """A condition."""
+        """Lower a condition."""
         if isinstance(node, ast.BoolOp):
             return self._joined(node, self.test)
         value = self.expression(node)
@@ -71,7 +71,7 @@ class Expressions:
         return numbers.as_kind(self.builder, self._scalar(node, value), TRUTH)
 
     def call(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered:
-        """What a function of Python gives for arguments."""
+        """Result of a Python function for arguments."""
         raise NotImplementedError
 
     def _scalar(self, node: ast.AST, value: Lowered) -> Operand:
@@ -85,7 +85,7 @@ class Expressions:
         return self.known(node.value)
 
     def known(self, value: Any) -> Lowered:
-        """A value of Python as one of the program."""
+        """Turn a Python value into a value of the program."""
         if isinstance(value, float | int):
             if isinstance(value, int) and not -(1 << 63) <= value < 1 << 64:
                 raise OverflowError(f"{value} is an integer of more than 64 bits")
@@ -154,7 +154,7 @@ class Expressions:
         return self.operated(node, type(node.op), self._scalar(node, a), self._scalar(node, b))
 
     def operated(self, node: ast.AST, operator: type[ast.operator], a: Operand, b: Operand) -> Operand:
-        """Two numbers joined by an operator."""
+        """Apply an operator to two numbers."""
         whole = FLOAT not in (a.kind, b.kind)
         value = numbers.operated(self.builder, operator, a, b)
         if value is None:
@@ -172,13 +172,13 @@ class Expressions:
         return value
 
     def _is_natural(self, operator: type[ast.operator], a: Operand, b: Operand) -> bool:
-        """Whether an integer is not negative, since those that it is made of are not."""
+        """Return whether an integer is not negative because its operands are not."""
         if operator in (ast.Mod, ast.BitAnd) and self.is_natural(b):
             return True
         return operator in (ast.Add, ast.Mult, ast.FloorDiv, ast.RShift) and self.is_natural(a) and self.is_natural(b)
 
     def is_natural(self, value: Operand) -> bool:
-        """Whether an integer is surely not negative."""
+        """Return whether an integer is known not to be negative."""
         return value.value >= 0 if isinstance(value, Constant) else value in self.natural
 
     # -- conditions ------------------------------------------------------------------------------------------------
@@ -187,7 +187,7 @@ class Expressions:
         return self._joined(node, self.number)
 
     def _joined(self, node: ast.BoolOp, read: Callable[[ast.expr], Operand]) -> Operand:
-        """`and` or `or`: the rest is evaluated only where it decides."""
+        """Lower `and` or `or`: the rest is evaluated only if it decides."""
         first, goes_on = read(node.values[0]), isinstance(node.op, ast.And)
         for part in node.values[1:]:
             decides = numbers.as_kind(self.builder, first, TRUTH)
@@ -215,7 +215,7 @@ class Expressions:
         return self._either_of_many(node, test, a, then, b, other)
 
     def _either(self, test: Operand, a: Operand, then: Region, b: Operand, other: Region) -> Operand:
-        """One of two numbers; both are computed where that is cheaper than to decide."""
+        """Choose one of two numbers; compute both where that is cheaper than a branch."""
         kind = numbers.widest(a.kind, b.kind)
         if is_cheap(then, other):
             self.builder.splice(then)
@@ -231,7 +231,7 @@ class Expressions:
     def _either_of_many(
         self, node: ast.AST, test: Operand, a: Lowered, then: Region, b: Lowered, other: Region
     ) -> Lowered:
-        """One of two tuples."""
+        """Choose one of two tuples."""
         first, second = list(leaves(a)), list(leaves(b))
         arrays = any(isinstance(part, Array) for part in (*first, *second))
         if type(a) is not type(b) or len(first) != len(second) or (arrays and first != second):
@@ -260,7 +260,7 @@ class Expressions:
         self.builder.add(node)
 
     def _apart(self, read: Callable[[], Lowered]) -> tuple[Lowered, Region]:
-        """A value, and the statements that it takes, not yet written."""
+        """Lower a value, and return it with its statements, which are not written yet."""
         with self.builder.within([]) as region:
             value = read()
         return value, region
@@ -283,7 +283,7 @@ class Expressions:
         return holds
 
     def _pair(self, node: ast.Compare, left: Lowered, operator: ast.cmpop, part: ast.expr) -> tuple[Lowered, Operand]:
-        """The right side of a comparison, and whether it holds."""
+        """Lower the right side of a comparison, and return it and whether the comparison holds."""
         right = self.expression(part)
         if isinstance(operator, ast.Is | ast.IsNot):
             return right, operand((left is right) is isinstance(operator, ast.Is))
@@ -304,7 +304,7 @@ class Expressions:
 
         turned = a.kind is FLOAT
         order = self.call(node, compare, (b, a) if turned else (a, b))
-        if turned:  # -1 and 1 change places; 2 is a NaN
+        if turned:  # -1 and 1 change places; 2 stands for a NaN
             order = self.builder.compute(
                 "select", self.builder.compute("equal_integers", order, 2), 2, numbers.negated(self.builder, order)
             )
@@ -341,7 +341,7 @@ class Expressions:
         return rebuilt(whole[0], [self._entry(index, column) for column in zip(*parts, strict=True)])
 
     def _entry(self, index: Operand, entries: Sequence[Any]) -> Operand:
-        """The number that an index chooses."""
+        """Number that an index selects."""
         parts = numbers.agreed(self.builder, *entries)
         chosen = parts[0]
         for number, part in enumerate(parts[1:], 1):

@@ -48,11 +48,11 @@ _COMPARISONS: dict[type[ast.cmpop], tuple[str, bool]] = {  # operation, and whet
 
 
 def as_kind(builder: Builder, value: Operand, kind: Kind) -> Operand:
-    """A value as one of another kind, as `float`, `int` and `bool` of Python have it."""
+    """Convert a value to another kind as Python's `float`, `int` and `bool` do."""
     match value.kind, kind:
         case (Kind.INTEGER, Kind.FLOAT):
             rounded = builder.wholes.get(value) if isinstance(value, Value) else None
-            if rounded:  # also where 64 bits do not hold the integer, as Python has it; an integer has no -0.0
+            if rounded:  # as in Python, also if 64 bits do not hold the integer; an integer has no -0.0
                 return builder.compute("add", builder.compute(*rounded), 0.0)
             return builder.compute("float_of_integer", value)
         case (Kind.TRUTH, Kind.FLOAT):
@@ -68,7 +68,7 @@ def as_kind(builder: Builder, value: Operand, kind: Kind) -> Operand:
 
 
 def rounded_to_integer(builder: Builder, operation: str, value: Operand) -> Operand:
-    """A number rounded to an integer by an operation."""
+    """Round a number to an integer by an operation."""
     number = value if operation == "truncate" else builder.compute(operation, value)
     made = builder.compute("integer_of_float", number)
     if isinstance(made, Value):
@@ -77,18 +77,18 @@ def rounded_to_integer(builder: Builder, operation: str, value: Operand) -> Oper
 
 
 def widest(*kinds: Kind) -> Kind:
-    """The kind that holds values of all of some kinds."""
+    """Kind that can hold values of all these kinds."""
     return next(kind for kind in (FLOAT, INTEGER, TRUTH) if kind in kinds)
 
 
 def agreed(builder: Builder, *values: Operand) -> list[Operand]:
-    """Values as one kind that holds them all."""
+    """Convert values to the one kind that can hold them all."""
     kind = widest(*(value.kind for value in values))
     return [as_kind(builder, value, kind) for value in values]
 
 
 def operated(builder: Builder, operator: type[ast.operator], a: Operand, b: Operand) -> Operand | None:
-    """Two numbers joined by an operator; None where that takes a function of `FUNCTIONS`."""
+    """Apply an operator to two numbers; None if that takes a function of `FUNCTIONS`."""
     if a.kind is b.kind is TRUTH and operator in OF_TRUTH:
         return builder.compute(OF_TRUTH[operator], a, b)
     if FLOAT not in (a.kind, b.kind):
@@ -101,7 +101,7 @@ def operated(builder: Builder, operator: type[ast.operator], a: Operand, b: Oper
 
 
 def needs_comparing(a: Operand, b: Operand) -> bool:
-    """Whether one is an integer that may not be exact as a number, and the other a number."""
+    """Return whether one is a number and the other an integer that may be inexact as a number."""
     whole = a if b.kind is FLOAT else b
     if {a.kind, b.kind} != {FLOAT, INTEGER}:
         return False
@@ -109,7 +109,7 @@ def needs_comparing(a: Operand, b: Operand) -> bool:
 
 
 def compared(builder: Builder, operator: type[ast.cmpop], a: Operand, b: Operand) -> Operand:
-    """A comparison of two values that are exact in the wider kind."""
+    """Compare two values that are exact in the wider kind."""
     if a.kind is b.kind is TRUTH and operator in (ast.Eq, ast.NotEq):
         unequal = builder.compute("differ", a, b)
         return unequal if operator is ast.NotEq else builder.compute("not", unequal)
@@ -122,14 +122,14 @@ def compared(builder: Builder, operator: type[ast.cmpop], a: Operand, b: Operand
 
 
 def negated(builder: Builder, value: Operand) -> Operand:
-    """The number of the other sign."""
+    """Negate a number."""
     if value.kind is FLOAT:
         return builder.compute("negate", value)
     return builder.compute("subtract_integers", 0, as_kind(builder, value, INTEGER))
 
 
 def absolute(builder: Builder, value: Operand) -> Operand:
-    """The size of a number."""
+    """Absolute value of a number."""
     if value.kind is FLOAT:
         return builder.compute("absolute", value)
     whole = as_kind(builder, value, INTEGER)
@@ -137,20 +137,20 @@ def absolute(builder: Builder, value: Operand) -> Operand:
 
 
 def nan() -> Constant:
-    """What is no number."""
+    """The constant NaN."""
     return Constant(FLOAT, math.nan)
 
 
 def is_constant(value: Any) -> bool:
-    """Whether it is a number that is known."""
+    """Return whether a value is a known number."""
     return isinstance(value, Constant)
 
 
 def as_index(value: Operand) -> int | None:
-    """An integer that is known."""
+    """Return a known integer, or None."""
     return int(value.value) if isinstance(value, Constant) and value.kind is not FLOAT else None
 
 
 def is_value(value: Any) -> bool:
-    """Whether it is a number that the program computes."""
+    """Return whether a value is a number that the program computes."""
     return isinstance(value, Value)

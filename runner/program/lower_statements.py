@@ -1,4 +1,4 @@
-"""Statements of Python's as those of a program."""
+"""Python statements lowered into statements of a program."""
 
 import ast
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ _RESULT = "return"
 
 
 class WiderError(Exception):
-    """A variable or result that has to be of a wider kind than it was taken for; all is read again."""
+    """A variable or result needs a wider kind than assumed: the function must be read again."""
 
     def __init__(self, name: str, kind: Kind) -> None:
         super().__init__(name)
@@ -27,9 +27,9 @@ class Statements(Calls):
 
     changing: frozenset[str] = frozenset()  # names that need variables
     wider: dict[str, Kind]  # kinds of variables and results, as learned before
-    result: Lowered = None  # what it returns, with kinds in the place of numbers
+    result: Lowered = None  # structure of its result, with kinds in place of numbers
     returns = False
-    declared: Any = None  # what it says that it returns
+    declared: Any = None  # declared result
 
     def block(self, body: Sequence[ast.stmt]) -> None:
         """Statements one after the other."""
@@ -74,7 +74,7 @@ class Statements(Calls):
         self.set(node.target, self.operated(node, type(node.op), left, self.number(node.value)))
 
     def set(self, target: ast.expr, value: Lowered) -> None:
-        """A value on its way to where it is kept."""
+        """Assign a value to a target."""
         if isinstance(target, ast.Name):
             self._name_set(target, value)
         elif isinstance(target, ast.Tuple):
@@ -117,7 +117,7 @@ class Statements(Calls):
         return self.builder.variable(kind, name, numbers.as_kind(self.builder, leaf, kind))
 
     def _fitting(self, name: str, number: int, kind: Kind, value: Any) -> Operand:
-        """A value as the variable or result has it."""
+        """Convert a value to the kind of its variable or result."""
         if numbers.widest(kind, value.kind) is not kind:
             raise WiderError(f"{name} {number}", value.kind)
         return numbers.as_kind(self.builder, value, kind)
@@ -172,7 +172,7 @@ class Statements(Calls):
             self.block(node.body)
 
     def _stepped(self, node: ast.For, first: Operand, last: Operand, step: Operand) -> None:
-        """A loop over a range whose step is not known: turns are counted, the place goes with them."""
+        """A loop over a range whose step is not known: it counts turns and computes the place from them."""
         upwards = self.builder.compute("less_integers", 0, step)
         span = self.builder.compute(
             "select",
@@ -251,7 +251,7 @@ class Statements(Calls):
 
 
 def _places(value: Lowered) -> Any:
-    """Variables and arrays of what a name holds."""
+    """Variables and arrays within the value of a name."""
     if isinstance(value, tuple):
         for part in value:
             yield from _places(part)
@@ -272,7 +272,7 @@ def _hint(target: ast.expr) -> str:
 
 
 def _jumps(body: Sequence[ast.stmt]) -> bool:
-    """Whether statements leave the loop that they stand in, or its turn."""
+    """Return whether statements leave the loop around them, or its turn."""
     for node in body:
         if isinstance(node, ast.Break | ast.Continue):
             return True

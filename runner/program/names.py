@@ -1,4 +1,4 @@
-"""Names for the values, variables and arrays of a function, in texts that are printed from it."""
+"""Names of the values, variables and arrays of a function in printed texts."""
 
 import re
 from collections.abc import Collection
@@ -9,7 +9,7 @@ _NAMELESS = "t"
 
 
 class Names:
-    """A name for everything that is asked for, each another; that of the program where it is free."""
+    """A different name for each thing that is asked for: its name in the program if that is free."""
 
     def __init__(self, reserved: Collection[str] = ()) -> None:
         self._counts = dict.fromkeys(reserved, 1)
@@ -21,7 +21,7 @@ class Names:
         return self._names[item]
 
     def free(self, wanted: str) -> str:
-        """A name like the one that is wanted, taken from now on."""
+        """Return a free name like the wanted one, and reserve it."""
         name = wanted
         while name in self._counts:
             self._counts[wanted] = self._counts.get(wanted, 1) + 1

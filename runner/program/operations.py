@@ -1,4 +1,4 @@
-"""What each operation of a program gives for numbers: the meaning that folding and tests of targets share.
+"""Results of each operation for Python numbers: the meaning that folding and the tests of targets share.
 
 Where `form.OPERATIONS` leaves the value open, these functions give zero.
 """

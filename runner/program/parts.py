@@ -1,8 +1,8 @@
-"""A very long function in parts: functions that it calls one after another, on numbers that stand in memory between.
+"""A very long function split into parts, which it calls one after another; numbers between them stand in memory.
 
-Compilers take time with the square of a function's length and more. What one part computes and another reads, and
-every variable that outlives a part, has a place in memory: its own, or one among numbers to work on, where integers and
-truth values are the numbers of their bits. A loop that is long itself stays where it is, and its body is taken apart.
+The time of a compiler grows with the square of a function's length and more. A value that one part computes and another
+reads, and every variable that outlives a part, has a place in memory: its own, or one in the scratch array, where
+integers and truth values are stored by their bits. A loop that is long itself stays, and its body is split.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ from proofmass.runner.program import form
 from proofmass.runner.program.build import Builder, zero
 from proofmass.runner.program.walk import operands, regions, results, statements
 
-LONG = 8000  # statements of a function, from which on it is taken apart
+LONG = 8000  # statements from which on a function is split
 PART = 1500  # statements of a part, about
 
 
@@ -21,10 +21,10 @@ Places: TypeAlias = Mapping[form.Variable, tuple[form.Array, int]]
 
 
 def in_parts(function: form.Function, places: Places, memory: form.Array, first: int) -> int | None:
-    """Take a function apart if it is long; return how many places of `memory` it uses then, from `first` on.
+    """Split a function if it is long; return how many places of `memory` it then uses, from `first` on.
 
-    `memory` is one of its parameters, as are the arrays of `places`: variables that stand there from call to call. A
-    function that ends before its end stays whole.
+    `memory` is one of its parameters, as are the arrays of `places`, in which variables stand from call to call. A
+    function that returns early stays whole.
     """
     if sum(1 for _ in statements(function.body)) < LONG or _jumps(function.body):
         return None
@@ -36,7 +36,7 @@ def in_parts(function: form.Function, places: Places, memory: form.Array, first:
 
 
 def _jumps(region: form.Region) -> bool:
-    """Whether statements of a region, or of a loop that may be taken apart, leave it."""
+    """Return whether statements of a region, or of a loop that may be split, leave it."""
     left = [region]
     while left:
         for statement in left.pop():
@@ -59,7 +59,7 @@ class _Part:
     body: form.Region = field(default_factory=list)
 
 
-Piece: TypeAlias = _Part | form.For  # what a region that is taken apart consists of
+Piece: TypeAlias = _Part | form.For  # a piece of a region that is split
 
 
 class _Division:
@@ -68,7 +68,7 @@ class _Division:
     def __init__(self, function: form.Function, places: Places) -> None:
         self.places = places
         self.parts: list[_Part] = []
-        self.pieces: dict[int, list[Piece]] = {}  # of each region that is taken apart, by its identity
+        self.pieces: dict[int, list[Piece]] = {}  # of each region that is split, by its identity
         self.anywhere: dict[form.Array | form.Value, form.View | form.Load] = {}  # what any part can compute itself
         self.possible = True  # whether each array is known in all parts that use it
         self._divide(function.body)
@@ -131,12 +131,12 @@ class _Division:
             }
 
     def loops(self) -> Iterator[form.For]:
-        """Loops that are taken apart."""
+        """Loops whose bodies are split."""
         return (piece for pieces in self.pieces.values() for piece in pieces if isinstance(piece, form.For))
 
 
 def set_first(region: form.Region) -> Iterator[form.Variable]:
-    """Variables that a region sets, in any case, before all else that it does with them."""
+    """Variables that a region always sets before it reads them."""
     touched: dict[form.Variable, bool] = {}
     for statement in region:
         for inner in (s for region in regions(statement) for s in statements(region)):
@@ -148,7 +148,7 @@ def set_first(region: form.Region) -> Iterator[form.Variable]:
 
 
 class _Whole:
-    """Writes the function anew: calls of its parts, and the loops that are taken apart."""
+    """Rewrites the function: calls of its parts, and the loops whose bodies are split."""
 
     def __init__(self, function: form.Function, division: _Division, memory: form.Array, first: int) -> None:
         self.function, self.division, self.memory = function, division, memory
@@ -198,17 +198,17 @@ class _Whole:
 
 
 class _PartWriter:
-    """Writes the function of one part; `arguments` are what it is called with."""
+    """Writes the function of one part; `arguments` are those of its call."""
 
     def __init__(self, whole: _Whole, part: _Part, name: str) -> None:
         self.places, self.homes, self.anywhere = whole.places, whole.division.homes, whole.division.anywhere
         self.part = part
         self.builder = Builder(name, whole.function.name)
         self.arguments: list[form.Operand | form.Array] = []
-        self.known: dict[form.Value | form.Array, Any] = {}  # by what they are outside
+        self.known: dict[form.Value | form.Array, Any] = {}  # by their values outside
 
     def function(self) -> form.Function:
-        """The part as a function that stays one."""
+        """Return the part as a function that targets do not inline."""
         for statement in self.part.body:
             self._read_before(statement)
             self._write(statement)
@@ -218,7 +218,7 @@ class _PartWriter:
         return function
 
     def _read_before(self, statement: form.Statement) -> None:
-        """What a statement reads of other parts, before it: there it is known wherever it is read."""
+        """Load what a statement reads of other parts, before the statement, so that all of it can use the values."""
         inner = (s for region in regions(statement) for s in statements(region))
         for read in (read for s in (statement, *inner) for read in operands(s)):
             if isinstance(read, form.Array):
@@ -276,7 +276,7 @@ class _PartWriter:
         return tuple(map(self._operand, values))
 
     def _mapped(self, statement: form.Statement) -> form.Statement:
-        """A statement on what this function knows."""
+        """Copy a statement with the values of this function."""
         match statement:
             case form.Compute():
                 return replace(statement, operands=self._operands(statement.operands))
@@ -298,7 +298,7 @@ class _PartWriter:
                 bounds = {"first": self._operand(first), "last": self._operand(last)}
                 return replace(statement, body=self._region(statement.body), **bounds)
             case form.While(test, _, body):
-                test = self._region(test)  # first: the condition is a value of it
+                test = self._region(test)  # first, as the condition is a value of the test
                 condition = self._operand(statement.condition)
                 return replace(statement, test=test, condition=condition, body=self._region(body))
             case _:
@@ -321,7 +321,7 @@ def keep(builder: Builder, array: form.Array, place: int, value: form.Operand) -
 
 
 def kept(builder: Builder, array: form.Array, place: int, kind: form.Kind) -> form.Operand:
-    """Load what was stored so."""
+    """Load a value that `keep` stored."""
     value: form.Operand = builder.load(array, place)
     if kind is not form.FLOAT and array.entry is form.FLOAT:
         value = builder.compute("bits_of_float", value)

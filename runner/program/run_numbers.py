@@ -1,4 +1,4 @@
-"""The numbers of a run in a program: what the loop is given, what goes on from call to call, and what it works on."""
+"""The numbers of a run in a program: those given to the loop, those that last from call to call, and its scratch."""
 
 from typing import Any
 
@@ -10,15 +10,15 @@ from proofmass.runner.program.parts import in_parts, keep, kept
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, parts
 from proofmass.runner.program.structure import Lowered
 
-_LONG = 8  # entries of a tuple among constants, from which on they stay in memory
+_LONG = 8  # entries from which on a tuple of constants stays in memory
 _KINDS = {FLOATS: FLOAT, INTEGERS: INTEGER}
 _MOVING = {FLOATS: "state_numbers", INTEGERS: "state_integers"}
 
 
 class RunNumbers:
-    """Places of the numbers in the arrays that the loop is called with, and what reads and writes them.
+    """Places of the numbers in the loop's arrays, and the statements that read and write them.
 
-    For `lanes`, constants stand alone: a lane has its own.
+    With `lanes`, each constant has its own place, as each lane has its own value.
     """
 
     def __init__(self, builder: Builder, lanes: bool) -> None:
@@ -37,7 +37,7 @@ class RunNumbers:
         return self.builder.array(kind, None, name, writable)
 
     def constant(self, key: Given, kind: Any, value: Any) -> Lowered:
-        """A number that the loop is given, or a tuple of them."""
+        """A number given to the loop, or a tuple of them."""
         if isinstance(value, tuple):
             return self._constant_tuple(key, kind, value)
         self.values[key] = value
@@ -45,7 +45,7 @@ class RunNumbers:
         return kept(self.builder, self.given[name], place, KINDS[kind])
 
     def _constant_tuple(self, key: Given, kind: Any, value: tuple[Any, ...]) -> Lowered:
-        """A long one stays where it is, beside the others."""
+        """A tuple of constants; a long one stays in memory."""
         among = parts(key, kind, value)
         kinds = {of for _, of, _ in among}
         if self.lanes or len(value) < _LONG or len(kinds) > 1 or not kinds <= {float, int}:
@@ -58,7 +58,7 @@ class RunNumbers:
         return self.builder.view(self.given[name], first, len(value))
 
     def variable(self, key: Moving, kind: type, name: str) -> Variable:
-        """A variable that goes on from call to call of the loop."""
+        """A variable that keeps its value from call to call of the loop."""
         array, place = self.memory.add(key, kind)
         variable = self.builder.variable(KINDS[kind], name)
         self._places[variable] = self.moving[array], place
@@ -70,8 +70,8 @@ class RunNumbers:
         return self.builder.view(self._scratch, self.scratch_used - length, length, name)
 
     def complete(self, entry: Function) -> Function:
-        """The function of all ticks, in parts where it is long, else with what moves in variables of its own."""
-        for name, flag in ((FLOATS, self.not_finite), (INTEGERS, self.refused)):  # in the places to spare
+        """Complete the function of all ticks: split if it is long; otherwise all that moves is in local variables."""
+        for name, flag in ((FLOATS, self.not_finite), (INTEGERS, self.refused)):  # in scratch places
             self._places[flag] = self.moving[name], self.memory.counts[name]
         used = None if self.lanes else in_parts(entry, self._places, self._scratch, self.scratch_used)
         if used is None:

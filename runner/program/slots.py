@@ -1,4 +1,4 @@
-"""Places of the numbers that travel between a run and the loop, by key."""
+"""Places of the numbers that a run and the loop exchange, by key."""
 
 import typing
 from collections.abc import Callable
@@ -20,7 +20,7 @@ class Slots(Generic[K]):
     counts: dict[str, int] = field(default_factory=lambda: {FLOATS: 0, INTEGERS: 0})
 
     def add(self, key: K, kind: type) -> tuple[str, int]:
-        """A place for one number: the array and where in it. Raises `DuplicateKeyError`."""
+        """Add a place for one number and return it: the array and the index. Raises `DuplicateKeyError`."""
         if key in self.kinds:
             raise DuplicateKeyError(key)
         name = array_of(kind)

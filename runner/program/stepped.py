@@ -1,4 +1,4 @@
-"""Groups of continuous blocks that are moved in steps: of fixed length, or as their errors and events want it."""
+"""Groups of continuous blocks that move in steps, of fixed length or chosen by error and events."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ def group_writer(writer: Writer, solver: Solver) -> GroupWriter:
 
 
 class SteppedGroup(GroupWriter):
-    """A group that is moved in steps."""
+    """A group that moves in steps."""
 
     def begin(self) -> None:
         solver, size = self.solver, len(self.group.states)
@@ -49,7 +49,7 @@ class SteppedGroup(GroupWriter):
         return self.writer.numbers.scratch(f"{self.name}_{key}", length)
 
     def _functions(self, context: Context) -> tuple[Function, ...]:
-        """What steps the group, and what sees to its events."""
+        """Functions that step the group and handle its events."""
         rates = self.rates(context)
         context_and_work: Lowered = context
         if self.solver.method == "radau":
@@ -96,7 +96,7 @@ class SteppedGroup(GroupWriter):
     # -- functions ---------------------------------------------------------------------------------------------------
 
     def _explicit(self, context: Context, rates: Function) -> Function:
-        """The formula of the method, run on values that are written down instead of numbers."""
+        """Write the formula of the method: it runs on values that record their arithmetic."""
         builder = self.builder.beside(f"{self.name}_step", inline=self.fixed)
         given, time, length, x, moved, error = self._of_step(builder, context)
 
@@ -168,7 +168,7 @@ class SteppedGroup(GroupWriter):
         return builder.function()
 
     def _of_events(self, builder: Builder, given: Lowered, into: str) -> tuple[Frame | None, Array]:
-        """Parameters of a function of events, and what is known in it where there are any."""
+        """Parameters of a function of events, and the values known in it, if there are events."""
         at = parameters_like(builder, "at", given)
         time, size = builder.parameter(FLOAT, "time"), len(self.group.states)
         x = builder.array(FLOAT, size, "x", True)
@@ -187,5 +187,5 @@ def _called(frame: Frame, name: str, watched: str, behaviour: Behaviour) -> Call
 
 
 def _zero_of(held: Lowered) -> Operand:
-    """Something of the kind of a wire."""
+    """A zero of the kind and shape of a wire."""
     return operand({FLOAT: 0.0, INTEGER: 0}.get(held.kind, False))

@@ -1,7 +1,7 @@
-"""What Python's values are in a program: numbers, arrays, tuples and NamedTuples of them, and what is known beforehand.
+"""Python values within a program: numbers, arrays, tuples and NamedTuples of them, and values known beforehand.
 
-A NamedTuple of the program is one of Python with values of the program in its fields. Functions, classes, modules and
-None are no values of a program: they are known where a function is lowered, and part of what it is lowered for.
+A NamedTuple of the program is a Python NamedTuple with values of the program in its fields. Functions, classes,
+modules and None are not values of a program: they are known when a function is lowered, and are part of its key.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -14,12 +14,12 @@ Leaf: TypeAlias = Operand | Array
 
 
 def is_scalar(value: Lowered) -> bool:
-    """Whether it is a number or truth value."""
+    """Return whether a value is a number or truth value."""
     return isinstance(value, Value | Constant)
 
 
 def leaves(value: Lowered) -> Iterator[Leaf]:
-    """The numbers and arrays of a value, in order; what is known is none."""
+    """Numbers and arrays of a value, in order; values known beforehand have none."""
     if isinstance(value, tuple):
         for part in value:
             yield from leaves(part)
@@ -28,20 +28,20 @@ def leaves(value: Lowered) -> Iterator[Leaf]:
 
 
 def like(value: tuple[Any, ...], parts: Iterable[Any]) -> tuple[Any, ...]:
-    """A tuple of other parts, a NamedTuple where the value is one."""
+    """Make a tuple of other parts, or a NamedTuple if the value is one."""
     make: Callable[[Iterable[Any]], tuple[Any, ...]] = getattr(type(value), "_make", tuple)
     return make(parts)
 
 
 def mapped(value: Lowered, change: Callable[[Any], Any]) -> Lowered:
-    """The same structure with something else in the place of its numbers, arrays and variables."""
+    """Return the same structure with its numbers, arrays and variables changed."""
     if isinstance(value, tuple):
         return like(value, [mapped(part, change) for part in value])
     return change(value) if isinstance(value, Value | Constant | Array | Variable) else value
 
 
 def rebuilt(shape: Lowered, parts: Iterable[Any]) -> Lowered:
-    """The same structure with other numbers, in their order."""
+    """Return the same structure with other numbers, in their order."""
     left = iter(parts)
     return mapped(shape, lambda _: next(left))
 
@@ -52,7 +52,7 @@ def named(value: tuple[Lowered, ...]) -> list[tuple[str, Lowered]]:
 
 
 def shape_of(value: Lowered) -> Hashable:
-    """What a function is lowered for: the same for values that differ in nothing but what they compute."""
+    """Key by which a function is lowered: the same for arguments of the same structure and kinds."""
     if isinstance(value, tuple):
         return type(value), tuple(map(shape_of, value))
     if isinstance(value, Value | Constant):
@@ -63,12 +63,12 @@ def shape_of(value: Lowered) -> Hashable:
 
 
 def has_functions(value: Lowered) -> bool:
-    """Whether functions of a program are among it."""
+    """Return whether a value contains functions of a program."""
     return any(map(has_functions, value)) if isinstance(value, tuple) else isinstance(value, Function)
 
 
 class _Known:
-    """Something known: equal where it is the same thing."""
+    """A value known beforehand; equal to the same object alone."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
@@ -95,5 +95,5 @@ def described(shape: Hashable) -> str:
 
 
 def is_record(kind: Any) -> bool:
-    """Whether it is a NamedTuple."""
+    """Return whether a value is a NamedTuple."""
     return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")

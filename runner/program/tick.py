@@ -1,7 +1,7 @@
-"""The plan as a program: one function that runs the ticks from one to another, on memory that it is given.
+"""The plan as a program: one function that runs a range of ticks on the memory passed to it.
 
-Numbers that a run may change (parameters, seed, state) are read from arrays, never written into the program; what is
-fixed by the graph (wiring, rate ratios, sizes) is.
+The program reads numbers that a run may change (parameters, seed, state) from arrays; only what the graph fixes
+(wiring, rate ratios, sizes, parameters that are true or false) is written into it.
 """
 
 from collections.abc import Collection, Iterator
@@ -29,7 +29,7 @@ from proofmass.runner.plan.keys import (
     word,
 )
 from proofmass.runner.plan.planned import Driven, Plan
-from proofmass.runner.program.build import Builder
+from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.digital import DigitalWriter
 from proofmass.runner.program.due import Step, when_due
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand
@@ -48,7 +48,7 @@ from proofmass.runner.program.watched import watched
 
 
 def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> TickLoop:
-    """The program of a plan. Constants of blocks with `varied` parameters follow from these before the first tick.
+    """Return the program of a plan. It computes the constants of blocks with `varied` parameters before the first tick.
 
     With `measured`, or `lanes` (runs side by side), wires of measures hold their values after the last tick.
     """
@@ -56,7 +56,7 @@ def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = Fals
 
 
 class TickWriter:
-    """Writes the function of all ticks; what it is made of is written by its parts."""
+    """Writes the function of all ticks, with a writer for each part of it."""
 
     def __init__(
         self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False
@@ -81,7 +81,7 @@ class TickWriter:
         ]
 
     def written(self) -> TickLoop:
-        """The whole of it."""
+        """Write the whole function."""
         numbers = self.numbers
         entry = numbers.complete(self._entry())
         return TickLoop(
@@ -114,7 +114,7 @@ class TickWriter:
     # -- before the ticks --------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
-        """What the loop reads before the first tick."""
+        """Write what the loop reads before the first tick."""
         plan, frame = self.plan, self.frame
         self.checks: list[Called] = []  # constants that a run alone would refuse
         for name in plan.blocks:
@@ -141,7 +141,7 @@ class TickWriter:
             group.begin()
 
     def constants_of(self, name: str) -> None:
-        """Constants of a block as they are given, or variables for those that are made from parameters."""
+        """Constants of a block: given numbers, or variables that are computed from parameters."""
         block, values = self.plan.blocks[name], self.plan.constants[name]
         if isinstance(values, Driven):
             self._parameters_of(name)
@@ -150,12 +150,14 @@ class TickWriter:
             self.checks.append(self.frame.driven(name))
             self.frame.constants[name] = self.checks[-1].value
         else:
-            made = type(values)
+            made, of_run = type(values), "constants" in type(block).functions
             of = ((ConstantOf(name, f), k, v) for (f, k), v in zip(fields(made), values, strict=True))
-            self.frame.constants[name] = made._make(self.numbers.constant(*each) for each in of)
+            self.frame.constants[name] = made._make(
+                operand(v) if k is bool and not of_run else self.numbers.constant(key, k, v) for key, k, v in of
+            )
 
     def _variables_like(self, name: str) -> Lowered:
-        """Variables for constants that are made in the tick."""
+        """Variables for constants that the tick computes."""
         with self.builder.within([]):
             made = self.frame.driven(name).value
         return mapped(made, lambda leaf: self.builder.variable(leaf.kind, f"{word(name)}_constant"))
@@ -164,12 +166,13 @@ class TickWriter:
         plan, block = self.plan, self.plan.blocks[name]
         for p, kind in fields(type(block).parameters_class()):
             if (name, p) not in plan.schedule.drivers:
-                key = ParameterOf(name, p)
-                self.frame.parameters[name, p] = self.numbers.constant(key, held_as(kind), getattr(block, p))
+                key, value = ParameterOf(name, p), getattr(block, p)
+                known = operand(value) if kind is bool else self.numbers.constant(key, held_as(kind), value)
+                self.frame.parameters[name, p] = known
         self.frame.periods[name] = self.numbers.constant(PeriodOf(name), float, plan.block_period(name))
 
     def check_constants(self) -> None:
-        """Faults in constants that follow from varied parameters, and what is not finite of them."""
+        """Note faults in constants that follow from varied parameters, and constants that are not finite."""
         for made in self.checks:
             self.fault(made)
             for value in made.value:
@@ -179,7 +182,7 @@ class TickWriter:
     # -- the parts of a tick, in their order ---------------------------------------------------------------------------
 
     def outputs(self) -> None:
-        """Everything that wires hold in a tick."""
+        """Compute all outputs of a tick."""
         plan, builder = self.plan, self.builder
         self.digital.begin_tick()
         drawn: set[str] = set()
@@ -202,7 +205,7 @@ class TickWriter:
             self.look_at(total)
 
     def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[int, Step]]:
-        """What computes the outputs in their order, each with the ticks from one time to the next."""
+        """Steps that compute the outputs in order, each with its period in ticks."""
         plan = self.plan
         solved = {loop.tears[0]: loop for loop in self.loops}
         tears = {tear for loop in self.loops for tear in loop.tears}
@@ -225,13 +228,13 @@ class TickWriter:
                 yield stride, partial(self._look_at_wire, (name, port))
 
     def output(self, name: str, port: str) -> None:
-        """An output of a block."""
+        """Compute an output of a block."""
         value = self.value_of(name, port)
         if not type(self.plan.blocks[name]).outputs[port].shape:
             self.frame.set(self.frame.wires[name, port], value)
 
     def value_of(self, name: str, function: str) -> Lowered:
-        """What a function of a block gives; a fault in it is noted."""
+        """Result of a function of a block; a fault in it is noted."""
         if name in self.plan.digital:
             return self.digital.call(name, function)
         return self.fault(self.frame.call(name, function))
@@ -245,11 +248,11 @@ class TickWriter:
         return called.value
 
     def look_at(self, value: Operand) -> None:
-        """NaN from here on when a number is not finite."""
+        """Make the tick's check NaN from here on if a number is not finite."""
         self.lose(self.builder.compute("subtract", value, value))
 
     def lose(self, nothing: Operand) -> None:
-        """NaN from here on when a number is not zero but NaN."""
+        """Make the tick's check NaN from here on if a number is NaN; the number is zero otherwise."""
         total = self.builder.compute("add", self.builder.get(self.numbers.not_finite), nothing)
         self.builder.set(self.numbers.not_finite, total)
 
@@ -258,7 +261,7 @@ class TickWriter:
             self.look_at(entry)
 
     def driven(self, name: str) -> None:
-        """Constants of a block from what drives its parameters, which are within their bounds."""
+        """Compute the constants of a block from the signals that drive its parameters, and check their bounds."""
         drivers = self.plan.schedule.drivers
         for p, declared in type(self.plan.blocks[name]).parameters.items():
             if (name, p) in drivers:
@@ -275,27 +278,27 @@ class TickWriter:
                 self.lose(builder.compute("select", builder.compute(operation, *pair), 0.0, nan()))
 
     def draw(self, name: str) -> None:
-        """A fresh normal deviate of a block."""
+        """Draw a fresh normal deviate for a block."""
         stream = self.numbers.constant(StreamOf(name), int, self.plan.stream(name))
         sample = self.frame.ticks(self.plan.schedule.divisors[name])
         made = call(self.builder, normal_deviate, (self.seed, self.run, stream, sample))
         self.builder.set(self.frame.deviates[name], made)
 
     def updates(self) -> None:
-        """States of discrete blocks in the next tick."""
+        """Update the states of discrete blocks."""
         divisors = self.plan.schedule.divisors
         names = (name for name, block in self.plan.blocks.items() if "update" in type(block).functions)
         when_due(self.frame, ((divisors[name], partial(self.update, name)) for name in names))
         self.digital.end_tick()
 
     def update(self, name: str) -> None:
-        """The state of a block in the next tick."""
+        """Update the state of a block."""
         value = self.value_of(name, "update")
         if type(self.plan.blocks[name]).state_class() is not None:
             self.frame.set(self.frame.states[name], value)
 
     def move(self) -> None:
-        """Continuous groups to the next tick; sources that they ramp towards are computed ahead."""
+        """Move continuous groups to the next tick; the next values of sources that ramp are computed before."""
         builder, frame, plan = self.builder, self.frame, self.plan
         self.following: dict[Endpoint, Operand] = {}
         if plan.ahead:
@@ -317,12 +320,12 @@ class TickWriter:
             group.move()
 
     def finish(self) -> None:
-        """What is done behind the last tick, before what moves is written back."""
+        """Write what comes after the last tick, before the memory is written back."""
         if self.measured:
             self.measure()
 
     def measure(self) -> None:
-        """Values of the measures that blocks reduce, behind the last tick: each where its wire stands."""
+        """Compute the measures after the last tick, each in the place of its wire."""
         frame = self.frame
         for name, port in dict.fromkeys(measure.node for measure in self.plan.measures if measure.reduced):
             divisor = self.plan.schedule.divisors[name]
@@ -338,5 +341,5 @@ class TickWriter:
 
 
 def draws(behaviour: Behaviour) -> bool:
-    """Whether a function is given a normal deviate."""
+    """Return whether a function takes a normal deviate."""
     return Meaning.DEVIATE in behaviour.meanings

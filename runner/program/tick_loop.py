@@ -1,4 +1,4 @@
-"""A tick loop: its program, and where the numbers stand that a run gives it."""
+"""A tick loop: its program, and the places of the numbers that a run gives it."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from proofmass.runner.program.slots import Slots, fields
 
 @dataclass(frozen=True)
 class TickLoop:
-    """The program, and where its numbers stand."""
+    """The program, and the places of its numbers."""
 
     program: Program
     constants: Slots[Given]
@@ -24,11 +24,11 @@ class TickLoop:
     memory: Slots[Moving]
     vectors: tuple[VectorOf, ...]  # buffers and wires with a shape, in the order of the arguments
     vector_kinds: tuple[type, ...]
-    scratch: int  # floats to work on: NaN before the first call of a run, later what the call before left
+    scratch: int  # scratch floats: NaN before the first call of a run, kept from call to call afterwards
 
 
 def settled_before(plan: Plan, varied: Collection[Endpoint]) -> frozenset[str]:
-    """Blocks whose varied parameters are settled before a run starts: their start or their checks use them too."""
+    """Blocks whose varied parameters are fixed before a run starts, because their start or their checks use them."""
 
     def settled(name: str, parameter: str) -> bool:
         block = plan.blocks[name]

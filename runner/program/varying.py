@@ -1,8 +1,8 @@
-"""What differs from run to run when several runs go through one program side by side, each in a lane.
+"""The numbers of a program that differ from lane to lane when several runs go through it side by side.
 
 A number differs where it follows from one that does, and a variable also where some lanes set it and others do not.
-Lanes go apart at an `If` whose condition differs, and at jumps inside it: from there on, to the end of what was left,
-only some of them are active. Functions are looked at once for each way in which they are called.
+Lanes diverge at an `If` whose condition differs, and at jumps inside it: from there to the end of the region that was
+left, only some lanes are active. Each function is analysed once for each way in which it is called.
 """
 
 from collections.abc import Mapping
@@ -15,22 +15,22 @@ ALL = -1  # entries of an array, as bits of an integer
 
 
 class ArrayOf(NamedTuple):
-    """How a function is given an array: `rows` of lanes or one number for all; entries that differ, as bits."""
+    """How an array is passed to a function: `rows` of lanes or one number for all; entries that differ, as bits."""
 
     rows: bool
     entries: int = 0
-    apart: bool = False  # whether it begins elsewhere in each lane
+    apart: bool = False  # whether it begins at another place in each lane
 
 
 class Way(NamedTuple):
-    """How a function is called: with some lanes inactive or not; of each parameter, what differs."""
+    """How a function is called: whether some lanes may be inactive, and what differs in each parameter."""
 
     masked: bool
     parameters: tuple["bool | ArrayOf", ...]
 
 
 class _Part(NamedTuple):
-    """Where an array lies: in which parameter, from where on (None: nobody knows), and whether it begins apart."""
+    """Where an array lies: its parameter, its first entry (None: unknown), and whether that differs by lane."""
 
     root: form.Array
     first: int | None
@@ -39,7 +39,7 @@ class _Part(NamedTuple):
 
 @dataclass
 class Varying:
-    """What differs in a function that is called in one way."""
+    """The values that differ in a function called in one way."""
 
     function: form.Function
     way: Way
@@ -47,28 +47,28 @@ class Varying:
     entries: dict[form.Array, int] = field(default_factory=dict)  # of the parameters, as bits
     results: list[bool] = field(default_factory=list)
     calls: dict[int, Way] = field(default_factory=dict)  # by the identity of the statement
-    loops: set[int] = field(default_factory=set)  # that lanes leave apart from each other
-    parting: set[int] = field(default_factory=set)  # statements behind which fewer lanes are active
+    loops: set[int] = field(default_factory=set)  # loops that lanes leave at different times
+    parting: set[int] = field(default_factory=set)  # statements after which fewer lanes are active
     parts: dict[form.Array, _Part] = field(default_factory=dict)
 
     def differs(self, operand: form.Operand) -> bool:
-        """Whether a number differs from lane to lane."""
+        """Return whether a number differs from lane to lane."""
         return operand in self.numbers if not isinstance(operand, form.Constant) else False
 
     def given(self, array: form.Array) -> ArrayOf:
-        """How the parameter is given that an array lies in."""
+        """How the parameter in which an array lies is passed."""
         way = self.way.parameters[self.function.parameters.index(self.parts[array].root)]
         assert isinstance(way, ArrayOf)
         return way
 
     def read_differs(self, array: form.Array, index: form.Operand) -> bool:
-        """Whether an entry that is read differs."""
+        """Return whether a loaded entry differs."""
         part = self.parts[array]
         bits = self.bits(array, index, 1)
         return part.apart or self.differs(index) or bool(self.entries[part.root] & bits)
 
     def bits(self, array: form.Array, index: form.Operand, count: int | None) -> int:
-        """Entries of the parameter that may be meant, as bits."""
+        """Entries of the parameter that an access may touch, as bits."""
         part = self.parts[array]
         if part.first is None or part.apart:
             return ALL
@@ -78,13 +78,13 @@ class Varying:
 
 
 class Lanes:
-    """Looks at functions, each once for each way in which it is called."""
+    """Analyses functions, each once for each way in which it is called."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[form.Function, Way], Varying] = {}
 
     def of(self, function: form.Function, way: Way) -> Varying:
-        """What differs in a function."""
+        """Return what differs in a function."""
         if (function, way) not in self._known:
             self._known[function, way] = _Reader(function, way, self).read()
         return self._known[function, way]
@@ -96,12 +96,15 @@ class Lanes:
         shared: frozenset[form.Array],
         entries: Mapping[form.Array, int],
     ) -> Varying:
-        """What differs in the entry: `differing` of its numbers, entries of arrays; all lanes read `shared` arrays."""
+        """Return what differs in the program's entry, given the `differing` numbers and `entries` of arrays, as bits.
+
+        All lanes read the same `shared` arrays.
+        """
         parameters = tuple(
             p in differing if isinstance(p, form.Value) else ArrayOf(p not in shared, entries.get(p, 0))
             for p in function.parameters
         )
-        while True:  # entries that are found to differ behind a call of the program do so before the next
+        while True:  # entries that differ after a call of the program differ before the next
             varying = self.of(function, Way(False, parameters))
             behind = tuple(
                 given._replace(entries=varying.entries[p])
@@ -125,7 +128,7 @@ class _Left(NamedTuple):
 
 
 class _Reader:
-    """Reads one function again and again until nothing more is found to differ."""
+    """Analyses one function again and again until no further value is found to differ."""
 
     def __init__(self, function: form.Function, way: Way, lanes: Lanes) -> None:
         self.found, self.lanes = Varying(function, way), lanes
@@ -139,7 +142,7 @@ class _Reader:
                 self.found.numbers.add(parameter)
 
     def read(self) -> Varying:
-        """All that differs."""
+        """Return all that differs."""
         before = None
         while before != (before := self._size()):
             self._region(self.found.function.body, False, False)
@@ -150,7 +153,7 @@ class _Reader:
         return len(found.numbers), tuple(found.entries.values()), tuple(found.results), len(found.loops)
 
     def _region(self, region: form.Region, apart: bool, apart_in_loop: bool) -> _Left:
-        """Statements; `apart` says whether lanes of the function, or of the turn of the loop, are inactive."""
+        """Analyse statements; `apart` says whether lanes of the function, or of the loop's turn, may be inactive."""
         left = _Left()
         for statement in region:
             of_this = self._statement(statement, apart, apart_in_loop)
@@ -259,7 +262,7 @@ class _Reader:
         return ArrayOf(rows, bits >> part.first & ((1 << argument.length) - 1))
 
     def _behind(self, argument: form.Array, bits: int) -> None:
-        """Entries that differ when a function has written to an array."""
+        """Entries that differ after a function has written to an array."""
         part = self.found.parts[argument]
         if not bits:
             return

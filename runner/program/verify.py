@@ -1,4 +1,4 @@
-"""The rules of the typed program's form, checked before a target reads it: a program that breaks one is our mistake."""
+"""The rules of the typed program, checked before a target reads it: a broken rule is a defect of this package."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,7 +10,7 @@ _LOWEST, _HIGHEST = -(2**63), 2**63 - 1
 
 
 class MalformedProgramError(Exception):
-    """A program that breaks rules of its form; the message names all of them."""
+    """A program breaks rules of its form; the message names all of them."""
 
     def __init__(self, problems: Sequence[str]) -> None:
         super().__init__("\n".join(problems))
@@ -18,7 +18,7 @@ class MalformedProgramError(Exception):
 
 
 def verify(program: form.Program) -> None:
-    """Check every rule of the form; raise `MalformedProgramError` with all that are broken."""
+    """Check every rule of the form; raise `MalformedProgramError` with all that the program breaks."""
     problems = list(_problems(program))
     if problems:
         raise MalformedProgramError(problems)
@@ -39,19 +39,19 @@ def _problems(program: form.Program) -> Iterator[str]:
 
 
 class _Checker:
-    """Checks one function; `owners` knows every value, variable and array by the function that it belongs to."""
+    """Checks one function; `owners` maps every value, variable and array to its function."""
 
     def __init__(self, function: form.Function, earlier: dict[str, form.Function], owners: dict[object, str]) -> None:
         self.function, self.earlier, self.owners = function, earlier, owners
         self.variables = set(function.variables)
-        self.known: set[object] = set()  # what the statement at hand may read
+        self.known: set[object] = set()  # what the present statement may read
         self.defined: list[object] = []  # the same in order, by region
         self.loops = 0
         self.line: form.Line | None = None
         self.texts: list[str] = []
 
     def problems(self, name: str) -> list[str]:
-        """All that is wrong with the function."""
+        """Everything wrong with the function."""
         function = self.function
         if function.name != name:
             self._say(f"the function is called {function.name}")
@@ -83,7 +83,7 @@ class _Checker:
         self.defined.append(item)
 
     def _forget(self, count: int) -> None:
-        """Leave a region: nothing but the first `count` definitions is known behind it."""
+        """Leave a region: only the first `count` definitions are known after it."""
         self.known.difference_update(self.defined[count:])
         del self.defined[count:]
 
@@ -295,7 +295,7 @@ class _Checker:
 
 
 def _leaves(region: form.Region) -> bool:
-    """Whether a region always ends by Return."""
+    """Return whether a region always ends by Return."""
     last = region[-1] if region else None
     match last:
         case form.Return():
@@ -309,7 +309,7 @@ def _leaves(region: form.Region) -> bool:
 
 
 def _breaks(region: form.Region) -> bool:
-    """Whether a region can leave the loop around it."""
+    """Return whether a region can leave the loop around it."""
     for statement in region:
         if isinstance(statement, form.Break):
             return True

@@ -1,4 +1,4 @@
-"""Ways through the regions of a function that several readers of programs take."""
+"""Traversals of the regions of a function, shared by several readers of programs."""
 
 from collections.abc import Iterator
 
@@ -19,7 +19,7 @@ def regions(statement: form.Statement) -> tuple[form.Region, ...]:
 
 
 def statements(region: form.Region) -> Iterator[form.Statement]:
-    """All statements of a region, those inside others included, in the order of the text."""
+    """All statements of a region, nested ones included, in the order of the text."""
     for statement in region:
         yield statement
         for inner in regions(statement):
@@ -27,7 +27,7 @@ def statements(region: form.Region) -> Iterator[form.Statement]:
 
 
 def operands(statement: form.Statement) -> tuple[form.Operand | form.Array, ...]:
-    """What a statement itself reads; the condition of `While` is read at the end of its test."""
+    """Operands of a statement itself; the condition of `While` is read at the end of its test."""
     match statement:
         case form.Compute(_, _, read):
             return read
@@ -65,14 +65,14 @@ def results(statement: form.Statement) -> tuple[form.Value, ...]:
 
 
 def used_once(region: form.Region) -> frozenset[form.Value]:
-    """Results of operations that are read once, in the region that they are computed in: parts of an expression."""
+    """Results that are read once, in the region that computes them: parts of an expression."""
     values: set[form.Value] = set()
     _uses(region, {}, values)
     return frozenset(values)
 
 
 def _uses(region: form.Region, uses: dict[form.Value, int], once: set[form.Value]) -> None:
-    """Count reads; add to `once` the values of the region that only its own statements read, one of them, once."""
+    """Count reads; add to `once` the values of the region that just one of its own statements reads, once."""
     results_here, direct = [], set[form.Value]()
     for statement in region:
         for operand in operands(statement):

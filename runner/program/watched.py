@@ -1,7 +1,7 @@
-"""Which wires the compiled loop looks at for numbers that are not finite: those from which they would not be passed on.
+"""Wires that the compiled loop checks for numbers that are not finite: those that would not pass them on.
 
-What is infinite or NaN stays so through sums, products and quotients that it stands on top of; a wire that a block of
-the same rate takes into such arithmetic need not be looked at, since the block's own output is.
+An infinite number or NaN stays so through sums, products and numerators of quotients. A wire that a block of the
+same rate uses only in such arithmetic needs no check, since the output of that block is checked.
 """
 
 from typing import Any
@@ -16,7 +16,7 @@ from proofmass.runner.program.slots import fields
 
 
 def watched(plan: Plan) -> frozenset[Endpoint]:
-    """Outputs of numbers to be looked at in every tick; with them finite, those left out are."""
+    """Outputs to check in every tick: if they are finite, so are those left out."""
     order = outputs_of(plan.schedule.order)
     solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
     of_groups = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
@@ -40,7 +40,7 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
 
 
 def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
-    """Whether an output is not finite whenever that argument is not, whatever the other floats are."""
+    """Return whether an output is not finite whenever that argument is not, for any values of the other floats."""
     output, constants_class = type(block).output_functions[port], type(block).constants_class()
     constant_values = {
         f: _Number() if kind is float or isinstance(constants, Driven) else getattr(constants, f)
@@ -57,12 +57,12 @@ def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     try:
         value = function(constants_class(**constant_values), *numbers.values())
         return isinstance(value[0] if form and form.fails else value, _NotFinite)
-    except Exception:  # it looks at a number, gives it to a library, or raises
+    except Exception:  # it compares a number, passes it to a library, or raises
         return False
 
 
 class _Number:
-    """A number of which nothing is known: it can be computed with, not looked at."""
+    """A number of which nothing is known: arithmetic works, comparisons do not."""
 
     def _sum(self, other: object) -> "_Number":
         return other if isinstance(other, _NotFinite) else self

@@ -6,7 +6,6 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.engine_table import ENGINES, EngineName
 
-LANES = (32, 16, 8)  # to choose from; more than vectors of the processor hold in its registers are slower
 INTERPRETED_PART = 0.5  # of what compiling takes: what plain Python may take for a run before compiling is worth it
 COMPILING_SECONDS = 0.1  # about what compiling takes, and so what plain Python may take for like runs together
 _KNOWING_SECONDS = 0.03  # about what it takes to know whether a plan has been compiled before
@@ -85,11 +84,6 @@ def _likeness(planned: Plan) -> int:
     """A number that plans of one loop share, whatever their parameters."""
     kinds = tuple((name, type(block)) for name, block in planned.blocks.items())
     return hash((kinds, planned.graph.wires, planned.probes, planned.schedule.base_rate))
-
-
-def lanes_for(runs: int) -> int:
-    """How many lanes suit so many compiled runs: the most that are filled several times over; 0 for a few runs."""
-    return next((lanes for lanes in LANES if runs >= 4 * lanes), LANES[-1] if 2 * runs >= LANES[-1] else 0)
 
 
 def make_engine(planned: Plan, name: str, seed: int, run: int, memory: Memory) -> Engine:

@@ -22,7 +22,23 @@ NAMED_TICKS = 64  # run again in plain Python to name the one in which a number 
 
 
 class RunError(RuntimeError):
-    """A run that failed, with the problem: block, port, tick and time."""
+    """A run that failed; `problem` says block, port, tick and time.
+
+    >>> from proofmass import Graph, RunError, simulate
+    >>> from proofmass.blocks import Gain, Ramp
+    >>> graph = Graph(
+    ...     name="beyond all numbers",
+    ...     rate="1 Hz",
+    ...     blocks={"ramp": Ramp(slope=1e300), "gain": Gain(gain=1e10)},
+    ...     wires=["ramp.output -> gain.input"],
+    ...     probes=["gain.output"],
+    ... )
+    >>> try:
+    ...     simulate(graph, samples=5)
+    ... except RunError as error:
+    ...     print(error.problem.key)
+    gain.output
+    """
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem

@@ -75,13 +75,19 @@ def _scaled_statistics(values: Array, scale: float) -> Statistics:
 
 @dataclass(frozen=True)
 class Trace:
-    """What one probe recorded: a row per tick of the probe, the first at t = 0."""
+    """What one probe recorded: a row per tick of the probe, the first at t = 0.
 
-    signal: str
-    unit: str
-    doc: str
+    >>> from proofmass import read_graph, simulate
+    >>> trace = simulate(read_graph("library:template"), duration="1 ms")["sensor.displacement"]
+    >>> trace.unit, trace.values.shape, float(trace.times[-1])
+    ('m', (11,), 0.001)
+    """
+
+    signal: str  # its name, "block.port"
+    unit: str  # of the values, such as "m"
+    doc: str  # the sentence that the port has
     stride: int  # base ticks from row to row
-    base_rate: Fraction
+    base_rate: Fraction  # Hz, of the graph
     values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
     format: Fixed | None = None  # of a fixed-point signal
 
@@ -159,21 +165,29 @@ class Trace:
 
 @dataclass(frozen=True)
 class Result:
-    """A finished or interrupted run; `result["block.port"]` is a trace."""
+    """A finished or interrupted run; `result["block.port"]` is a trace.
 
-    graph: Graph
-    traces: Mapping[str, Trace]
-    ticks: int
-    planned_ticks: int
-    base_rate: Fraction
-    seed: int
+    >>> from proofmass import read_graph, simulate
+    >>> result = simulate(read_graph("library:template"), duration="1 ms")
+    >>> result.ticks, result.interrupted, list(result)
+    (11, False, ['sensor.displacement', 'adc.code'])
+    >>> result.to_xarray()["adc.code"].shape
+    (11,)
+    """
+
+    graph: Graph  # that ran
+    traces: Mapping[str, Trace]  # by "block.port"
+    ticks: int  # base ticks that are done
+    planned_ticks: int  # base ticks that were asked for
+    base_rate: Fraction  # Hz
+    seed: int  # of all noise
     seconds: float  # wall time of the loop
     preparation: float  # wall time before it, and in it for machine code: plan, compilation
-    provenance: Mapping[str, str] = field(default_factory=dict)
+    provenance: Mapping[str, str] = field(default_factory=dict)  # graph, versions, engine, machine and date
     overflows: Mapping[str, int] = field(default_factory=dict)  # of blocks in fixed point: ticks with an overflow
     overflow_ticks: Mapping[str, int] = field(default_factory=dict)  # of these blocks: ticks that they had
     memory: Memory | None = None  # of an interrupted run, to go on from
-    measures: Mapping[str, Measured] = field(default_factory=dict)
+    measures: Mapping[str, Measured] = field(default_factory=dict)  # by name, each with value and unit
 
     def __getitem__(self, signal: str) -> Trace:
         return self.traces[signal]

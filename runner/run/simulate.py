@@ -53,6 +53,15 @@ def simulate(
 
     Raises `ModelError` when the graph is wrong and `RunError` when a number stops being finite, or leaves a format
     whose overflow is "refuse".
+
+    `graph` may have come from a file or from Python. `seed` is that of all noise, or else the graph's. `engine` is
+    "auto", "python", "compiled" or "cxxrtl"; all give the same bits. `progress` is called with the ticks that are done
+    and all ticks.
+
+    >>> from proofmass import read_graph, simulate
+    >>> result = simulate(read_graph("library:template"), duration="1 ms")
+    >>> [(signal, len(result[signal]), result[signal].unit) for signal in result]
+    [('sensor.displacement', 11, 'm'), ('adc.code', 11, '1')]
     """
     options = RunOptions(duration, samples, seed, engine, folder, progress, resume)
     return simulate_plan(plan(graph), graph, options)

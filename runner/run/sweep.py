@@ -31,11 +31,16 @@ class Sweep:
 
     `values` has the values of each parameter as they were given; the last parameter moves fastest. In a zipped sweep
     all move together, and there is one dimension.
+
+    >>> from proofmass import read_graph, sweep
+    >>> result = sweep(read_graph("library:template"), {"adc.bits": [10, 12], "sensor.mass": ["1 ug"]}, duration="1 ms")
+    >>> result.shape, list(result.points())[1]
+    ((2, 1), {'adc.bits': 12, 'sensor.mass': '1 ug'})
     """
 
-    values: Mapping[str, tuple[object, ...]]
-    zipped: bool
-    results: tuple[Result, ...]
+    values: Mapping[str, tuple[object, ...]]  # by parameter
+    zipped: bool  # True if all move together
+    results: tuple[Result, ...]  # in the order of `points`
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -104,6 +109,15 @@ def sweep(
     all runs together; the seed is the same at every point.
 
     Raises `ModelError` with what is wrong, at whichever point, before anything runs.
+
+    `graph` has the measures. `values` are lists, by parameter or named value. `duration`, `samples`, `seed` and
+    `engine` are those of `simulate`.
+
+    >>> from proofmass import read_graph, sweep
+    >>> graph = read_graph("library:template")
+    >>> result = sweep(graph, {"adc.bits": [10, 12]}, traces=True, duration="20 ms")
+    >>> [(point["adc.bits"], float(run["adc.code"].values[-1])) for point, run in zip(result.points(), result.results)]
+    [(10, -175.0), (12, -700.0)]
     """
     lists = {name: tuple(entries) for name, entries in values.items() if not isinstance(entries, str)}
     _refuse(values, lists, zipped=zipped)

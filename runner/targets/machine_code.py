@@ -164,6 +164,13 @@ def machine_of(settings: Settings = ALONE) -> Any:
 
 
 @cache
+def vector_bits() -> int:
+    """Bits of the widest vector of numbers that the processor at hand computes with."""
+    features = llvm.get_host_cpu_features()
+    return next((bits for name, bits in (("avx512f", 512), ("avx", 256)) if features.get(name)), 128)
+
+
+@cache
 def _begin() -> None:
     """Set LLVM up, once in a process; a second scheduler of instructions is of no use to processors of today, and takes
     time with the square of a tick's length."""

@@ -114,8 +114,9 @@ class Lanes:
         memory, written = start(plan), self._compiled.written
         for name in self._compiled.settled:
             for given, value in block_values(plan, name).items():
-                kind, place = written.constants.kinds[given]
-                self._constants[array_of(kind)][group, place, lane] = value
+                if given in written.constants.kinds:  # truth values are a part of the loop
+                    kind, place = written.constants.kinds[given]
+                    self._constants[array_of(kind)][group, place, lane] = value
             for key, (kind, place) in written.memory.kinds.items():
                 if key.block == name:
                     self._state[array_of(kind)][group, place, lane] = moving(memory, key)

@@ -1,10 +1,7 @@
 """The site: every page is in the navigation once, links lead somewhere, the reference has everything public."""
 
-import inspect
 import re
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -112,22 +109,6 @@ def test_every_public_name_is_in_the_reference() -> None:
     assert sorted(name for names in groups().values() for name in names) == sorted(proofmass.__all__)
     for name in proofmass.__all__:
         assert f":: proofmass.{name}\n" in python_page()
-
-
-def public_members(name: str) -> Iterator[tuple[str, Any]]:
-    """Yield a public name, and the public methods and properties of a class of its own."""
-    thing = getattr(proofmass, name)
-    yield name, thing
-    if inspect.isclass(thing):
-        for member, value in vars(thing).items():
-            if not member.startswith("_") and (inspect.isroutine(value) or isinstance(value, property)):
-                yield f"{name}.{member}", value
-
-
-@pytest.mark.parametrize("name", proofmass.__all__)
-def test_every_public_name_is_documented(name: str) -> None:
-    silent = [path for path, thing in public_members(name) if not (inspect.getdoc(thing) or "").strip()]
-    assert silent == []
 
 
 def test_every_written_page_has_one_title() -> None:

@@ -14,11 +14,11 @@ def differences(graphs: list[Compared]) -> list[str]:
     return [f"seed {graph.seed}: {text}" for graph in graphs for text in graph.differences]
 
 
-def test_ten_random_graphs_in_every_engine(tmp_path: Path) -> None:
-    graphs = list(compared(range(10), tmp_path, largest=3))
+def test_six_random_graphs_in_every_engine(tmp_path: Path) -> None:
+    graphs = list(compared(range(6), tmp_path, largest=3))
     assert differences(graphs) == []
-    assert len({graph.digest for graph in graphs}) == 10
-    assert sum(not graph.outcomes[0].fault for graph in graphs) > 5
+    assert len({graph.digest for graph in graphs}) == 6
+    assert sum(not graph.outcomes[0].fault for graph in graphs) > 3
 
 
 @pytest.mark.exhaustive

@@ -47,14 +47,22 @@ class Curve:
 
 @dataclass(frozen=True)
 class Allan:
-    """The deviations of a signal and the coefficients of its noise."""
+    """The deviations of a signal and the coefficients of its noise.
 
-    name: str
-    unit: str
-    period: float
-    values: int
-    curves: dict[Statistic, Curve]
-    levels: Levels
+    >>> import numpy
+    >>> from proofmass import allan
+    >>> rate = numpy.random.default_rng(1).standard_normal(20000)  # 0.1 deg/s/sqrt(Hz) at 100 Hz
+    >>> answer = allan(rate, rate=100.0, unit="deg/s")
+    >>> answer.period, answer.values, len(answer.levels.levels)
+    (0.01, 20000, 4)
+    """
+
+    name: str  # of the signal
+    unit: str  # of its values
+    period: float  # seconds from value to value
+    values: int  # number of them
+    curves: dict[Statistic, Curve]  # Allan, Hadamard and modified deviations by averaging time
+    levels: Levels  # N, B, K and Q with intervals
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`; coefficients in units of the signal and in those of data sheets."""
@@ -82,6 +90,16 @@ def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
 
     The degrees of freedom of each point are those of the kind of noise that dominates there by the fit of N, B, K and
     Q. Raises `ModelError` for a signal of under 64 values.
+
+    `signal` is in its own unit, or plain values in `unit`.
+
+    >>> import numpy
+    >>> from proofmass import allan
+    >>> rate = numpy.random.default_rng(1).standard_normal(20000)  # 0.1 deg/s/sqrt(Hz) at 100 Hz
+    >>> answer = allan(rate, rate=100.0, unit="deg/s")
+    >>> white = answer.levels.levels[0]
+    >>> white.name, round(white.value, 2)
+    ('N', 0.1)
     """
     series = as_series(signal, rate, unit)
     count = len(series.values)

@@ -23,7 +23,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import PERIODIC, PeriodicPoint, Point, periodic_point
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Plan, without_noise
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -56,6 +56,13 @@ def linearise(
     blocks.
 
     Raises `ModelError` that names the block that cannot be linearised.
+
+    `graph` may have several rates. Inputs and outputs are in the units of their ports.
+
+    >>> from proofmass import linearise, read_graph
+    >>> system = linearise(read_graph("library:closed_loop_accelerometer"), loop="main")
+    >>> system.nstates, system.ninputs, system.dt
+    (5, 1, 2e-05)
     """
     planned = plan(graph)
     if loop:
@@ -166,7 +173,7 @@ def node_of(planned: Plan, signal: str) -> Endpoint:
 def tick_at(planned: Plan, at: str | float | Fraction) -> Point:
     """The base tick of a time, or of the rest of the loops, or an orbit that closes."""
     if at == SETTLED:
-        return settled_tick(planned)
+        return settled_tick(without_noise(planned))
     if at == PERIODIC:
         return periodic_point(planned)
     try:

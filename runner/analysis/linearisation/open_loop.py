@@ -98,10 +98,17 @@ class OpenLoop:
 
     def response(self, w: Array | float) -> Complex:
         """Return the response at the input's own frequency, as a network analyser measures it; w in rad/s."""
+        return self._at_own_frequency(self._open_transfer, w)
+
+    def closed_response(self, w: Array | float) -> Complex:
+        """Return the response of T at the input's own frequency; w in rad/s."""
+        return self._at_own_frequency(self._closed_transfer, w)
+
+    def _at_own_frequency(self, transfer: "Transfer", w: Array | float) -> Complex:
         w = np.asarray(w, dtype=float)
-        times = np.arange(self.per_period) * self.sample
-        turn = np.exp(1j * w.reshape(-1, 1) * times)
-        value: Complex = np.einsum("wi,wij,wj->w", turn.conj(), self.lifted(w.ravel()), turn) / self.per_period
+        turn = np.exp(1j * w.reshape(-1, 1) * np.arange(self.per_period) * self.sample)
+        outputs = transfer.of_signals(self._points(w.ravel()), turn)
+        value: Complex = np.mean(turn.conj() * outputs, axis=1)
         return value.reshape(w.shape)
 
     def complementary(self, w: Array) -> Complex:
@@ -156,4 +163,13 @@ class Transfer:
             known = (self._form[i, i + 1 :] @ x[i + 1 :]).reshape(-1, width) + self._into[i]
             x[i] = (known / (z - self._form[i, i])[:, None]).ravel()
         value: Complex = (self._out @ x).reshape(-1, len(z), width).transpose(1, 0, 2) + self._direct
+        return value
+
+    def of_signals(self, z: Complex, inputs: Complex) -> Complex:
+        """Return what comes of one input vector for each z, a row each, without the matrices between."""
+        given = inputs.T
+        x = np.zeros((len(self._form), len(z)), dtype=complex)
+        for i in range(len(x) - 1, -1, -1):
+            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ given) / (z - self._form[i, i])
+        value: Complex = (self._out @ x + self._direct @ given).T
         return value

@@ -185,7 +185,7 @@ class _Search:
         self._first = tick - tick % self._ticks
         upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
         self._names = sorted(upstream)
-        run = without_noise(plan) if noise else plan
+        run = without_noise(plan)
         self._quiet = run
         self._memories = {0: memory_at(run, self._first)}
         self._run = Forward(run, self._memories[0].copy())

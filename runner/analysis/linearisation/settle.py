@@ -131,5 +131,5 @@ def _restless(got: str) -> Problem:
         key="at",
         got=got,
         expected=f"{TOLERANCE:g} at most, in {MOST:,} base ticks",
-        hint="remove noise and signals that keep changing, or name a time instead, such as 20 ms",
+        hint="remove signals that keep changing, or name a time instead, such as 20 ms",
     )

@@ -11,6 +11,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
@@ -23,6 +24,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter
 
 _CHANGES, _LOOKS = 3, 8  # of one number that are compared, and of all
+_SHORT = 1024  # base ticks of the first look
 _ROUNDING = 1e-9  # of the size of a number, below which a change is none
 
 
@@ -61,14 +63,20 @@ class Waiting:
     def changes(self, after: Callable[[int], Memory], periods: int) -> list[int]:
         """Return the numbers of periods, up to some, after which the map is to be compared; none if nothing waits."""
         doubled = [1 << k for k in range(1, periods.bit_length())] if self.counts(after) else []
-        values = self.sources(periods + 1)
-        if len(values) < 3 or not values.shape[1]:
+        if periods < 2 or not self._wires:
             return doubled
-        moved = np.abs(np.diff(values, axis=0)) > _ROUNDING * np.maximum(np.abs(values[1:]), np.abs(values[:-1]))
+        moved = self._moved(min(periods, max(2, _SHORT // self._ticks)))
+        if len(moved) < periods and not moved.all():  # something stands still for now
+            moved = self._moved(periods)
         events = moved[1:] & ~moved[:-1]  # after it stood still
         order = np.cumsum(events, axis=0) * events
         found = [np.flatnonzero((order == k).any(axis=1)) + 2 for k in range(1, _CHANGES + 1)]
         return sorted({*doubled, *dict.fromkeys(np.concatenate(found).tolist()[:_LOOKS])})
+
+    def _moved(self, periods: int) -> npt.NDArray[np.bool_]:
+        """Return whether each of the sources' values differs from the one a period before."""
+        values = self.sources(periods + 1)
+        return np.abs(np.diff(values, axis=0)) > _ROUNDING * np.maximum(np.abs(values[1:]), np.abs(values[:-1]))
 
     def repetition(self, run: Callable[[int], Memory], periods: int) -> int:
         """Return the number of periods, up to some, after which all switches do as before; 0 if there is none."""

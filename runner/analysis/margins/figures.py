@@ -21,8 +21,8 @@ class Figures:
     phase_margin_frequency: float | None = None  # Hz
     delay_margin: float | None = None  # s
     delay_margin_frequency: float | None = None  # Hz
-    disk_margin: float | None = None
-    sensitivity_peak: float | None = None
+    disk_margin: float | None = None  # 2 / max |S - T|, of gain and phase together
+    sensitivity_peak: float | None = None  # max |S|, a factor
     sensitivity_peak_frequency: float | None = None  # Hz
     bandwidth: float | None = None  # Hz
     distance: float | None = None  # the least |1 + L|; None where L is no single number

@@ -199,14 +199,7 @@ def _delayed_radius(system: OpenLoop, samples: int) -> float:
 
 def _bandwidth(system: OpenLoop, w: Any) -> float | None:
     """Return where the closed loop, at the frequency of what goes in, first falls 3 dB below its value at rest."""
-    times = np.arange(system.per_period) * system.sample
-
-    def answer(w: Any) -> Complex:
-        turn = np.exp(1j * np.reshape(w, (-1, 1)) * times)
-        value: Complex = np.einsum("wi,wij,wj->w", turn.conj(), system.complementary(w), turn) / system.per_period
-        return value
-
-    closed = Samples.on(np.array([0.0, *w]), answer)
+    closed = Samples.on(np.array([0.0, *w]), system.closed_response)
     at_rest = float(abs(closed.answer(np.zeros(1))[0]))
     if at_rest == 0.0:
         return None

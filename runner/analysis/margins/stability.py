@@ -20,6 +20,14 @@ def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -
 
     The graph is linearised at the time `at`, or where its loops have "settled". Raises `ModelError` where the loop
     cannot be told or linearised.
+
+    `graph` needs a control loop, and `loop` names one. Gains are factors, phases radians, times seconds, frequencies
+    Hz.
+
+    >>> from proofmass import margins, read_graph
+    >>> found = margins(read_graph("library:closed_loop_accelerometer"), "main")
+    >>> found.verdict, round(found.gain_margin, 2), round(found.phase_margin, 3)
+    ('stable', 37.87, 1.586)
     """
     planned = plan(graph)
     loops = all_margins(planned, loop, at)

@@ -37,18 +37,24 @@ _STEP = 1e-4  # of the distance to the nearest pole, over which the phase is dif
 
 @dataclass(frozen=True)
 class Response:
-    """Gain from an input to an output over frequency, its figures, and what a simulation gave where there was one."""
+    """Gain from an input to an output over frequency, its figures, and what a simulation gave where there was one.
 
-    input: str
-    output: str
+    >>> from proofmass import read_graph, response
+    >>> answer = response(read_graph("library:recorded_motion"), "motion.output", "mean.mean", frequencies=[1.0, 10.0])
+    >>> answer.gain.shape, answer.unit, bool(abs(answer.gain[0]) > abs(answer.gain[1]))
+    ((2,), '(m/s^2)/(m/s^2)', True)
+    """
+
+    input: str  # "block.port"
+    output: str  # "block.port"
     unit: str  # of the gain
-    output_unit: str
-    wires: WireResponse
+    output_unit: str  # of the output
+    wires: WireResponse  # the response of every wire in a period
     frequencies: Array  # Hz
-    gain: Complex
+    gain: Complex  # complex, in `unit`, at these frequencies
     time: float  # of the operating point, in seconds
-    notes: tuple[str, ...]
-    simulated: Simulated | None = None
+    notes: tuple[str, ...]  # on the operating point
+    simulated: Simulated | None = None  # the gains of a simulation
 
     @cached_property
     def at_rest(self) -> float:
@@ -155,6 +161,14 @@ def response(
     as "1 mV" or a number in the input's unit, and it lies in a `band` in Hz.
 
     Raises `ModelError` for a graph that cannot be linearised, and where no way leads from the input to the output.
+
+    `graph` is linearised; `input` and `output` are "block.port". `progress` is called with the runs that are done and
+    all runs.
+
+    >>> from proofmass import read_graph, response
+    >>> answer = response(read_graph("library:recorded_motion"), "motion.output", "mean.mean")
+    >>> round(answer.bandwidth, 1), round(answer.step.settling, 4)
+    (44.3, 0.0103)
     """
     planned = plan(graph)
     source, target = node_of(planned, input), node_of(planned, output)

@@ -48,6 +48,14 @@ def margins_over(
     """Return the margins of the loops with each of some values of a parameter, by its name in the flat graph.
 
     Raises `ModelError` where a loop cannot be told or linearised.
+
+    `graph` keeps all else. `values` are those of the `parameter`, in `unit`. `loop` and `at` are those of `margins`.
+
+    >>> from proofmass import margins_over, read_graph
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> over = margins_over(graph, "pid.proportional", [1.0, 2.0])
+    >>> [round(row["main"].gain_margin, 1) for row in over.margins]
+    [4.2, 1.9]
     """
     return _over(graph, parameter, unit, list(values), [{parameter: value} for value in values], loop, at)
 
@@ -56,6 +64,13 @@ def margins_over_age(study: Study, *, loop: str = "", at: str | float | Fraction
     """Return the margins at each epoch of a study, of a sensor whose parameters drift as their laws say without spread.
 
     Raises `ModelError` for a study without drift.
+
+    The `study` says ages and laws. `loop` and `at` are those of `margins`.
+
+    >>> from proofmass import margins_over_age, read_study
+    >>> over = margins_over_age(read_study("library:scale_factor_drift"))
+    >>> len(over.values), over.unit, over.margins[-1]["main"].verdict
+    (6, 's', 'stable')
     """
     if not study.drift:
         hint = 'add [drift] with "reference.value" = { ramp = "20 ppm/year", relative = true }, and [epochs]'

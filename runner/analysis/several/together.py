@@ -93,6 +93,14 @@ def margins_together(graph: Graph, loops: Sequence[str] = (), *, at: str | float
 
     A loop is named as in the graph, or by the output at which it is opened. Raises `ModelError` where a loop cannot be
     told or linearised.
+
+    `graph` has the `loops`. The operating point `at` is that of `margins`.
+
+    >>> from proofmass import margins_together, read_graph
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> together = margins_together(graph, ["dac.voltage", "adc.number"])
+    >>> together.verdict, round(together.margin, 3), [round(margin, 3) for margin in together.alone]
+    ('stable', 0.788, [1.538, 1.538])
     """
     planned = plan(graph)
     if loops:

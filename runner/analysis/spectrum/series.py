@@ -19,12 +19,19 @@ JITTER = 0.05  # of a step, by which the times of a recording may be off equal s
 
 @dataclass(frozen=True)
 class Series:
-    """Values at equal steps of time, in a unit."""
+    """Values at equal steps of time, in a unit.
 
-    values: Array
+    >>> import numpy
+    >>> from proofmass import Series
+    >>> series = Series(values=numpy.zeros(500), period=0.01, name="rate", unit="deg/s")
+    >>> series.rate, series.duration, series.behind(1.0).values.shape
+    (100.0, 5.0, (400,))
+    """
+
+    values: Array  # a row
     period: float  # seconds from value to value
-    name: str = ""
-    unit: str = "1"
+    name: str = ""  # of the column
+    unit: str = "1"  # of the values
 
     @property
     def rate(self) -> float:
@@ -67,7 +74,20 @@ def of_trace(trace: Trace) -> Series:
 
 
 def read_series(file: str | Path, column: str = "") -> Series:
-    """A column of a CSV, Parquet or netCDF file, the first behind time where none is named; raises `ModelError`."""
+    """A column of a CSV, Parquet or netCDF file, the first behind time where none is named; raises `ModelError`.
+
+    `file` is a path, `column` the name of a column.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from proofmass import read_series
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "rate.csv")
+    ...     _ = file.write_text("time [ms],rate [deg/s]\\n0,1\\n10,2\\n20,4\\n")
+    ...     series = read_series(file, "rate")
+    >>> series.unit, series.values.tolist(), series.rate
+    ('deg/s', [1.0, 2.0, 4.0], 100.0)
+    """
     path = Path(file)
     try:
         time, value = read_columns(path, lambda names: (0, _index(names, column)))

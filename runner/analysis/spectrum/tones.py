@@ -28,17 +28,25 @@ COHERENT = 1e-2  # of a cycle, by which a tone in a whole number of cycles may b
 
 @dataclass(frozen=True)
 class Tones:
-    """Figures of the largest tone in a band; ratios in dB, `rms` and `noise` in the unit of the signal."""
+    """Figures of the largest tone in a band; ratios in dB, `rms` and `noise` in the unit of the signal.
+
+    >>> import numpy
+    >>> from proofmass import spectrum, tones
+    >>> times = numpy.arange(4096) / 4096.0
+    >>> density = spectrum(numpy.sin(2.0 * numpy.pi * 100.0 * times), rate=4096.0, unit="V", segment=0)
+    >>> tones(density).coherent, tones(density).snr > 200.0
+    (True, True)
+    """
 
     frequency: float  # Hz
-    rms: float
+    rms: float  # of the tone
     noise: float  # rms without harmonics
-    snr: float
-    sndr: float
-    thd: float
-    sfdr: float
+    snr: float  # dB, signal to noise
+    sndr: float  # dB, signal to noise and distortion
+    thd: float  # dB, ten harmonics to the tone
+    sfdr: float  # dB, to the largest other line
     spur: float  # Hz, of the largest line beside the tone
-    enob: float
+    enob: float  # bits of a converter that the tone fills
     cycles: float  # of the tone in a segment
 
     @property
@@ -55,6 +63,16 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     """The figures of the tone near a frequency, or of the largest; what counts as noise lies in the band.
 
     Raises `ModelError` where a segment is too short to tell a tone from zero, and where there is none.
+
+    `of` is a spectrum. `tone` and both ends of the `band` are in Hz.
+
+    >>> import numpy
+    >>> from proofmass import spectrum, tones
+    >>> times = numpy.arange(4096) / 4096.0
+    >>> density = spectrum(numpy.sin(2.0 * numpy.pi * 100.0 * times), rate=4096.0, unit="V", segment=0)
+    >>> found = tones(density, tone=100.0, band=(1.0, 1000.0))
+    >>> found.frequency, round(found.rms, 6)
+    (100.0, 0.707107)
     """
     lobe, power = half_lobe(of.window), of.power
     middle = _middle(of, power, lobe, tone, band)

@@ -24,18 +24,26 @@ FEWEST = 16  # values
 
 @dataclass(frozen=True)
 class Spectrum:
-    """The one-sided spectral density of a signal; `density` is in unit^2/Hz."""
+    """The one-sided spectral density of a signal; `density` is in unit^2/Hz.
 
-    name: str
-    unit: str
+    >>> import numpy
+    >>> from proofmass import spectrum
+    >>> times = numpy.arange(4096) / 4096.0
+    >>> density = spectrum(numpy.sin(2.0 * numpy.pi * 100.0 * times), rate=4096.0, unit="V", segment=0)
+    >>> density.frequencies.shape, density.density.shape, density.step
+    ((2049,), (2049,), 1.0)
+    """
+
+    name: str  # of the signal
+    unit: str  # of its values
     rate: float  # Hz
     values: int  # of the signal
-    mean: float
-    window: str
+    mean: float  # of the signal, in its unit
+    window: str  # its name
     segment: int  # values
     segments: int  # that the density is the mean of
-    frequencies: Array
-    density: Array
+    frequencies: Array  # Hz
+    density: Array  # at these frequencies, in unit^2/Hz
 
     @property
     def amplitude_density(self) -> Array:
@@ -121,6 +129,16 @@ def spectrum(
     Segments of so many values overlap by half. Without a `segment` it is the largest power of two of which 8 fit into
     the signal; with 0 it is the whole signal, which shows tones best. Raises `ModelError` for a signal of under 16
     values, and for a segment that does not fit.
+
+    `signal` is in its own unit, or plain values in `unit`. `window` is rectangular, hann, hamming, blackman-harris,
+    nuttall, blackman-harris-7 or flat-top.
+
+    >>> import numpy
+    >>> from proofmass import spectrum
+    >>> times = numpy.arange(4096) / 4096.0
+    >>> density = spectrum(numpy.sin(2.0 * numpy.pi * 100.0 * times), rate=4096.0, unit="V", segment=0)
+    >>> round(density.rms((90.0, 110.0)), 6), density.density_unit
+    (0.707107, 'V/sqrt(Hz)')
     """
     series = as_series(signal, rate, unit)
     count = len(series.values)

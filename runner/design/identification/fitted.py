@@ -54,22 +54,38 @@ class OutputFit:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The result of a fit."""
+    """The result of a fit.
 
-    source: Graph
-    estimates: tuple[Estimate, ...]
-    outputs: tuple[OutputFit, ...]
-    levels: tuple[NoiseLevel, ...]
-    correlation: Array
+    >>> import numpy
+    >>> from proofmass import Graph, fit
+    >>> from proofmass.blocks import LowPass, Step
+    >>> graph = Graph(
+    ...     name="a lag",
+    ...     rate="1 kHz",
+    ...     blocks={"step": Step(start_time=0.0), "lag": LowPass(corner_frequency="10 Hz")},
+    ...     wires=["step.output -> lag.input"],
+    ... )
+    >>> times = numpy.arange(200) / 1e3
+    >>> data = {"time": times, "volts": 1.0 - numpy.exp(-2.0 * numpy.pi * 12.0 * times)}  # a lag of 12 Hz
+    >>> fitted = fit(graph, data, outputs={"lag.output": "volts"}, free=["lag.corner_frequency"])
+    >>> fitted.determined, round(fitted.graph.blocks["lag"].corner_frequency, 6)
+    (True, 12.0)
+    """
+
+    source: Graph  # the graph before
+    estimates: tuple[Estimate, ...]  # of free parameters, with intervals
+    outputs: tuple[OutputFit, ...]  # how well each is explained
+    levels: tuple[NoiseLevel, ...]  # of noise
+    correlation: Array  # of the estimates, a matrix
     findings: tuple[str, ...]  # what is not identifiable
-    notes: tuple[str, ...]
-    rows: int
-    runs: int
-    starts: int
+    notes: tuple[str, ...]  # on the recordings
+    rows: int  # that were compared
+    runs: int  # of the graph
+    starts: int  # of the search
     reached: int  # starts that ended at the best solution
-    converged: bool
-    interrupted: bool
-    recordings: tuple[Recording, ...]
+    converged: bool  # True if the search ended by itself
+    interrupted: bool  # True after Ctrl-C
+    recordings: tuple[Recording, ...]  # as they were read
     modelled: tuple[Mapping[str, Array], ...]  # outputs of each recording with the fitted values
     written: Mapping[str, str]  # names of parameters as a person wrote them, by those of the flat graph
 
@@ -164,6 +180,24 @@ def fit(
     compared. Recorded inputs are held until the next row, or `interpolated`. The graph runs without its noise.
 
     Ctrl-C ends the fit; the best values so far are the result. Raises `ModelError` with everything that is wrong.
+
+    `graph` has values to start from. `gaps` are refused, or recordings are split there. `seed` is that of further
+    starts, and `progress` is called with the runs that are done and the most there may be.
+
+    >>> import numpy
+    >>> from proofmass import Graph, fit
+    >>> from proofmass.blocks import LowPass, Step
+    >>> graph = Graph(
+    ...     name="a lag",
+    ...     rate="1 kHz",
+    ...     blocks={"step": Step(start_time=0.0), "lag": LowPass(corner_frequency="10 Hz")},
+    ...     wires=["step.output -> lag.input"],
+    ... )
+    >>> times = numpy.arange(200) / 1e3
+    >>> data = {"time": times, "volts": 1.0 - numpy.exp(-2.0 * numpy.pi * 12.0 * times)}  # a lag of 12 Hz
+    >>> fitted = fit(graph, data, outputs={"lag.output": "volts"}, free=["lag.corner_frequency"])
+    >>> round(fitted.estimates[0].value, 6), fitted.estimates[0].unit
+    (12.0, 'Hz')
     """
     if loss not in LOSSES:
         hint = did_you_mean(loss, LOSSES, "the losses")

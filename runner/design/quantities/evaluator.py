@@ -24,8 +24,7 @@ from proofmass.runner.design.quantities.loop_figures import Reading, growth, rea
 from proofmass.runner.design.quantities.noise_figures import read_noise
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.run.engines import LANES
-from proofmass.runner.run.side_by_side import SideBySide
+from proofmass.runner.run.side_by_side import SideBySide, lane_counts
 
 STABLE = "stability of"  # before the name of a loop
 Readings = dict[str, Reading | None]  # None where a loop is unstable or a run failed
@@ -131,7 +130,8 @@ class Evaluator:
         rows = [self._adjustable.settings(row) for row in rows]
         names = tuple(rows[0])
         if names not in self._runs:
-            lanes = min((n for n in LANES if n >= len(rows)), default=LANES[0])
+            counts = lane_counts()
+            lanes = min((n for n in counts if n >= len(rows)), default=counts[0])
             self._runs[names] = SideBySide(self.plan, self.plan.graph.seed, self.ticks, lanes, names)
         given = {name: np.array([row[name] for row in rows]) for name in names}
         measured, sound = self._runs[names].measured(given, np.zeros(len(rows), dtype=np.int64))

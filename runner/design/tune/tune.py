@@ -68,15 +68,28 @@ class TunedGoal:
 
 @dataclass(frozen=True)
 class Tuned:
-    """The result of a search: parameters, goals, and what binds."""
+    """The result of a search: parameters, goals, and what binds.
 
-    tuning: Tuning
-    before: Mapping[str, float]
+    >>> from proofmass import read_graph, tune
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> tuned = tune(
+    ...     graph,
+    ...     free={"pid.integral": {"at_least": "10 1/s", "at_most": "1000 1/s"}},
+    ...     goals={"stable": {"loop": "main", "figure": "gain_margin", "at_least": "20 dB"}},
+    ...     samples=4,
+    ...     starts=1,
+    ... )
+    >>> list(tuned.changes), tuned.graph.name
+    (['pid.integral'], 'closed-loop accelerometer')
+    """
+
+    tuning: Tuning  # what was asked for
+    before: Mapping[str, float]  # by names in the flat graph
     parameters: Mapping[str, float]  # by names in the flat graph
-    goals: tuple[TunedGoal, ...]
+    goals: tuple[TunedGoal, ...]  # with their values before and after
     at_bounds: Mapping[str, str]  # parameters that end at a bound which binds: "lower" or "upper"
-    evaluations: int
-    interrupted: bool
+    evaluations: int  # points that were tried
+    interrupted: bool  # True after Ctrl-C
     objective: float  # the logarithm of the improvement; 0 without one
 
     @property
@@ -131,6 +144,21 @@ def tune(graph: Graph | Tuning, *, progress: Progress | None = None, **tables: A
                     "quiet": {"noise": "dac.code", "minimise": True}})
 
     Raises `ModelError` with everything that is wrong with the tables.
+
+    `graph` has values to start from, `tables` are these tables. `progress` is called with the points that are tried and
+    all points.
+
+    >>> from proofmass import read_graph, tune
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> tuned = tune(
+    ...     graph,
+    ...     free={"pid.integral": {"at_least": "10 1/s", "at_most": "1000 1/s"}},
+    ...     goals={"stable": {"loop": "main", "figure": "gain_margin", "at_least": "20 dB"}},
+    ...     samples=4,
+    ...     starts=1,
+    ... )
+    >>> tuned.met
+    True
     """
     tuning = graph if isinstance(graph, Tuning) else tuning_of(graph, **tables)
     goals = GoalsAt(tuning)

@@ -74,14 +74,21 @@ class WorstCase:
 
 @dataclass(frozen=True)
 class WorstCases:
-    """All worst cases, and how much of the box was looked at."""
+    """All worst cases, and how much of the box was looked at.
 
-    ranges: tuple[Range, ...]
-    cases: tuple[WorstCase, ...]
+    >>> from proofmass import read_graph, worst
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> found = worst(graph, tolerances={"torquer.gain": "5 %"}, samples=2)
+    >>> found.all_corners, found.corners
+    (True, 2)
+    """
+
+    ranges: tuple[Range, ...]  # of the parameters
+    cases: tuple[WorstCase, ...]  # a worst value of each quantity and side
     corners: int  # that were tried
-    random: int
-    evaluations: int
-    interrupted: bool
+    random: int  # points that were tried
+    evaluations: int  # points that were tried in all
+    interrupted: bool  # True after Ctrl-C
 
     @property
     def all_corners(self) -> bool:
@@ -129,6 +136,15 @@ def worst(
     `samples`.
 
     Raises `ModelError` with everything that is wrong.
+
+    `source` is a graph, or a study with its graph. `at` is the operating point of `margins`. `seed` is that of the
+    samples, and `progress` is called with the points that are tried and all points.
+
+    >>> from proofmass import read_graph, worst
+    >>> graph = read_graph("library:closed_loop_accelerometer")
+    >>> found = worst(graph, tolerances={"torquer.gain": "5 %"}, samples=2)
+    >>> [(case.name, round(case.nominal, 2), round(case.worst, 2)) for case in found.cases]
+    [('main.gain_margin', 31.57, 31.14), ('main.phase_margin', 90.89, 90.68)]
     """
     graph = source.graph if isinstance(source, Study) else source
     ranges = ranges_of(source, tolerances or {})

@@ -1,6 +1,6 @@
 """A self-checking test bench in Verilog: it plays vectors of the simulation and compares every output in every clock.
 
-One process makes clock and stimuli, so that no simulator can see them in another order. It prints PASS, or the first
+One process drives clock and stimuli, so their order is the same in every simulator. It prints PASS, or the first
 differences and FAIL.
 """
 
@@ -17,7 +17,7 @@ _OWN = ("clock", "reset", "n", "wrong", "stimuli", "applied", "expected", "await
 
 
 def bench_files(machine: Machine, vectors: Vectors) -> dict[str, str]:
-    """The files of the bench by name: its Verilog, and the vectors that it reads from the folder it runs in."""
+    """Return the files of the bench by name: its Verilog, and the vectors that it reads from its working folder."""
     name = top_name(machine)
     files = {f"{name}_bench.v": "\n".join(_lines(machine, vectors.clocks)) + "\n"}
     if machine.inputs:
@@ -97,7 +97,7 @@ def _bits(port: VerilogPort, low: int) -> str:
 
 
 def _packed(ports: Sequence[VerilogPort], columns: Mapping[str, Column]) -> str:
-    """A line of hexadecimal digits a clock."""
+    """One line of hexadecimal digits for each clock."""
     digits = -(-_width(ports) // 4)
     rows = zip(*(columns[port.name].tolist() for port in ports), strict=True)
     where = [(low, (1 << port.word.width) - 1) for port, low in places(ports)]

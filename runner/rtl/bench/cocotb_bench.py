@@ -1,6 +1,6 @@
-"""The test bench as a module for cocotb 2, which plays the same vectors: a start for benches of one's own in Python.
+"""The test bench as a module for cocotb 2 that plays the same vectors: a start for one's own benches in Python.
 
-It runs by itself, `python NAME_cocotb.py`, with Icarus Verilog or the simulator that the variable SIM names.
+Run it by `python NAME_cocotb.py`, with Icarus Verilog or the simulator named by the variable SIM.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""What hardware takes before synthesis: multipliers, and bits of adders, comparators, multiplexers and registers."""
+"""Cost of hardware before synthesis: multipliers, and bits of adders, comparators, multiplexers and registers."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -13,13 +13,13 @@ from proofmass.runner.rtl.machine.words import Word
 
 @dataclass
 class Cost:
-    """Bits, and the widths of the operands of multipliers with how many there are; constants count as operands."""
+    """Bits, and numbers of multipliers by the widths of their operands; constants count as operands."""
 
     adder_bits: int = 0
     comparator_bits: int = 0
     multiplexer_bits: int = 0
     register_bits: int = 0  # of the state
-    pipeline_bits: int = 0  # of registers that cuts bring
+    pipeline_bits: int = 0  # of registers that cuts add
     widest: int = 0  # bits of the widest value
     multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
     constant_multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
@@ -45,7 +45,7 @@ class Cost:
 
 
 def module_cost(module: Module) -> Cost:
-    """Of one module."""
+    """Cost of one module."""
     cost = Cost(register_bits=sum(register.word.width for register in module.registers))
     cost.pipeline_bits = module.pipeline.waits
     for operation in module.needed:
@@ -71,7 +71,7 @@ def module_cost(module: Module) -> Cost:
 
 
 def machine_cost(machine: Machine) -> Cost:
-    """Of all instances, the registers of nets, and the counters of the enables."""
+    """Cost of all instances, the registers of nets, and the counters of the enables."""
     stored = sum(net.word.width for net in machine.nets.values() if net.kept)
     counters = sum(Word(0, last).width for _, _, last in machine.counters)
     late = sum(net.word.width * delay for net, delay in machine.delays.items())

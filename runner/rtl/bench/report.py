@@ -1,6 +1,6 @@
 """The report beside the Verilog: ports, registers, latency and cost, as JSON and as one HTML file.
 
-What simulators, proofs and synthesis found is put in by those who ran them, by what was simulated, proved or counted.
+Callers pass the results of simulators, proofs and synthesis, by the name of what was simulated, proved or counted.
 """
 
 import json
@@ -32,7 +32,11 @@ _COSTS = {
 }
 
 
-_FOUND = {"simulations": "Simulations", "proofs": "Proofs", "resources": "Resources"}  # sections of what others found
+_FOUND = {
+    "simulations": "Simulations",
+    "proofs": "Proofs",
+    "resources": "Resources",
+}  # sections of results that callers pass
 
 
 def report_data(
@@ -152,7 +156,7 @@ def _ports(sides: Iterable[tuple[str, Sequence[Mapping[str, Any]]]]) -> str:
 
 
 def _blocks(data: Mapping[str, Any]) -> str:
-    """What each block takes; columns of nothing are left out."""
+    """Table of the cost of each block, without empty columns."""
     costs = {module["name"]: module["cost"] for module in data["modules"]}
     kinds = {key: text for key, text in _COSTS.items() if data["cost"][key]}
     rows = [
@@ -190,5 +194,5 @@ def _module_page(module: Mapping[str, Any]) -> str:
 
 
 def _found(found: Mapping[str, Any]) -> str:
-    """What somebody found, by name: a fact each, or a table of facts."""
+    """Section of results by name: a fact each, or a table of facts."""
     return facts((name, value if isinstance(value, str) else json.dumps(value)) for name, value in found.items())

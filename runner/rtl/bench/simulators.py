@@ -1,6 +1,6 @@
-"""The test bench played by a simulator that is present: Icarus Verilog, Verilator, or cocotb with Icarus Verilog.
+"""The test bench played by an installed simulator: Icarus Verilog, Verilator, or cocotb with Icarus Verilog.
 
-Each says the same, PASS or the first differences and FAIL; a difference is told with the line of Python of the output.
+All print the same, PASS or the first differences and FAIL; a difference comes with the line of Python of the output.
 """
 
 import os
@@ -29,7 +29,7 @@ _ENDS = re.compile(r"(?:PASS: (\d+) clocks|FAIL: (\d+) differences in (\d+) cloc
 
 @dataclass(frozen=True)
 class Difference:
-    """What an output was in a clock, what the simulation has there, and the line of Python as "gain.py:41"."""
+    """Value of an output in a clock, its value in the simulation, and the line of Python as "gain.py:41"."""
 
     clock: int
     port: str
@@ -44,7 +44,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Played:
-    """What a simulator found in so many clocks: how many outputs differ, the first of them, and its seconds."""
+    """Result of a simulator: clocks, number of outputs that differ, the first differences, and seconds."""
 
     simulator: str
     clocks: int
@@ -54,7 +54,7 @@ class Played:
 
     @property
     def passed(self) -> bool:
-        """Whether every output agrees in every clock."""
+        """Return whether every output agrees in every clock."""
         return self.differences == 0
 
     def as_data(self) -> dict[str, Any]:
@@ -70,19 +70,19 @@ class Played:
 
 @dataclass(frozen=True)
 class _Commands:
-    """What is run in the folder of the bench: `build` first, where there is something to build."""
+    """Commands in the folder of the bench: `build` first, if there is anything to build."""
 
     build: Sequence[str]
     run: Sequence[str]
 
 
 def need_simulator(simulator: Simulator) -> None:
-    """Raise `ModelError` with what to install, where a simulator is missing."""
+    """Raise `ModelError` with what to install if a simulator is missing."""
     _commands(simulator, "")
 
 
 def play(simulator: Simulator, machine: Machine, files: Mapping[str, str]) -> Played:
-    """Play the bench among `files`; raises `ModelError` where the simulator refuses it or ends without a verdict."""
+    """Play the bench among `files`; raises `ModelError` if the simulator refuses it or ends without a verdict."""
     name = top_name(machine)
     commands = _commands(simulator, name)
     with TemporaryDirectory() as folder:
@@ -139,7 +139,7 @@ def _last_error(said: str) -> str:
 
 
 def _line(machine: Machine, port: str) -> str:
-    """The line of Python whose value an output is."""
+    """The line of Python that computes an output."""
     signal = next(each.text for each in machine.outputs if each.name == port)
     for instance in machine.instances:
         for name, net in instance.outputs.items():

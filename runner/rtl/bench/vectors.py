@@ -1,4 +1,4 @@
-"""Test vectors: what the ports of a machine carry in every clock of a simulation of its graph."""
+"""Test vectors: values of the ports of a machine in every clock of a simulation of its graph."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -18,14 +18,14 @@ from proofmass.runner.rtl.machine.words import VerilogPort
 from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import RunError, failed, name_fault
 
-MOST_CLOCKS = 10_000  # unless more are asked for
+MOST_CLOCKS = 10_000  # by default
 
 Column = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class Vectors:
-    """The integers that each port carries in each clock, by the names of the ports."""
+    """Integers of each port in each clock, by the names of the ports."""
 
     clocks: int
     inputs: Mapping[str, Column]
@@ -33,7 +33,7 @@ class Vectors:
 
 
 def simulated(planned: Plan, machine: Machine, clocks: int | None = None) -> Vectors:
-    """Vectors of so many clocks, or of the duration that the graph says, then at most `MOST_CLOCKS`.
+    """Return vectors of so many clocks, or of the graph's duration, then at most `MOST_CLOCKS`.
 
     Raises `ModelError` where neither says how many, `RunError` where the simulation fails.
     """
@@ -45,7 +45,7 @@ def simulated(planned: Plan, machine: Machine, clocks: int | None = None) -> Vec
 
 
 def _recorded(planned: Plan, nodes: Iterable[Endpoint], base: int, clocks: int) -> dict[Endpoint, Column]:
-    """What wires hold in each clock: integers, or rows of them where a wire carries a vector."""
+    """Values of wires in each clock: integers, or rows of them if a wire carries a vector."""
     probes = tuple(_probe(planned, node, base) for node in sorted(nodes))
     recording = replace(planned, probes=probes)
     ticks, seed = clocks * base, planned.graph.seed
@@ -61,7 +61,7 @@ def _recorded(planned: Plan, nodes: Iterable[Endpoint], base: int, clocks: int) 
 
 
 def _probe(planned: Plan, node: Endpoint, base: int) -> PlannedProbe:
-    """As coarse as clocks are, where the wire has a value in each."""
+    """Return a probe with one row a clock, if the wire has a value in each clock."""
     block = planned.blocks[node[0]]
     port = type(block).outputs[node[1]]
     stride = planned.stride(node)

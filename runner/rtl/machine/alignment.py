@@ -1,7 +1,7 @@
-"""Stages of the blocks of a machine: by how many ticks each is late, behind those whose outputs come late.
+"""Stages of the blocks of a machine: by how many ticks each is late, after blocks whose outputs come late.
 
-A block whose inputs come at different stages gets all of them at the latest, and its registers wait as long after a
-reset. So the machine does what the graph does, later; round a loop of blocks that cannot be.
+A block whose inputs come at different stages takes all of them at the latest stage, and its registers wait as long
+after a reset. So the machine does the same as the graph, later. In a loop of blocks that is impossible.
 """
 
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ def block_stages(modules: Mapping[str, Module], drivers: Mapping[Endpoint, Endpo
 
 
 def _loop(path: str, before: Mapping[str, set[str]]) -> list[str]:
-    """A shortest way round from a block to itself, against the wires; empty where there is none."""
+    """A shortest path from a block back to itself, against the wires; empty if there is none."""
     ways = [[path]]
     reached: set[str] = set()
     for way in ways:

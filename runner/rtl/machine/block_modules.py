@@ -1,4 +1,4 @@
-"""The modules of the digital blocks of a planned graph: blocks that are the same share one."""
+"""Modules of the digital blocks of a planned graph; equal blocks share one."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ _UNDER_WAY = object()
 
 
 class BlockModules:
-    """Makes them one after the other: behind those whose integers a block reads, which have no format."""
+    """Makes the modules in order: a block comes after those whose plain integers, without a format, it reads."""
 
     def __init__(self, planned: Plan, paths: Sequence[str]) -> None:
         self.planned, self.paths = planned, paths
@@ -73,7 +73,7 @@ class BlockModules:
         return self._shared[key]
 
     def _ranges(self, path: str) -> dict[str, Word]:
-        """Of its plain integer inputs."""
+        """Ranges of the plain integer inputs of a block."""
         ranges = {}
         for name, port in type(self.planned.blocks[path]).inputs.items():
             if port.dtype is int:
@@ -83,7 +83,7 @@ class BlockModules:
         return ranges
 
     def _range(self, source: Endpoint) -> Word:
-        """Of a plain integer output: what its operations can give, or what a format says."""
+        """Range of a plain integer output: from its operations, or from a format."""
         block = self.planned.blocks[source[0]]
         if source[0] in self.paths:
             words = [port.word for port in entries(self._module(source[0]).outputs, source[1])]

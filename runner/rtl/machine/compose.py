@@ -20,21 +20,21 @@ from proofmass.runner.rtl.machine.words import Names, VerilogPort
 def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
     """The machine of the digital blocks of a graph, or of some of them; raises `ModelError` with every problem.
 
-    `only` names blocks, or subgraphs for all in them. Outputs are what other blocks, probes and measures read, and
-    of named blocks also what nothing reads.
+    `only` names blocks, or subgraphs with all their blocks. Outputs are those that other blocks, probes and measures
+    read; of named blocks, all outputs.
     """
     paths = _chosen(planned, only)
     return _Composer(planned, BlockModules(planned, paths).named(), bool(only)).machine(name or planned.graph.name)
 
 
 def digital_blocks(planned: Plan) -> tuple[str, ...]:
-    """The blocks that are hardware by their kind, and whose parameters nothing drives."""
+    """Return the blocks of digital kinds whose parameters nothing drives."""
     driven = {path for path, port in planned.schedule.drivers if port in type(planned.blocks[path]).parameters}
     return tuple(name for name in sorted(planned.blocks) if fits_hardware(planned.blocks[name]) and name not in driven)
 
 
 def fits_hardware(block: Block) -> bool:
-    """Whether all that a block carries and keeps are integers, and it knows neither time nor noise."""
+    """Return whether ports and state of a block are all integers, and it uses neither time nor noise."""
     kind = type(block)
     state = kind.state_class()
     kinds: list[type] = [port.dtype for port in (*kind.inputs.values(), *kind.outputs.values())]
@@ -73,7 +73,7 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
 
 
 class _Composer:
-    """Nets, ports and instances around the modules of the blocks."""
+    """Makes nets, ports and instances around the modules of the blocks."""
 
     def __init__(self, planned: Plan, modules: Mapping[str, Module], all_outputs: bool) -> None:
         self.planned, self.modules = planned, modules
@@ -100,7 +100,7 @@ class _Composer:
         return made
 
     def _outputs(self) -> Iterator[VerilogPort]:
-        """Makes the nets of the blocks; gives the ports among them."""
+        """Make the nets of the blocks; return the ports among them."""
         for node in self.order:
             stride = self.planned.stride(node) // self.ticks
             read = [self._stride(target[0]) for target, source in self.drivers.items() if source == node]
@@ -113,7 +113,7 @@ class _Composer:
                     yield VerilogPort(self.nets[signal].name, signal, port.word, port.unit, port.doc)
 
     def _inputs(self) -> Iterator[VerilogPort]:
-        """Makes the nets that come from outside; each is a port."""
+        """Make the nets that come from outside; each is a port."""
         for target, source in sorted(self.drivers.items()):
             if source[0] not in self.modules:
                 driver = type(self.planned.blocks[source[0]]).outputs[source[1]]
@@ -141,7 +141,7 @@ class _Composer:
                     yield port.name, self.nets[_signal(source, name, port)]
 
     def _refuse_cuts(self) -> None:
-        """Ticks that are counted in are those of all: where there are several rates, nothing may be late."""
+        """Refuse cuts in a machine of several rates: all its blocks count the same ticks, so none may be late."""
         for path, module in self.modules.items():
             if module.pipeline.latency:
                 problem = Problem(
@@ -153,7 +153,7 @@ class _Composer:
                 raise ModelError([self.planned.graph.placed(problem)])
 
     def _named(self, port: VerilogPort, signal: str) -> str:
-        """The name of a net: of a block that stands alone that of its port."""
+        """The name of a net; for a single block, the name of its port."""
         return self.names.add(port.text if len(self.modules) == 1 else signal)
 
     def _stride(self, path: str) -> int:

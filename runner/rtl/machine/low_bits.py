@@ -4,7 +4,7 @@ from proofmass.runner.fixed.integer_ir import Operation
 
 
 def operands_of(operation: Operation) -> tuple[Operation, ...]:
-    """What the expression of an operation is made of."""
+    """Operands in the expression of an operation."""
     kept = wrapped(operation)
     return operation.operands if kept is None else (kept,)
 
@@ -14,7 +14,7 @@ def is_bit(operation: Operation) -> bool:
 
 
 def wrapped(operation: Operation) -> Operation | None:
-    """What an operation is the low bits of as two's complement: (value & mask ^ sign) - sign, as `wrap` makes it."""
+    """Operation whose low bits, as two's complement, are this one: (value & mask ^ sign) - sign, as `wrap` makes it."""
     if operation.kind != "subtract" or operation.operands[1].constant is None:
         return None
     flipped, sign = operation.operands[0], operation.operands[1].constant

@@ -1,8 +1,8 @@
 """The digital part of a graph as one synchronous machine, as data: instances of modules, nets, clock enables.
 
-One clock ticks at the rate that the rates of all its blocks divide. A block that is slower is enabled at its own ticks,
-a net that is slower than one of its readers is kept in between. What blocks outside give are inputs; what they or
-probes read are outputs.
+The clock has the lowest rate that the rates of all blocks divide. A slower block is enabled at its own ticks; a net
+slower than one of its readers is kept in between. Outputs of blocks outside are inputs of the machine; whatever they
+or probes read are its outputs.
 """
 
 from collections.abc import Mapping
@@ -19,8 +19,8 @@ from proofmass.runner.rtl.machine.words import VerilogPort, Word
 class Net:
     """One number of an output of the graph: `signal` as "cell.coefficient" or "bank.sums[3]".
 
-    It has a new value every `stride` clocks; where it is `kept`, the last one is seen at all others. It comes `stage`
-    ticks later than in the simulation.
+    It has a new value every `stride` clocks; if it is `kept`, a register holds the last one between them. It comes
+    `stage` ticks later than in the simulation.
     """
 
     name: str
@@ -35,8 +35,8 @@ class Net:
 class Instance:
     """A block of the graph: `path` is its name there, `stride` the clocks from one of its ticks to the next.
 
-    `inputs` and `outputs` say by the name of the module's port which net it is, or which number. It takes its inputs
-    `stage` ticks late.
+    `inputs` and `outputs` map the ports of the module to nets, or to numbers. The block takes its inputs `stage` ticks
+    late.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Instance:
 class Machine:
     """The digital part of a graph. The text of a port is its signal in the graph.
 
-    `order` has the outputs of the blocks, as (path, port), each behind those that it needs in the same tick.
+    `order` has the outputs of the blocks, as (path, port), each after those that it needs in the same tick.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Machine:
     outputs: tuple[VerilogPort, ...]
     instances: tuple[Instance, ...]
     order: tuple[Endpoint, ...]
-    nets: Mapping[str, Net]  # by signal: what instances give, and the inputs
+    nets: Mapping[str, Net]  # by signal: outputs of instances, and the inputs
 
     @cached_property
     def latency(self) -> int:
@@ -70,7 +70,7 @@ class Machine:
 
     @cached_property
     def delays(self) -> Mapping[Net, int]:
-        """How many registers follow a net, for those that take it later than it is there."""
+        """Number of registers after each net that some readers take later than it comes."""
         delays: dict[Net, int] = {}
         taken = [(net, each.stage) for each in self.instances for net in each.inputs.values() if isinstance(net, Net)]
         for net, stage in [*taken, *((self.nets[port.text], self.latency) for port in self.outputs)]:
@@ -80,7 +80,7 @@ class Machine:
 
     @cached_property
     def clocked(self) -> bool:
-        """Whether it has the ports clock, reset and enable."""
+        """Return whether it has the ports clock, reset and enable."""
         return bool(self.strides or self.delays) or any(each.module.clocked for each in self.instances)
 
     @cached_property
@@ -90,14 +90,14 @@ class Machine:
 
     @cached_property
     def strides(self) -> tuple[int, ...]:
-        """Clocks from one enable to the next, in ascending order, where that is not every clock."""
+        """Clocks from one enable to the next, in ascending order, without 1."""
         found = {each.stride for each in self.instances if each.module.clocked}
         found |= {net.stride for net in self.nets.values() if net.kept}
         return tuple(sorted(found - {1}))
 
     @cached_property
     def counters(self) -> tuple[tuple[int, int, int], ...]:
-        """What makes the enable of each stride: (stride, the longest shorter one that divides it, last count)."""
+        """Counter for the enable of each stride: (stride, the longest shorter one that divides it, last count)."""
         counters = []
         for stride in self.strides:
             over = max(each for each in (1, *self.strides) if each < stride and stride % each == 0)
@@ -106,7 +106,7 @@ class Machine:
 
     @property
     def single(self) -> bool:
-        """Whether the module of its one block is all of it: no input is shared or a number, nothing is kept."""
+        """Return whether it is just the module of one block: no input is shared or a number, nothing is kept."""
         nets = list(self.instances[0].inputs.values())
         distinct = len(set(nets)) == len(nets) and all(isinstance(net, Net) for net in nets)
         return len(self.instances) == 1 and not self.strides and distinct

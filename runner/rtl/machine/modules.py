@@ -1,7 +1,7 @@
 """A digital block as a module: its functions as integer operations, its ports and registers with their ranges.
 
-Constants and parameters are numbers of this graph and folded into the operations. Outputs and the update are traced
-into one program, so that what they have in common is there once.
+Constants and parameters are numbers of this graph, folded into the operations. Outputs and update are traced into one
+program, so that they share common operations.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -30,13 +30,13 @@ CLOCKING = ("clock", "reset", "enable")  # ports of a module with registers
 class Module:
     """A block with its numbers: what becomes one Verilog module.
 
-    `steps` has each output function and "update" by name, all in one program. The registers take what `following` says
-    at a clock with `enable`, and their starts at one with `reset`. Outputs come `pipeline.latency` ticks late.
+    `steps` has each output function and "update" by name, all in one program. At a clock with `enable` the registers
+    take the operations in `following`; with `reset`, their starts. Outputs come `pipeline.latency` ticks late.
     """
 
     name: str
     block: Block
-    constants: Any  # what the functions get first
+    constants: Any  # first argument of the functions
     inputs: tuple[VerilogPort, ...]
     outputs: tuple[VerilogPort, ...]
     registers: tuple[Register, ...]
@@ -56,7 +56,7 @@ class Module:
 
     @cached_property
     def needed(self) -> list[Operation]:
-        """Those of them that are written down: some are passed over, and what they were made of is taken."""
+        """The live operations that are written; the steps of a wrap are not: it is low bits of its operand."""
         needed = {*self.results.values(), *self.following.values()}
         for operation in reversed(self.live):
             if operation in needed:
@@ -72,12 +72,12 @@ class Module:
 
     @property
     def clocked(self) -> bool:
-        """Whether it has the ports clock, reset and enable."""
+        """Return whether it has the ports clock, reset and enable."""
         return bool(self.registers or self.pipeline.latency)
 
     @cached_property
     def sources(self) -> Mapping[str, VerilogPort | Register]:
-        """What an input of the program is, by the text that the program calls it."""
+        """Port or register behind each input of the program, by its name there."""
         sources: list[VerilogPort | Register] = [*self.inputs, *self.registers]
         return {each.text: each for each in sources}
 
@@ -90,9 +90,9 @@ def make_module(
     buffers: Mapping[str, Sequence[int]],
     ranges: Mapping[str, Word],
 ) -> Module:
-    """The module of a block; `start` and `buffers` are raw, `ranges` those of its integer inputs.
+    """Return the module of a block; `start` and `buffers` are mantissas, `ranges` those of its integer inputs.
 
-    Raises `ModelError`, with the line of Python, for what cannot become hardware.
+    Raises `ModelError`, with the line of Python, for anything that cannot become hardware.
     """
     leaves_held = list(_held(block, start, buffers))
     narrowed: dict[str, Format] = {text: Within(word.low, word.high) for text, word in ranges.items()}
@@ -122,12 +122,12 @@ def make_module(
 
 
 def entries(ports: Iterable[VerilogPort], name: str) -> list[VerilogPort]:
-    """The ports of what Python calls `name`: one, or each entry of a vector."""
+    """Return the ports of the value that Python calls `name`: one, or one for each entry of a vector."""
     return [port for port in ports if port.text.partition("[")[0] == name]
 
 
 class _Held(NamedTuple):
-    """A number that the block keeps: of the state, or an entry of the buffer `whole`."""
+    """A number that the block keeps: a field of the state, or an entry of the buffer `whole`."""
 
     whole: str
     text: str
@@ -181,7 +181,7 @@ def _traced(
 
 
 def _word(format: Format, operation: Operation | None = None) -> Word:
-    """Of an integer that is computed, what is known of the result."""
+    """Word of a format; for a computed integer, from the range of the result."""
     if format is int and operation is not None:
         return Word(operation.low, operation.high)
     return Word(*bounds(format), format.fraction if isinstance(format, Fixed) else 0)
@@ -197,7 +197,7 @@ def _results(block: Block, port: BlockPort, traced: Traced) -> Iterator[tuple[Fo
 
 
 def _following(steps: Mapping[str, Traced], text: str, word: Word) -> Operation:
-    """What a register takes at the next tick: itself, where no update says otherwise."""
+    """Next value of a register: its present value if no update sets it."""
     program = next(iter(steps.values())).program
     present = program.input(text, word.low, word.high)
     if "update" in steps:
@@ -208,7 +208,7 @@ def _following(steps: Mapping[str, Traced], text: str, word: Word) -> Operation:
 
 
 def _refuse_unknown(module: Module) -> None:
-    """Refuse what is read and neither an input nor a register."""
+    """Refuse values that are read but are neither inputs nor registers."""
     for operation in module.live:
         if operation.kind == "input" and operation.name not in module.sources:
             hint = "count in the state, up to a number that it starts again from"

@@ -26,6 +26,6 @@ class TopNames:
         self.given = {net: self._given(machine, net, names) for net in machine.nets.values()}
 
     def _given(self, machine: Machine, net: Net, names: Names) -> str:
-        """What a net is called where it comes from: an output that is late has its name for the last register."""
+        """Name of a net at its source: for a delayed output, the last register has the output's own name."""
         delayed = net.signal in self.outputs and machine.latency > net.stage
         return names.add(f"{net.name}_early") if delayed else net.name

@@ -1,6 +1,6 @@
 """Stages of a pipeline: by how many ticks each value is late, so that operands of an operation are equally late.
 
-A cut is one tick later than what it cuts. A register is as late as what it takes; where that depends on the register
+A cut is one tick later than its operand. A register is as late as its next value. If that depends on the register
 itself through a cut, no stage is late enough, and the cut is refused.
 """
 
@@ -14,7 +14,7 @@ from proofmass.runner.fixed.integer_ir import Operation, TraceError
 class Pipeline:
     """Stages of operations and of registers, in ticks; constants have none. Outputs are all `latency` late.
 
-    `delays` says how many registers follow an operation, for those that take it later than it is there.
+    `delays` gives the number of registers after an operation that some readers take later than it comes.
     """
 
     stages: Mapping[Operation, int]
@@ -30,8 +30,8 @@ class Pipeline:
 
 @dataclass(frozen=True)
 class Flow:
-    """What depends on what in a module: `operands` of each operation, and by the names of the ports and registers what
-    outputs give (`results`) and registers take (`following`); `registers` are the names of registers by their texts.
+    """Dependencies in a module: `operands` of each operation; the operations of outputs (`results`) and the next values
+    of registers (`following`), by name; `registers` has the names of registers by their texts.
     """
 
     operands: Mapping[Operation, tuple[Operation, ...]]
@@ -97,7 +97,7 @@ def _refuse_feedback(flow: Flow, cut: Operation, name: str) -> None:
 
 
 def _below(flow: Flow, operations: Iterable[Operation]) -> set[Operation]:
-    """What the operations depend on, themselves included, by way of registers too."""
+    """All on which the operations depend, themselves included, also through registers."""
     below: set[Operation] = set()
     todo = list(operations)
     while todo:

@@ -1,8 +1,8 @@
-"""Ranges of plain integers in registers: intervals that hold their start and that no step from inside them leaves.
+"""Ranges of plain integers in registers: intervals that contain the start and that no step leaves.
 
-An interval that a step leaves is made wider: first to what the step reaches, then up to the next constant of the step
-or the next power of two. Once no step leaves it, steps from it make it narrower again. So a counter
-`0 if n == 1022 else n + 1` is found to be 0 to 1022, and a register behind a mask what the mask leaves.
+An interval that a step leaves is widened: first to the values that the step reaches, then to the next constant of the
+step or the next power of two. Once no step leaves it, steps from it narrow it again. So a counter
+`0 if n == 1022 else n + 1` has the range 0 to 1022, and a register after a mask the range of the mask.
 """
 
 from bisect import bisect_left
@@ -13,7 +13,7 @@ from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.fixed.integer_ir import Operation, Program, TraceError
 
 _POWERS = (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 56, 62)
-_EXACT = 2  # steps followed before intervals are made wider than what is reached
+_EXACT = 2  # steps followed before intervals grow beyond the values reached
 _NARROWINGS = 4
 
 Step = Callable[[Mapping[str, Interval]], tuple[Program, Mapping[str, list[Operation]]]]  # its values after a step

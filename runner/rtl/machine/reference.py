@@ -1,6 +1,6 @@
-"""What hardware must do in a clock, said by the Python functions of its blocks, run on numbers or on words of a proof.
+"""Reference of hardware in a clock: the Python functions of its blocks, run on numbers or on words of a proof.
 
-Only the functions, the graph and its schedule are asked, as the interpreter asks them; nothing of a trace.
+It uses the functions, the graph and its schedule alone, as the interpreter does; nothing of a trace.
 """
 
 import inspect
@@ -19,12 +19,12 @@ from proofmass.runner.rtl.machine.names import TopNames
 from proofmass.runner.rtl.machine.words import Register, VerilogPort, Word
 
 Values = Mapping[str, Any]  # by the names of ports and registers
-Merge = Callable[[Callable[[], list[Any]]], list[Any]]  # runs a function and gives its results
+Merge = Callable[[Callable[[], list[Any]]], list[Any]]  # runs a function and returns its results
 
 
 @dataclass(frozen=True)
 class Clock:
-    """What outputs are, and what registers become where the clock is enabled."""
+    """Outputs, and next values of registers if the clock is enabled."""
 
     outputs: Values
     following: Values
@@ -42,7 +42,7 @@ class Reference(ABC):
 
     @property
     def held(self) -> tuple[VerilogPort | Register, ...]:
-        """Inputs and registers: what a clock depends on."""
+        """Inputs and registers, on which a clock depends."""
         return (*self.inputs, *self.registers)
 
     @abstractmethod
@@ -51,12 +51,12 @@ class Reference(ABC):
 
 
 def reference_of(planned: Plan, machine: Machine) -> Reference:
-    """What a machine must do."""
+    """Return the reference of a machine."""
     return ModuleReference(machine.modules[0]) if machine.single else MachineReference(planned, machine)
 
 
 def as_it_runs(run: Callable[[], list[Any]]) -> list[Any]:
-    """How numbers are merged: there is one path."""
+    """Run a function on numbers, for which there is a single path."""
     return run()
 
 
@@ -124,14 +124,14 @@ class MachineReference(Reference):
             yield Register(self._names.counts[stride], f"ticks of {over} in {stride}", Word(0, last), 0)
 
     def _due(self, present: Values) -> dict[int, Any]:
-        """Whether a clock is a tick of a stride."""
+        """Return whether a clock is a tick of a stride."""
         due: dict[int, Any] = {1: 1}
         for stride, over, _ in self._machine.counters:
             due[stride] = where(present[self._names.counts[stride]] == 0, due[over], 0)
         return due
 
     def _texts(self, instance: Instance, present: Values, nets: Values) -> dict[str, Any]:
-        """What a block reads, by the texts by which its functions call it: wired as the graph is."""
+        """Values that a block reads, by the names in its functions, wired as in the graph."""
         module, texts = instance.module, dict[str, Any]()
         for register in module.registers:
             texts[register.text] = present[f"{instance.name}.{register.name}"]
@@ -154,7 +154,7 @@ def _stepped(module: Module, texts: Values, merge: Merge) -> dict[str, Any]:
 
 
 def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, Any]:
-    """What a function of a block returns and writes, by text: "output", "return.total", "history[3]", "output[2]"."""
+    """Results of a function of a block, returned or written, by text: "output", "return.total", "history[3]"."""
     function = (type(module.block).output_functions.get(name) or type(module.block).functions[name]).function
     formats = module.steps[name].formats
     step = reference_step(function, formats)

@@ -1,4 +1,4 @@
-"""Numbers in wires and registers: their range, their bits, and the names that they have in hardware."""
+"""Numbers in wires and registers: their ranges, bits, and names in hardware."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class Word:
 
     @property
     def signed(self) -> bool:
-        """Whether it is two's complement; else it has no sign bit."""
+        """Return whether it is two's complement; otherwise it has no sign bit."""
         return self.low < 0
 
     @property
@@ -29,7 +29,7 @@ class Word:
         return max(signed_width(self.low, self.high) - (not self.signed), 1)
 
     def holds(self, low: int, high: int) -> bool:
-        """Whether every integer of the interval is one of it."""
+        """Return whether it holds every integer of an interval."""
         return self.low <= low and high <= self.high
 
     def __str__(self) -> str:
@@ -68,12 +68,12 @@ _RESERVED = """
     tranif1 tri tri0 tri1 triand trior trireg unsigned use vectored wait wand weak0 weak1 while wire wor xnor xor
     bit byte do final int logic shortint longint new null priority program property ref return sequence string struct
     super this type union unique var void with
-    """  # words of Verilog-2001, and those of SystemVerilog that a port may be called
+    """  # words of Verilog-2001, and those of SystemVerilog that could be names of ports
 _KEYWORDS = frozenset(_RESERVED.split())
 
 
 class Names:
-    """Names of one module, each once: what Verilog does not take as a name gets underscores.
+    """Names of one module, each unique; underscores replace or follow what Verilog does not allow.
 
     >>> names = Names(["clock"])
     >>> names.add("x.total"), names.add("history[3]"), names.add("output"), names.add("clock")
@@ -84,7 +84,7 @@ class Names:
         self._taken = set(taken)
 
     def add(self, text: str) -> str:
-        """The name for what Python or the graph calls `text`."""
+        """Return a name for a value that Python or the graph calls `text`."""
         plain = text.removeprefix("x.").replace("[", "_").replace("]", "").replace(".", "_")
         name = "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in plain)
         if name[:1].isdigit():

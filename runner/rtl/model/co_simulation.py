@@ -14,7 +14,7 @@ from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
 
 class CoSimulation(CompiledLoop):
-    """A run with hardware in the loop; it has no counts of overflows of what is hardware."""
+    """A run with hardware in the loop; overflows of blocks in hardware are not counted."""
 
     name = "cxxrtl"
 

@@ -1,6 +1,6 @@
-"""The Verilog as a compiled model: CXXRTL, which Yosys writes in C++, built by the C++ compiler of the machine.
+"""The Verilog as a compiled model: Yosys writes it in C++ (CXXRTL), and the C++ compiler of the machine builds it.
 
-A model is a shared library, kept by the hash of its source in the folder of compiled loops. It takes and gives 64-bit
+A model is a shared library, cached by the hash of its source in the folder of compiled loops. It exchanges 64-bit
 integers, one for each port or register: whole vectors of clocks in one call, or clock by clock in a compiled loop.
 """
 
@@ -71,7 +71,7 @@ class Model:
     def function(self, name: str) -> External:
         """A function that a compiled loop calls; it takes the address of the model first.
 
-        `settle(inputs...)`, then `output(number)`; `clock(inputs...)` with enable, whether they have settled or not;
+        `settle(inputs...)`, then `output(number)`; `clock(inputs...)` with enable, with or without `settle` before;
         `register(number)` and `set_register(number, value)`. Numbers count ports and registers in their order.
         """
         inputs = len(self._reference.inputs)
@@ -94,7 +94,7 @@ def _loaded(code: bytes) -> ctypes.CDLL:
 
 
 def _library(reference: Reference, verilog: str) -> tuple[str, ctypes.CDLL]:
-    """The shared library and its hash, made where it is not there yet."""
+    """Return the shared library and its hash; build it if it is not in the cache."""
     need("pyosys", _PURPOSE)
     command = compiler()
     if command is None:
@@ -124,7 +124,7 @@ def _built(reference: Reference, verilog: str, wrapper: str, compiler: str) -> b
         commands = ["read_verilog module.v", f"hierarchy -check -top {reference.name}"]
         run_yosys(folder, [*commands, "write_cxxrtl -O6 -g0 module.cc"])
         once = "bool converged = true;" in (folder / "module.cc").read_text()
-        assert once  # one evaluation settles all where gates make no loop, and `model_clock` does no more
+        assert once  # without loops of gates one evaluation settles all, and `model_clock` does no more
         arguments = [compiler, *_FLAGS, f"-I{runtime}", "model.cc", "-o", "model.so"]
         ended = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
         if ended.returncode:
@@ -209,7 +209,7 @@ def _got(member: str, word: Word) -> str:
 
 
 def _member(name: str) -> str:
-    """How CXXRTL calls a name.
+    """Name in CXXRTL.
 
     >>> _member("cell_.total")
     'p_cell___2e_total'

@@ -1,8 +1,8 @@
 """The program of the ticks with a compiled model of the hardware in the place of the digital blocks.
 
-Registers of the model are written before the first tick and read behind the last, so that what moves stands where every
-engine has it. In a tick the model settles before the first of its outputs that is read after an input was written, and
-behind all updates it is clocked.
+Registers of the model are written before the first tick and read after the last, so that the memory is that of every
+engine. In a tick the model settles before the first of its outputs that is read after an input was written. After all
+updates it is clocked.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -23,7 +23,7 @@ from proofmass.runner.rtl.model.cxxrtl import Model
 
 
 class MemoryPlace(NamedTuple):
-    """Where a number of the hardware stands among what moves: a wire or an entry of one, or a field of a state."""
+    """Place of a number of the hardware in the memory: a wire or an entry of one, or a field of a state."""
 
     node: Endpoint
     entry: int | None = None
@@ -78,7 +78,7 @@ class HardwareTickWriter(TickWriter):
         super().finish()
 
     def _places(self) -> Iterator[MemoryPlace]:
-        """What each register of the model holds, in their order; behind them are those of `_counts`."""
+        """Places of the registers of the model, in their order; those of `_counts` follow."""
         for instance in self._machine.instances:
             for register in instance.module.registers:
                 head, _, field = register.text.partition(".")
@@ -89,7 +89,7 @@ class HardwareTickWriter(TickWriter):
         yield from (_place(net.signal) for net in self._machine.nets.values() if net.kept)
 
     def _counts(self) -> Iterator[Operand]:
-        """How often each counter was enabled."""
+        """Count how often each counter was enabled."""
         compute = self.builder.compute
         for _, over, last in self._machine.counters:
             past = compute("floor_divide", compute("subtract_integers", 0, self.first), self._ticks * over)
@@ -127,9 +127,9 @@ def settled_before(
     inputs: Collection[Endpoint],
     outputs: Collection[Endpoint],
 ) -> frozenset[Endpoint]:
-    """Outputs of hardware before which it has to settle, of all that are computed in a tick in that order.
+    """Return the outputs of hardware before which it must settle, from all outputs of a tick in order.
 
-    It has settled where it did so after the last input, in all ticks in which the output is due.
+    It need not settle again if it did so after the last input, in all ticks in which the output is due.
 
     >>> order = [("a", "early"), ("adc", "code"), ("b", "now"), ("b", "too")]
     >>> sorted(settled_before(order, lambda node: 1, {("adc", "code")}, {("a", "early"), ("b", "now"), ("b", "too")}))
@@ -146,6 +146,6 @@ def settled_before(
 
 
 def _place(text: str) -> MemoryPlace:
-    """The output of the graph, or an entry of one or of a buffer, that a port or net is."""
+    """The place of a port or net: an output of the graph, or an entry of one or of a buffer."""
     node, _, entry = text.partition("[")
     return MemoryPlace(split(node), int(entry.rstrip("]")) if entry else None)

@@ -1,10 +1,9 @@
 """Proof that Verilog does what the Python functions of its blocks do, for all inputs and all values of the registers.
 
-Of every register the value after the next clock is compared, with reset and enable as they may be, and every output
-where the clock is enabled.
-Registers are taken to be within their ranges; that their starts and all next values are so is proved with it, so that
-they always are. Inputs are taken to be within the ranges of what drives them. Of a pipeline all this is asked of the
-netlist without the registers that only make values late, and of those that everything comes in step: `smt_pipeline`.
+The proof compares the value of every register after the next clock, for any reset and enable, and every output in an
+enabled clock. It assumes registers within their ranges, and proves that starts and next values stay there; so they
+always are. Inputs are assumed within the ranges of their drivers. For a pipeline the netlist is taken without the
+registers that only delay values; `smt_pipeline` proves that all delays match.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -23,8 +22,8 @@ from proofmass.runner.rtl.proof.smt_integer import SmtInteger, Specification, co
 from proofmass.runner.rtl.proof.smt_pipeline import netlist_pipeline
 from proofmass.runner.rtl.proof.smt_solver import Answer, Solver, Term
 
-_AT_ONCE = 0.3  # seconds for a goal as it stands, before others are tried
-SECONDS = 30.0  # for a goal in all
+_AT_ONCE = 0.3  # seconds for a goal as it stands, before cuts are tried
+SECONDS = 30.0  # seconds for a goal in all
 
 
 @dataclass(frozen=True)
@@ -33,9 +32,9 @@ class CounterExample:
 
     name: str  # of the output, or of the register after the clock
     stimulus: Mapping[str, int]
-    python: str  # what the functions give when they are run on it
+    python: str  # results of the functions run on it
     verilog: str
-    late: int  # ticks by which the pipeline makes it late
+    late: int  # ticks by which the pipeline delays it
 
     def __str__(self) -> str:
         stimulus = ", ".join(f"{name} = {value}" for name, value in self.stimulus.items())
@@ -45,25 +44,25 @@ class CounterExample:
 
 @dataclass(frozen=True)
 class Proof:
-    """What has been proved of a module or a machine."""
+    """Result of the proof of a module or a machine."""
 
     name: str
     goals: int
     undecided: tuple[str, ...]
-    faults: tuple[str, ...]  # of the pipeline: what is late by other than it should be
+    faults: tuple[str, ...]  # of the pipeline: values with a wrong delay
     counter_examples: tuple[CounterExample, ...]
     seconds: float
 
     @property
     def proved(self) -> int:
-        """How many goals are."""
+        """Number of proved goals."""
         return self.goals - len(self.undecided) - len(self.faults) - len(self.counter_examples)
 
 
 def prove(reference: Reference, verilog: str, guesses: Collection[Interval] = (), seconds: float = SECONDS) -> Proof:
-    """Compare the module `reference.name` of a Verilog text with its reference; `seconds` are those of a goal.
+    """Compare the module `reference.name` of a Verilog text with its reference; `seconds` is the limit for a goal.
 
-    `guesses` are ranges that values may have, which help where a goal is hard and are proved themselves.
+    `guesses` are likely ranges of values. They help with hard goals, and are proved before they are used.
     Raises `ModelError` for a text that Yosys refuses, or that lacks a port or register of the reference.
     """
     began = perf_counter()
@@ -112,7 +111,7 @@ class _Sides:
         self.stimulus = {n: self.solver.read(terms[n]) for n in (*self.controls, *self.held)}
 
     def answer(self, goal: _Goal, seconds: float) -> Answer:
-        """Whether a goal holds: as it stands, or with cuts."""
+        """Decide a goal, as it stands or with cuts."""
         shown = {**self.stimulus, **({"": self._read(goal.implemented)} if goal.implemented else {})}
         condition = self._read(goal.condition)
         answer = self.solver.prove(condition, self.assumptions, min(seconds, _AT_ONCE), shown)
@@ -123,21 +122,21 @@ class _Sides:
         return answer
 
     def _is_proved_with_cuts(self, condition: Term, seconds: float) -> bool:
-        """In clocks with enable, which cuts are for, and in all others, which are simple."""
+        """Prove a goal separately for clocks with enable, by cuts, and for all others, which are simple."""
         otherwise = [*self.assumptions, self.solver.make("NOT", self.steps)]
         shallow = self.solver.replaced(condition, self._cuts.replaced)
         cases = ((condition, otherwise), (shallow, self._cuts.known(shallow)))
         return all(self.solver.prove(each, known, seconds, {}).verdict == "proved" for each, known in cases)
 
     def counter_example(self, goal: _Goal, values: Mapping[str, int]) -> CounterExample:
-        """Inputs and registers with what Python and the Verilog make of them."""
+        """Counterexample: inputs and registers with the results of Python and of the Verilog."""
         stimulus = {name: _read(values[name], self.held.get(name, _TRUTH)) for name in self.stimulus}
         verilog = str(_read(values[""], goal.word)) if goal.implemented else "not looked at"
         python = _replayed(self.reference, goal.name, stimulus)
         return CounterExample(goal.name, stimulus, python, verilog, self._late(goal.name, stimulus))
 
     def _late(self, name: str, stimulus: Mapping[str, int]) -> int:
-        """Ticks by which an output is late, or a register where the clock steps."""
+        """Delay in ticks of an output, or of a register in a clock that steps."""
         if name not in self.pipeline.late:
             return self.reference.latency
         return self.pipeline.late[name] if stimulus["enable"] and not stimulus["reset"] else 0
@@ -194,7 +193,7 @@ def _read(value: int, word: Word) -> int:
 
 
 def _replayed(reference: Reference, name: str, stimulus: Mapping[str, int]) -> str:
-    """What Python makes of inputs and registers: an output, or a register after the clock."""
+    """Result of Python for inputs and registers: an output, or a register after the clock."""
     try:
         clock = reference.clock(stimulus, as_it_runs)
     except (ArithmeticError, TypeError, ValueError) as error:

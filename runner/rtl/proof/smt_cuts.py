@@ -1,10 +1,10 @@
-"""Goals made shallow: words that both sides of a proof have in common are proved equal and made unknown.
+"""Goals made shallow: words common to both sides of a proof are proved equal and replaced by unknown words.
 
-A tower of products is beyond any solver as it stands. But the two sides compute it in like steps: words with equal
-values in random samples are proved equal, operands first, and each such pair is then replaced by one unknown word of
-the same range. What holds for all values of the unknown words holds for those that they stand for; what fails for
-some of them may hold nevertheless. Ranges of the unknown words are guessed, lower ends and upper ends from those that
-the tracer gave to its values, and each end is proved, from the ranges of the words before, before it is used.
+No solver can decide a tower of products as it stands. But the two sides compute it in similar steps: words with equal
+values in random samples are proved equal, operands first, and each such pair is replaced by one unknown word of the
+same range. A goal that holds for all values of the unknown words holds for their actual values; a goal that fails for
+some may still hold. Ranges of the unknown words are guessed: their ends come from the tracer. Each end is proved from
+the ranges of the words before it, and only then used.
 """
 
 import random
@@ -26,7 +26,7 @@ _SECONDS_AGAIN = 0.5
 
 
 class Cuts:
-    """The replacements, and what is known of the unknown words."""
+    """The replacements, and the known bounds of the unknown words."""
 
     def __init__(
         self,
@@ -39,7 +39,7 @@ class Cuts:
     ) -> None:
         self.solver, self._assumptions = solver, assumptions
         self._bounds: dict[Term, tuple[Term, Term]] = {}  # of unknown words
-        self._cut_words: list[dict[Term, Term]] = []  # of each word, what stands for it and its like
+        self._cut_words: list[dict[Term, Term]] = []  # of each word: the unknown word for it and its equals
         self._guesses = sorted({low for low, _ in guesses}), sorted({high for _, high in guesses})
         words = [(word, solver.read(word.text)) for word in specified]
         terms = list(dict.fromkeys(term for term in implemented if is_word(term)))
@@ -50,7 +50,7 @@ class Cuts:
 
     @property
     def replaced(self) -> dict[Term, Term]:
-        """What to put in the place of what."""
+        """Replacements: each term with the one that takes its place."""
         return {term: unknown for each in self._cut_words for term, unknown in each.items()}
 
     def known(self, condition: Term) -> list[Term]:
@@ -87,7 +87,7 @@ class Cuts:
         return self._answer(equal, range(_LEFT_OUT + 1), {}).verdict == "proved"
 
     def _answer(self, condition: Term, left_out: Sequence[int], shown: Mapping[str, Term]) -> Answer:
-        """With all cuts; or without the last ones, since what a choice is made of is related to its condition."""
+        """Answer with all cuts, or without the last ones: the branches of a choice are related to its condition."""
         answer = Answer("undecided", {})
         for number in left_out:
             cuts = self._cut_words[: len(self._cut_words) - number]
@@ -113,9 +113,9 @@ class Cuts:
         same[other] = self.solver.resized(same[term], width_of(other), signed=True)
 
     def _end(self, word: SmtInteger, term: Term, proved: int, value: int) -> int:
-        """The guess nearest to a value that was seen which can be proved to be an end, or an end known before.
+        """Return the provable end that is nearest to an observed value, from the guesses or the end known before.
 
-        By bisection: ends farther away than one that holds hold too, and one that fails shows another value.
+        By bisection: beyond an end that holds all others hold too, and an end that fails yields another value.
         """
         lower = proved < value
         guesses = self._guesses[0 if lower else 1]

@@ -1,4 +1,4 @@
-"""A module of Verilog as SMT-LIB definitions: what Yosys reads in the text, with registers and inputs as constants.
+"""A Verilog module as SMT-LIB definitions, as Yosys reads the text, with registers and inputs as constants.
 
 Yosys writes functions of a state, `(define-fun |m#3| ((state |m_s|)) (_ BitVec 8) ...)`, and one relation between a
 state and the next. Here the state is left out: `|m#3|` is a term, a register's present value is a constant, and its
@@ -21,9 +21,9 @@ _OF_STATE = re.compile(r"\((\|[^|]+\|) state\)")
 _ROLE = re.compile(r"; yosys-smt2-(input|output|register|wire) (.+) (\d+)$")
 _CLOCKED_OTHERWISE = " ".join(
     (
-        "t:$dff i:clock %a %co1:+$dff[CLK] %d",  # registers that clock does not move
+        "t:$dff i:clock %a %co1:+$dff[CLK] %d",  # registers that the clock does not move
         "t:$dff r:CLK_POLARITY<1 %i %u",  # or its falling edge
-        "%co1:+$dff[Q] w:* %i",  # by the names of what they give
+        "%co1:+$dff[Q] w:* %i",  # by the names of their results
     )
 )
 
@@ -33,7 +33,7 @@ class Implementation:
     """Definitions of a module; its terms are words without a sign, as wide as the ports and registers."""
 
     lines: tuple[str, ...]
-    widths: Mapping[str, int]  # of inputs, outputs, registers and wires, by their name in Verilog
+    widths: Mapping[str, int]  # widths of inputs, outputs, registers and wires, by their name in Verilog
     terms: Mapping[str, str]  # their values
     words: tuple[str, ...]  # names of all words that are computed
     following: Mapping[str, str]  # the next values of registers, at the clock
@@ -88,5 +88,5 @@ def _word(term: str, width: int) -> str:
 
 
 def _moved(body: str, relation: Mapping[str, str]) -> str:
-    """A register's value in the next state."""
+    """Next value of a register."""
     return re.sub(r"\|[^|]+\|", lambda found: relation[found[0]], body)

@@ -1,8 +1,8 @@
-"""Integers as SMT words: what a step function runs on to become the specification of a proof.
+"""Integers as SMT words: a step function that runs on them becomes the specification of a proof.
 
-An `SmtInteger` is two's complement, as wide as its bounds need, so that no operation can overflow. It answers all that
-is asked of a `Mantissa` and shares nothing with the tracer: bounds, branches and folding are
-its own, so that a fault there is found and not repeated. A plain `if` is followed both ways and the results are merged.
+An `SmtInteger` is two's complement, as wide as its bounds need, so that no operation can overflow. It implements all
+of `Mantissa` and shares nothing with the tracer: it has its own bounds, branches and folding, so that a proof finds a
+fault of the tracer and does not repeat it. A plain `if` is followed both ways, and the results are merged.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -10,14 +10,14 @@ from typing import Any, NoReturn
 
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import Mantissa, low_bits
+from proofmass.blocks.arithmetic.mantissa import low_bits
 from proofmass.runner.fixed.integer_interval import signed_width
 
 MOST_PATHS = 1024
 
 
 class Specification:
-    """SMT-LIB definitions in the order of making, each value once, and what must hold for them to be meant."""
+    """SMT-LIB definitions in order, each value once, and the conditions under which they are valid."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -34,7 +34,7 @@ class Specification:
         return SmtInteger(self, f"(_ bv{value % (1 << width)} {width})", value, value)
 
     def lift(self, value: Any) -> "SmtInteger":
-        """The word of a number of a step; raises TypeError for what is none."""
+        """Return the word of a number of a step; raises TypeError for anything else."""
         if isinstance(value, SmtInteger):
             return value
         if isinstance(value, int):
@@ -56,7 +56,7 @@ class Specification:
         return self.word(f"(ite {self._named(body, 'Bool')} #b01 #b00)", 0, 1)
 
     def decide(self, condition: "SmtInteger") -> bool:
-        """The outcome of a condition on the path under way."""
+        """Outcome of a condition on the present path."""
         if condition.low > 0 or condition.high < 0 or condition.low == condition.high:
             return condition.low != 0
         for known, outcome in self._taken:
@@ -68,7 +68,7 @@ class Specification:
         return outcome
 
     def merged(self, run: Callable[[], list[Any]], script: Sequence[bool] = ()) -> list["SmtInteger"]:
-        """The results of every path through a function whose branches begin with the script, merged into one."""
+        """Results of all paths through a function whose branches begin with the script, merged into one."""
         self._paths += 1
         if self._paths > MOST_PATHS:
             raise ValueError(f"more than {MOST_PATHS} paths through the branches")
@@ -82,7 +82,7 @@ class Specification:
         return results
 
     def demand(self, condition: str) -> None:
-        """Note what must hold on the path under way."""
+        """Note a condition that must hold on the present path."""
         path = conjunction(c.holds if outcome else f"(not {c.holds})" for c, outcome in self._taken)
         obligation = f"(=> {path} {condition})"
         if obligation not in self.obligations:
@@ -96,7 +96,7 @@ class Specification:
         return self._names[body]
 
 
-class SmtInteger(Mantissa):
+class SmtInteger:
     """An integer between two bounds, as the SMT term `text` of their width."""
 
     __slots__ = ("high", "low", "specification", "text")
@@ -114,7 +114,7 @@ class SmtInteger(Mantissa):
 
     @property
     def holds(self) -> str:
-        """The Boolean term of the value being other than 0."""
+        """Boolean term: the value is not 0."""
         return f"(distinct {self.text} (_ bv0 {self.width}))"
 
     def resized(self, width: int) -> str:
@@ -122,7 +122,7 @@ class SmtInteger(Mantissa):
         return resized(self.text, self.width, width)
 
     def within(self, low: int, high: int) -> str:
-        """The Boolean term of the value lying between two bounds."""
+        """Boolean term: the value lies between two bounds."""
         width = max(self.width, signed_width(low, high))
         least, greatest = (self.specification.constant(end).resized(width) for end in (low, high))
         above = [f"(bvsle {least} {self.resized(width)})"] * (self.low < low)
@@ -310,15 +310,15 @@ class SmtInteger(Mantissa):
         return low_bits(self, low, high)
 
     def cut(self) -> "SmtInteger":
-        """The value itself: a cut changes none."""
+        """The value itself: a cut does not change it."""
         return self
 
     def monotone(self, rule: Callable[[Any], Any]) -> Any:
-        """The value of a rule; that it never decreases is not relied upon."""
+        """The value itself; the proof does not rely on its being monotone."""
         return rule(self)
 
     def held(self, low: int, high: int, expected: str) -> "SmtInteger":
-        """The value itself; that it stays between the bounds is to be proved."""
+        """The value itself; the proof must show that it stays between the bounds."""
         if low <= self.low and self.high <= high:
             return self
         self.specification.demand(self.within(low, high))
@@ -337,7 +337,7 @@ def resized(term: str, width: int, target: int) -> str:
 
 
 def conjunction(conditions: Iterable[str]) -> str:
-    """The Boolean term of all conditions holding.
+    """Boolean term: all conditions hold.
 
     >>> conjunction([]), conjunction(["a", "b"])
     ('true', '(and true a b)')

@@ -14,7 +14,7 @@ SOLVER = "bitwuzla"
 
 @dataclass(frozen=True)
 class Answer:
-    """Whether something always holds; where it does not, values of terms for which it fails."""
+    """Answer whether a condition always holds; if not, values of terms for which it fails."""
 
     verdict: Verdict
     values: Mapping[str, int]
@@ -39,7 +39,7 @@ class Solver:
         return self._parser.parse_term(text)
 
     def prove(self, condition: Term, assumptions: Sequence[Term], seconds: float, shown: Mapping[str, Term]) -> Answer:
-        """Whether a condition holds wherever the assumptions do; `shown` are terms whose values are wanted if not."""
+        """Prove that a condition holds if the assumptions do; if it fails, answer with values of the terms `shown`."""
         solver = self._solver([*assumptions, self.make("NOT", condition)], seconds)
         result = solver.check_sat()
         if result == self._library.Result.UNSAT:
@@ -49,21 +49,21 @@ class Solver:
         return Answer("refuted", {name: _number(solver.get_value(term)) for name, term in shown.items()})
 
     def values(self, given: Mapping[Term, int], wanted: Sequence[Term]) -> list[int]:
-        """Values of words, without a sign, where others are given and the rest is anything."""
+        """Values of words, without a sign, for given values of others; the rest is arbitrary."""
         solver = self._solver([self.make("EQUAL", term, self.number(value, term)) for term, value in given.items()])
         solver.check_sat()
         return [_number(solver.get_value(term)) for term in wanted]
 
     def replaced(self, term: Term, by: Mapping[Term, Term]) -> Term:
-        """A term with others in the place of some that it is made of."""
+        """Return a term with some of its parts replaced."""
         return self._terms.substitute_term(term, by) if by else term
 
     def simplified(self, term: Term) -> Term:
-        """A term of the same value, which is a number where the solver's rewriting sees that it is."""
+        """Return a term of the same value; a number if the solver's rewriting finds that it is one."""
         return self._rewriter.simplify_term(term)
 
     def chosen(self, term: Term) -> Term:
-        """Of a choice whose condition is known what it chooses, and so on; any other term as it is."""
+        """Follow choices with known conditions to the term that they choose; return any other term unchanged."""
         while term.kind() == self._library.Kind.ITE:
             condition, *choices = term.children()
             known = self.simplified(condition)
@@ -77,11 +77,11 @@ class Solver:
         return self._terms.mk_const(self._terms.mk_bv_sort(width))
 
     def number(self, value: int, like: Term) -> Term:
-        """A number as a word as wide as another."""
+        """Return a number as a word of another's width."""
         return self._terms.mk_bv_value(like.sort(), value % (1 << width_of(like)))
 
     def truth(self, value: bool, like: Term) -> Term:
-        """A truth value; where the other is a word of one bit, as such a word."""
+        """Return a truth value, as a word of one bit if the other term is one."""
         if is_word(like):
             return self.number(int(value), like)
         return self._terms.mk_true() if value else self._terms.mk_false()
@@ -114,7 +114,7 @@ def width_of(term: Term) -> int:
 
 
 def constants_of(term: Term) -> list[Term]:
-    """The constants that a term is made of."""
+    """Constants in a term."""
     reached, waiting = {term}, [term]
     while waiting:
         others = [each for each in waiting.pop().children() if each not in reached]
@@ -124,7 +124,7 @@ def constants_of(term: Term) -> list[Term]:
 
 
 def is_word(term: Term) -> bool:
-    """Whether a term is a word, not a truth value."""
+    """Return whether a term is a word, not a truth value."""
     return term.sort().is_bv()  # type: ignore[no-any-return]
 
 

@@ -1,7 +1,7 @@
-"""The modules of a machine as Amaranth Elaboratables: the operations of the Verilog, for designs written in Amaranth.
+"""Modules of a machine as Amaranth Elaboratables: the operations of the Verilog, for designs written in Amaranth.
 
-Amaranth's arithmetic is exact, so that a signal is as wide as the range of its value, unsigned where that has no
-negative number. Ports are attributes; `sync` is clock and reset.
+Amaranth's arithmetic is exact, so a signal is as wide as the range of its value, and unsigned if that has no negative
+number. Ports are attributes; `sync` is clock and reset.
 """
 
 from collections.abc import Generator, Iterator
@@ -48,8 +48,8 @@ class _Writer:
         self._names = Names(_OWN)
         self._ports = {p.name: f"self.{self._names.add(p.name)}" for p in (*module.inputs, *module.outputs)}
         self._registers = {register.name: self._names.add(register.name) for register in module.registers}
-        self._texts: dict[Operation, list[str]] = {}  # as it comes, and by how many ticks later
-        self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and what they take
+        self._texts: dict[Operation, list[str]] = {}  # names of an operation as it comes, and for each later tick
+        self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and their next values
         self._count = 0
         self._told: set[SourceLine] = set()
 
@@ -79,12 +79,12 @@ class _Writer:
         yield "        return m"
 
     def _named(self, name: str) -> str:
-        """What Verilog calls a port or register, where Python has another name for it."""
+        """Comment with the name in Python of a port or register, if the name in Verilog differs."""
         python = self._registers.get(name) or self._ports[name]
         return "" if python.removeprefix("self.") == name else f'name="{name}"'
 
     def _operation(self, operation: Operation) -> Iterator[str]:
-        """A signal for each operation, and registers where it is taken later."""
+        """Write a signal for each operation, and registers if it is taken later."""
         if operation.kind == "input":
             source = self.module.sources[operation.name].name
             name = self._registers.get(source) or self._ports[source]
@@ -117,7 +117,7 @@ class _Writer:
         return name
 
     def _clocked(self) -> Iterator[str]:
-        """What registers take; those behind cuts wait until the first values have come through."""
+        """Write the next values of registers; those after cuts wait until the first values have come through."""
         pipeline = self.module.pipeline
         ready = [self._names.add(f"ready_{k}") for k in range(1, pipeline.waits + 1)]
         yield from (f"        {name} = Signal()" for name in ready)

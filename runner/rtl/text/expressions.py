@@ -30,7 +30,7 @@ def literal(value: int) -> str:
 
 def _signed(value: int, width: int) -> str:
     if value == -(1 << (width - 1)):
-        return f"{width}'sh{1 << (width - 1):x}"  # -4'sd8 would be +8 where it stands among wider numbers
+        return f"{width}'sh{1 << (width - 1):x}"  # -4'sd8 would be +8 among wider numbers
     return f"-{width}'sd{-value}" if value < 0 else f"{width}'sd{value}"
 
 
@@ -44,12 +44,12 @@ def fitted(value: int, word: Word) -> str:
 
 
 class Expressions:
-    """Expressions over the wires that have a name so far; each operand is taken at the stage of what it is for."""
+    """Expressions over the wires named so far; each operand is taken at the stage of its operation."""
 
     def __init__(self, stages: Mapping[Operation, int]) -> None:
         self._stages = stages
         self._stage = 0  # of what is written
-        self._names: dict[Operation, list[str]] = {}  # as it comes, and by how many ticks later
+        self._names: dict[Operation, list[str]] = {}  # names of an operation as it comes, and for each later tick
         self._truths: set[Operation] = set()
 
     def name(self, operation: Operation, names: list[str], *, truth: bool = False) -> None:
@@ -59,7 +59,7 @@ class Expressions:
             self._truths.add(operation)
 
     def stored(self, operation: Operation, word: Word, stage: int) -> str:
-        """An operation as a port or register takes it: its low bits, where it has a sign bit that they lack."""
+        """Text of an operation for a port or register: only its low bits if the port lacks a sign bit."""
         self._stage = stage
         if operation.constant is not None:
             return fitted(operation.constant, word)
@@ -68,7 +68,7 @@ class Expressions:
         return self._bits(operation, word.width - 1, 0)
 
     def of(self, operation: Operation) -> Expression:
-        """The expression of an operation; of a cut, what its register takes."""
+        """Expression of an operation; for a cut, the next value of its register."""
         self._stage = self._stages[operation] - (operation.kind == "pipe")
         kept = wrapped(operation)
         if kept is not None:

@@ -1,8 +1,8 @@
 """The machine as Verilog-2001: its modules, and a top module that joins them and divides the clock.
 
-Counters make the enables: `tick_512` is high in one of 512 enabled clocks, the first behind a reset among them. A
-kept net has three names: `x_now` from its block, the register `x_kept`, and `x` that is read. A net that is taken
-later than it is there has registers `x_late_1`, `x_late_2`...; blocks that are late begin to move when `ready` says so.
+Counters make the enables: `tick_512` is high in one of 512 enabled clocks, beginning with the first after a reset. A
+kept net has three names: `x_now` from its block, the register `x_kept`, and `x` for its readers. A net that is read
+later than it comes has registers `x_late_1`, `x_late_2` and so on; late blocks begin to move when `ready` is high.
 """
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from proofmass.runner.rtl.text.verilog import declared, header, module_text
 
 
 def machine_text(machine: Machine, *, keep_adders: bool = True) -> str:
-    """All modules of the machine, the top last; of one block alone its module is all."""
+    """Return all modules of the machine, the top last; a single block is its own top."""
     texts = [module_text(module, keep_adders=keep_adders) for module in machine.modules]
     if not machine.single:
         texts.append("\n".join(_Top(machine).lines()) + "\n")
@@ -23,7 +23,7 @@ def machine_text(machine: Machine, *, keep_adders: bool = True) -> str:
 
 
 def top_name(machine: Machine) -> str:
-    """The name of the module that is the whole."""
+    """Return the name of the top module."""
     return machine.modules[0].name if machine.single else machine.name
 
 
@@ -85,7 +85,7 @@ class _Top:
         yield "    );"
 
     def _enable(self, instance: Instance) -> str:
-        """Of a block that is late, only from when its first inputs are there."""
+        """Enable of a block; of a late block, only once its first inputs have come."""
         tick = self.ticks.get(instance.stride, "enable")
         return f"{tick} && {self.ready[instance.stage - 1]}" if instance.stage and instance.module.registers else tick
 
@@ -93,7 +93,7 @@ class _Top:
         return self.late[net][stage - net.stage - 1] if stage > net.stage else self.given[net]
 
     def _delays(self) -> Iterator[str]:
-        """Registers of nets that are taken later, and what tells late blocks that their first inputs are there."""
+        """Write the registers of delayed nets, and the signal that the first inputs of late blocks have come."""
         for name, before in zip(self.ready, ["1'b1", *self.ready], strict=False):
             yield f"    reg {name};"
             yield from self._register(name, Word(0, 1), "enable", before)

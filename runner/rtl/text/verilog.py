@@ -1,8 +1,8 @@
 """A module as Verilog-2001: one operator a line, every wire exactly as wide as the range of its value.
 
-Wires are signed, truth values one bit without sign; literals are exactly as wide as their value. So no rule of Verilog
-about widths or signs is relied on but the extension of the sign. A line ends with the line of Python that made it, with
-its text the first time.
+Wires are signed, truth values one bit without sign; literals are exactly as wide as their value. So the text
+relies on no rule of Verilog about widths or signs but sign extension. A line ends with the line of Python that made
+it, with its text the first time.
 """
 
 import linecache
@@ -49,18 +49,18 @@ def header(
 
 
 def about(port: VerilogPort) -> str:
-    """Format, unit and meaning of a port, in one line."""
+    """Return format, unit and meaning of a port in one line."""
     unit = "" if port.unit == "1" else f" {port.unit}"
     return f"{port.word}{unit}: {first_line(port.doc)}"
 
 
 def first_line(doc: str) -> str:
-    """What a docstring begins with."""
+    """Return the first line of a docstring."""
     return doc.strip().partition("\n")[0]
 
 
 def line_comment(place: SourceLine | None, shown: set[SourceLine], mark: str = "//") -> str:
-    """The line of Python that made something, as a comment; with its text where it has not been `shown` before."""
+    """Return a comment with a line of Python, and with its text if it is not in `shown` yet."""
     if place is None:
         return ""
     text = "" if place in shown else f"  {linecache.getline(place.path, place.line).strip()}"
@@ -95,10 +95,10 @@ class _Writer:
         self.expressions = Expressions(module.pipeline.stages)
         self._told: set[SourceLine] = set()
         self._count = 0
-        self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and what they take
+        self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and their next values
 
     def wires(self, keep_adders: bool) -> Iterator[str]:
-        """A wire for each operation that needs one, and registers where it is taken later."""
+        """Write a wire for each operation that needs one, and registers if it is taken later."""
         for operation in self.module.needed:
             if operation.kind == "input":
                 name, truth = yield from self._source(operation)
@@ -133,12 +133,12 @@ class _Writer:
             return name, expression.truth
         wire = self._declared("wire", name, operation, expression.truth)
         if keep_adders and OPERATIONS[operation.kind].adder and not expression.wiring:
-            wire = f"(* keep *) {wire}; assign {name}"  # Icarus takes no attribute where both are one
+            wire = f"(* keep *) {wire}; assign {name}"  # Icarus refuses an attribute if both are one
         yield f"    {wire} = {expression.text};{comment}"
         return name, expression.truth
 
     def moves(self) -> Iterator[str]:
-        """The registers of the pipeline: what they hold after a reset is not used."""
+        """Write the registers of the pipeline, whose values after a reset are not used."""
         if self._moves:
             yield "    always @(posedge clock)"
             yield "        if (enable) begin"
@@ -146,7 +146,7 @@ class _Writer:
             yield "        end"
 
     def registers(self) -> Iterator[str]:
-        """The registers of the block; those behind cuts wait until the first values have come through."""
+        """Write the registers of the block; those after cuts wait until the first values have come through."""
         pipeline = self.module.pipeline
         ready = [self.names.add(f"ready_{k}") for k in range(1, pipeline.waits + 1)]
         yield from (f"    reg {name};" for name in ready)

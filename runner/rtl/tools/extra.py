@@ -1,4 +1,4 @@
-"""What comes with `pip install proofmass[rtl]`, and what to say where it is not installed."""
+"""Packages of `pip install proofmass[rtl]`, and the message if one is missing."""
 
 from importlib.util import find_spec
 
@@ -6,11 +6,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 
 
 def installed(package: str) -> bool:
-    """Whether Python finds a package."""
+    """Return whether Python finds a package."""
     return find_spec(package) is not None
 
 
 def need(package: str, purpose: str, hint: str = "pip install proofmass[rtl]") -> None:
-    """Raise `ModelError` with what to install, where a package is missing."""
+    """Raise `ModelError` with what to install if a package is missing."""
     if not installed(package):
         raise ModelError([Problem(message=f"{package} is not installed: it makes {purpose}", hint=hint)])

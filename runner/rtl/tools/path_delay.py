@@ -1,4 +1,4 @@
-"""The longest path of a netlist of the Virtex-II Pro, as an estimate: no data sheet stood behind the delays.
+"""Estimate of the longest path of a netlist of the Virtex-II Pro; the delays do not come from a data sheet.
 
 Cell delays are of the order of speed grade -5; a wire between cells takes the same everywhere, but for carry chains.
 """
@@ -66,7 +66,7 @@ def _is_register(cell: Netlist) -> bool:
 
 
 def _delay(kind: str, port: str, before: str) -> float:
-    """Of a cell from one of its inputs, with the wire that leads there from a cell of the kind `before`."""
+    """Delay of a cell from one of its inputs, with the wire to it from a cell of the kind `before`."""
     in_chain = port == "CI" and before == "MUXCY"
     in_slice = kind in ("MUXCY", "XORCY") and port in ("S", "LI") and before.startswith("LUT")
     wire = 0.0 if in_chain or in_slice else _WIRE

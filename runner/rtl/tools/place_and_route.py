@@ -1,8 +1,7 @@
 """The clock of a netlist placed and routed by nextpnr, and the path that sets it.
 
-Only paths from register to register set it: the netlist is placed without its ports, which have no registers, so paths
-from inputs and to outputs do not count. The path is told by the registers of the Verilog, and by the lines of Python
-that the wires on it came from.
+Only paths from register to register count: the netlist is placed without its ports, which have no registers. The path
+is described by the registers of the Verilog, and by the lines of Python of the wires on it.
 """
 
 import json
@@ -26,7 +25,7 @@ _DEVICES: Mapping[str, tuple[str, ...]] = {
 PLACED = frozenset(_DEVICES)  # families
 _FLIP_FLOPS = ("TRELLIS_FF", "SB_DFF")
 _NO_PATH = "no path from register to register"
-_PACKED = re.compile(r"_(DFFLC|LC)$")  # what nextpnr adds to the name of a cell that it packs
+_PACKED = re.compile(r"_(DFFLC|LC)$")  # suffixes of nextpnr for cells that it packs
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class CriticalPath:
 
 @dataclass(frozen=True)
 class Clock:
-    """The highest clock in megahertz and its path, or None; and where that comes from, or why there is none."""
+    """The highest clock in megahertz and its path, or None; and its origin, or why there is none."""
 
     megahertz: float | None
     told: str
@@ -62,9 +61,9 @@ class Clock:
 
 
 def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) -> Clock:
-    """Place and route a module of Yosys' JSON, in a folder, the only one that a sandboxed nextpnr sees.
+    """Place and route a module of Yosys' JSON in a folder, the only one that a sandboxed nextpnr can read.
 
-    `verilog` is the text that it was made of, in which `netlist` names lines of module.v.
+    `verilog` is its source; `netlist` names lines of it as of module.v.
     """
     cells = {cell["type"] for cell in netlist["cells"].values()}
     if not any(cell.startswith(_FLIP_FLOPS) for cell in cells):
@@ -122,10 +121,10 @@ class _Registers:
             for cell in self._cells.values()
             if "Q" in cell["connections"]
             for bit in (*cell["connections"].get("D", ()), *cell["connections"].get("DI", ()))
-        }  # output of a flip-flop by what it takes
+        }  # output of a flip-flop by its input
 
     def of(self, cell: str) -> str:
-        """Of a flip-flop, or of the one that a table packed with it feeds; the name of the cell where it is neither."""
+        """Register of a flip-flop, or of the flip-flop packed with a table; otherwise the name of the cell."""
         plain = _PACKED.sub("", cell)
         connections = self._cells.get(plain, {"connections": {}})["connections"]
         bits = connections.get("Q") or [self._taken.get(bit) for bit in connections.get("O", ())]
@@ -133,7 +132,7 @@ class _Registers:
 
 
 def _lines(steps: list[dict[str, Any]], verilog: list[str]) -> Iterator[str]:
-    """What the comments of the Verilog say of the wires on a path."""
+    """Lines of Python from the comments of the Verilog at the wires of a path."""
     for step in steps:
         for source in step.get("sources", ()):
             place = re.match(r"module\.v:(\d+)", source)

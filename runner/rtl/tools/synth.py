@@ -1,8 +1,8 @@
-"""What a module takes in an FPGA: lookup tables, flip-flops and multipliers after synthesis by Yosys.
+"""Resources of a module in an FPGA: lookup tables, flip-flops and multipliers after synthesis by Yosys.
 
-`xc2vp` is the Virtex-II Pro, which nothing open places and routes: its slices are a bound, two lookup tables and two
-flip-flops in each, and its clock is an estimate from the longest path. ECP5 and iCE40 are placed and routed by nextpnr
-where it is installed.
+No open tool places and routes the Virtex-II Pro, `xc2vp`. Its number of slices is a bound, two lookup tables and two
+flip-flops in each; its clock is an estimate from the longest path. nextpnr places and routes ECP5 and iCE40 if it is
+installed.
 """
 
 import json
@@ -28,13 +28,13 @@ _COMMANDS: Mapping[Family, str] = {
     "ecp5": "synth_ecp5 -top",
 }
 _NARROWEST = 15  # bits of a factor that is worth a multiplier
-_NARROW_PRODUCTS = (  # become sums, in lookup tables
+_NARROW_PRODUCTS = (  # products that become sums, in lookup tables
     "wreduce t:$mul",
     f"techmap -max_iter 1 -map swapped.v t:$mul r:A_WIDTH<{_NARROWEST} %i r:B_WIDTH>={_NARROWEST} %i",
     f"techmap -map narrow.v t:$mul r:B_WIDTH<{_NARROWEST} %i",
     "opt",
 )
-_KINDS = {  # of cells, by what they are
+_KINDS = {  # patterns of cells by kind
     "luts": r"LUT[1-6]|SB_LUT4|INV|SRL.*",
     "flip_flops": r"FD.*|SB_DFF.*|TRELLIS_FF",
     "multipliers": r"MULT18X18.*|DSP48.*|SB_MAC16",
@@ -55,7 +55,7 @@ class Resources:
 
     @property
     def slices_bound(self) -> int:
-        """The fewest slices of two lookup tables and two flip-flops that hold them."""
+        """Least number of slices of two lookup tables and two flip-flops that hold all cells."""
         return -(-max(self.luts, self.flip_flops) // 2)
 
     def as_data(self) -> dict[str, Any]:
@@ -71,7 +71,7 @@ class Resources:
 
 
 def synthesized(verilog: str, top: str, family: Family) -> Resources:
-    """The resources of the module `top` of a Verilog text; raises `ModelError` for what Yosys refuses."""
+    """Return the resources of the module `top` of a Verilog text; raises `ModelError` for a text that Yosys refuses."""
     with TemporaryDirectory() as name:
         folder = Path(name)
         marked = re.sub(r"^(\s+)reg ", rf"\1(* {REGISTER} *) reg ", verilog, flags=re.MULTILINE)
@@ -83,7 +83,7 @@ def synthesized(verilog: str, top: str, family: Family) -> Resources:
             f"hierarchy -check -top {top}",
             "proc",
             "flatten",
-            "opt",  # takes out registers that nothing sees; the names of others outlive synthesis if they are kept
+            "opt",  # removes registers without effect; names of others survive synthesis if they are kept
             f"setattr -set keep 1 a:{REGISTER}",
             *_NARROW_PRODUCTS,
         ]

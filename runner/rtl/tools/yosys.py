@@ -1,4 +1,4 @@
-"""Yosys on files of a folder, in a process of its own: an error of Yosys ends the process that it runs in."""
+"""Yosys on files of a folder, in a separate process: an error of Yosys ends its process."""
 
 import subprocess
 import sys
@@ -18,7 +18,7 @@ for command in sys.argv[1:]:
 
 
 def run_yosys(folder: Path, commands: Sequence[str]) -> None:
-    """Run commands of Yosys, which name files of the folder; raises `ModelError` with what Yosys says."""
+    """Run commands of Yosys, which name files of the folder; raises `ModelError` with the message of Yosys."""
     need("pyosys", "proofs, resources and models of Verilog")
     ended = subprocess.run(
         [sys.executable, "-c", _PROGRAM, *commands], cwd=folder, capture_output=True, text=True, check=False

@@ -31,17 +31,23 @@ PERCENTILES = (1.0, 50.0, 99.0)
 
 @dataclass(frozen=True, repr=False)
 class StudyResult:
-    """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch."""
+    """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch.
 
-    study: Study
-    measures: tuple[PlannedMeasure, ...]
+    >>> from proofmass import read_study, run_study
+    >>> result = run_study(read_study("library:scale_factor_drift"), runs=4)
+    >>> result.interrupted, sorted(result.yields())
+    (False, ['all limits', 'noise', 'scale_factor'])
+    """
+
+    study: Study  # that ran
+    measures: tuple[PlannedMeasure, ...]  # with their units
     numbers: Array  # of the runs that are done
-    values: Mapping[str, Array]
+    values: Mapping[str, Array]  # by measure, a row per run and a column per epoch
     faults: Mapping[tuple[int, int], str]  # by run and epoch
-    planned_runs: int
-    seconds: float
-    engine: str
-    provenance: Mapping[str, str] = field(default_factory=dict)
+    planned_runs: int  # after which the study ends
+    seconds: float  # wall time
+    engine: str  # that ran
+    provenance: Mapping[str, str] = field(default_factory=dict)  # versions, machine and date
 
     def __getitem__(self, measure: str) -> Array:
         return self.values[measure]

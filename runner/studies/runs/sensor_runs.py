@@ -23,10 +23,10 @@ from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
-from proofmass.runner.run.engines import choose, lanes_for
+from proofmass.runner.run.engines import choose
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
-from proofmass.runner.run.side_by_side import SideBySide
+from proofmass.runner.run.side_by_side import SideBySide, lanes_for
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.changes_per_run import change_measures, change_values

@@ -25,6 +25,14 @@ def check(graph: Graph) -> list[Problem]:
 
     The files that it names are read, and it is planned as for a run. A graph with open inputs, a part of others, is
     checked by itself.
+
+    Nothing is raised: what is wrong with the `graph` is in the list.
+
+    >>> from proofmass import Graph, check
+    >>> from proofmass.blocks import LowPass
+    >>> for problem in check(Graph(name="open", rate="1 kHz", blocks={"lag": LowPass()})):
+    ...     print(problem.key, problem.message)
+    blocks.lag the input input is not connected
     """
     problems = check_wiring(graph)
     if all(problem.note for problem in problems) and runs_alone(flatten(graph)):

@@ -65,6 +65,14 @@ def run_study(
 
     Raises `ModelError` if the study is wrong, or the ledger in the folder belongs to another graph or study;
     `RunError` if the cluster fails.
+
+    `study` is a value of `Study`. `engine` is "auto", "python" or "compiled". `progress` is called with the runs that
+    are done, all runs, and a text on the measures.
+
+    >>> from proofmass import read_study, run_study
+    >>> result = run_study(read_study("library:scale_factor_drift"), runs=4)
+    >>> result["scale_factor"].shape  # four sensors at six ages
+    (4, 6)
     """
     began = time.perf_counter()
     study = with_numbers(study, runs, seed)
@@ -105,7 +113,16 @@ def run_study(
 
 
 def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") -> Result:
-    """Repeat one run of a study at one epoch, bit for bit, with the traces of all probes of the graph."""
+    """Repeat one run of a study at one epoch, bit for bit, with the traces of all probes of the graph.
+
+    `run` and `epoch` count from 0, in the order of the `study`. `engine` is that of `simulate`. Raises `ModelError` for
+    a run or an epoch that the study does not have.
+
+    >>> from proofmass import read_study, replay
+    >>> result = replay(read_study("library:scale_factor_drift"), run=3, epoch=5)
+    >>> list(result.measures)
+    ['noise', 'scale_factor']
+    """
     began = time.perf_counter()
     for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
         if not 0 <= value < count:

@@ -120,3 +120,27 @@ def test_what_is_wrong_is_told(
     capsys: pytest.CaptureFixture[str], words: tuple[str, ...], code: int, text: str
 ) -> None:
     assert text in said(capsys, *words, code=code)
+
+
+def test_the_report_of_a_run_has_the_budget(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """The sources with their shares, the same in `noise.json` as by `proofmass noise --json`."""
+    out = tmp_path / "run"
+    words = ("run", GRAPH, "--samples", "200", "--out", str(out), "--noise", "mean.mean", "--noise", "adc.number")
+    assert "noise.json" in said(capsys, *words)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for output in ("mean.mean", "adc.number"):
+        assert f"Noise of {output}" in page
+    data = json.loads(said(capsys, "noise", GRAPH, "--output", "mean.mean", "--json"))
+    first, second = json.loads((out / "noise.json").read_text(encoding="utf-8"))
+    assert first == data
+    assert second["output"] == "adc.number"
+    source = data["sources"][0]
+    assert f">{100.0 * source['share']:.2f} %<" in page
+    assert page.count("<svg") >= 4
+    assert "--noise needs --out" in said(capsys, "run", GRAPH, "--noise", "mean.mean", code=2)
+
+
+def test_noisy_graphs_settle(capsys: pytest.CaptureFixture[str]) -> None:
+    """The operating point is found without noise."""
+    data = json.loads(said(capsys, "noise", GRAPH, "--output", "mean.mean", "--at", "settled", "--json"))
+    assert data["rms"] == pytest.approx(noise(read_graph(GRAPH), "mean.mean").rms, rel=1e-6)

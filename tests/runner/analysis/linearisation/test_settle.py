@@ -7,7 +7,19 @@ from pathlib import Path
 import pytest
 
 import proofmass
-from proofmass.blocks import Constant, DiscreteIntegrator, Gain, Product, Saturation, Sine, Step, Sum
+from proofmass import margins
+from proofmass.blocks import (
+    Constant,
+    Difference,
+    DiscreteIntegrator,
+    Gain,
+    Product,
+    Saturation,
+    Sine,
+    Step,
+    Sum,
+    WhiteNoise,
+)
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
@@ -185,3 +197,19 @@ def test_plain_python_hands_over_to_machine_code_between_two_ticks(monkeypatch: 
 def test_a_run_that_fails_on_the_way_is_a_problem_with_its_place() -> None:
     with pytest.raises(ModelError, match="is not finite in tick"):
         proofmass.margins(loop(2500.0, Constant(value=1.0)), "back.output", at="10 s")
+
+
+@pytest.mark.defect("S27", before="margins about the noise of one seed; settled was refused", after="noise is zero")
+@pytest.mark.parametrize("at", ["0.1 s", "settled"])
+def test_noise_does_not_move_the_operating_point(at: str) -> None:
+    """A loop through y = (x + n)^2 with x = 0.5 at rest: the gain 1, and so a gain margin of 1 / (K T) times 2."""
+    blocks = {
+        "input": Constant(value=0.25), "error": Difference(), "noise": WhiteNoise(density=3e-3), "sum": Sum(),
+        "square": Product(), "integrator": DiscreteIntegrator(gain=100.0, input_unit="1", output_unit="1"),
+    }  # fmt: skip
+    wires = ["input.output -> error.first", "square.output -> error.second", "error.output -> integrator.input"]
+    wires += ["integrator.output -> sum.first", "noise.output -> sum.second"]
+    wires += ["sum.output -> square.first", "sum.output -> square.second"]
+    graph = Graph(name="noisy", rate=1000, seed=3, blocks=blocks, wires=wires)
+    found = margins(graph, "integrator.output", at=at)
+    assert found.gain_margin == pytest.approx(2.0 / (2.0 * 0.5 * 0.1), rel=1e-3)

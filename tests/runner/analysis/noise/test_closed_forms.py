@@ -235,6 +235,7 @@ def test_noise_is_referred_to_an_input_through_a_delay_of_several_rates() -> Non
     assert found.referred_density == pytest.approx(1.0 / np.abs(found.gain) ** 2, rel=EXACT)
 
 
+@pytest.mark.defect("S26", before="the noise of one state of a switch or mixer", after="the mean over its period")
 def test_a_chopper_moves_flicker_noise_to_its_frequency() -> None:
     """Behind a square wave of Fourier coefficients c[k] the two-sided density is the sum of |c[k]|^2 S(f - k fc)."""
     half = 8
@@ -261,6 +262,7 @@ def test_a_chopper_moves_flicker_noise_to_its_frequency() -> None:
     assert near > 30.0 * quiet
 
 
+@pytest.mark.defect("S26", before="the noise of one state of a switch or mixer", after="the mean over its period")
 def test_synchronous_demodulation_halves_the_density_about_the_carrier() -> None:
     """White noise times sin(2 pi fc t): half of the density of the noise, at every frequency (Leland 2005)."""
     blocks = {
@@ -274,6 +276,7 @@ def test_synchronous_demodulation_halves_the_density_about_the_carrier() -> None
     assert found.rms**2 == pytest.approx(9.0 / 2.0 * RATE / 2.0, rel=EXACT)
 
 
+@pytest.mark.defect("S26", before="the noise of one state of a switch or mixer", after="the mean over its period")
 def test_brownian_force_demodulated_at_resonance() -> None:
     """A narrow band about the carrier comes down to zero: x sin gives S(fc - f) / 4 + S(fc + f) / 4 of two sides."""
     carrier, offset = 125.0, 5.0

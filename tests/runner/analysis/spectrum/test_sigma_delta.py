@@ -46,6 +46,7 @@ def snr(values: Array) -> float:
     return 10.0 * math.log10((fitted[0] ** 2 + fitted[1] ** 2) / 2.0 / float(np.sum(lines[inside])))
 
 
+@pytest.mark.defect("S25", before="shaped noise 0.7 dB too large", after="that of the neighbours of tones")
 @pytest.mark.parametrize("order", [2, 3])
 def test_bits_and_snr(order: int) -> None:
     blocks = {

@@ -9,7 +9,7 @@ import pytest
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.host.interrupts import StoppedError
-from proofmass.runner.run.engines import lanes_for
+from proofmass.runner.run import side_by_side
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.graph_texts import changed
@@ -84,8 +84,19 @@ def test_an_interruption_ends_them(study: Study) -> None:
 @pytest.mark.parametrize(
     ("runs", "lanes"), [(1, 0), (3, 0), (4, 8), (32, 8), (63, 8), (64, 16), (127, 16), (128, 32), (10**6, 32)]
 )
-def test_lanes_are_filled_several_times(runs: int, lanes: int) -> None:
-    assert lanes_for(runs) == lanes
+@pytest.mark.parametrize(("bits", "most"), [(128, 16), (256, 16), (512, 32)])
+def test_lanes_are_filled_several_times(
+    runs: int, lanes: int, bits: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(side_by_side, "vector_bits", lambda: bits)
+    assert side_by_side.lanes_for(runs) == min(lanes, most)
+
+
+def test_the_width_of_vectors_is_that_of_the_processor() -> None:
+    """The flags that the kernel shows, where it shows them as this family of processors has them."""
+    words = set(Path("/proc/cpuinfo").read_text(encoding="ascii").split()) if Path("/proc/cpuinfo").exists() else set()
+    expected = 512 if "avx512f" in words else 256 if "avx" in words else 128
+    assert side_by_side.vector_bits() == expected
 
 
 FLICKER = """

@@ -1,0 +1,45 @@
+"""The noise budget of an output as a section of the report of a run: table, picture and notes."""
+
+from html import escape
+
+from proofmass.blocks.declaration.shown_units import prefix, pretty
+from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
+from proofmass.runner.analysis.noise.budget import NoiseBudget
+from proofmass.runner.analysis.noise.plot import plot_noise
+from proofmass.runner.output.page import broken, picture, table
+
+_ROWS = 20  # of sources
+_SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
+
+
+def noise_section(budget: NoiseBudget, number: int = 1) -> tuple[str, str]:
+    """Return heading and HTML of a budget; its `number` tells several on a page apart."""
+    factor, unit = prefix(budget.unit, budget.rms)
+    rows = [
+        f"<th>{broken(source.block)}</th><td>{escape(source.kind)}{' ?' if source.doubtful else ''}</td>"
+        f'<td class="number">{source.rms * factor:.5g}</td><td class="number">{100.0 * source.share:.2f} %</td>'
+        for source in budget.sources[:_ROWS]
+    ]
+    rows.append(f'<th>all</th><td></td><td class="number">{budget.rms * factor:.5g}</td><td class="number">100 %</td>')
+    low, high = budget.band
+    about = f"<p>{low:g} Hz to {high:g} Hz, about the operating point of the graph without noise.</p>"
+    heads = ("source", "kind", f"rms {escape(unit)}".strip(), "share of the mean square")
+    drawing = picture(plot_noise(budget), f"noise_{number}")
+    notes = "".join(f"<p>{escape(note)}</p>" for note in budget.notes)
+    html = about + table(heads, rows, numbers=(2, 3)) + _coefficients(budget) + notes
+    return f"Noise of {budget.output}", f'{html}<div class="wide">{drawing}</div>'
+
+
+def _coefficients(budget: NoiseBudget) -> str:
+    """Return the table of N, B, K and Q, where they describe the density."""
+    levels, unit = budget.levels, budget.referred_unit
+    if levels.misfit > _SMALL_MISFIT:
+        return ""
+    rows = [
+        f"<th>{level.name}</th><td>{escape(word_of(level.name, unit))}</td>"
+        f'<td class="number">{in_field_unit(level.name, level.value, unit):.5g}</td>'
+        f"<td>{escape(pretty(field_unit(level.name, unit)))}</td>"
+        for level in levels.levels
+        if level.value
+    ]
+    return table(("", f"at {broken(budget.input or budget.output)}", "value", "unit"), rows, numbers=(2,))
