@@ -32,6 +32,17 @@ class Kind(Registration):
             refuse_no_unit(kind, name, unit)
         return kind
 
+    @property
+    def __signature__(self) -> inspect.Signature:
+        """The parameters by name with types and defaults, for `inspect.signature`, editors and notebooks."""
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        return inspect.Signature(
+            [
+                inspect.Parameter(parameter.name, keyword, default=parameter.default, annotation=parameter.kind)
+                for parameter in self.parameters.values()
+            ]
+        )
+
 
 def _declaration(kind: Kind, fields: Mapping[str, Any]) -> Declaration:
     """What the body of a class declares, after what its base does."""

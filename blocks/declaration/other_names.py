@@ -11,6 +11,11 @@ _RECORDED = 'signals are recorded by probes: probes = ["block.output"]'
 _ANSWERS: dict[str, str] = dict.fromkeys(
     ("scope", "display", "outport", "toworkspace", "probe", "sink", "plot"), _RECORDED
 )
+_ANSWERS |= {
+    "subsystem": 'a subgraph is a block with graph = "FILE.toml" instead of a kind',
+    "terminator": "outputs that nothing uses need no block: remove it",
+    "ground": "give the input a Constant",
+}
 _KINDS = {
     ("mixer", "multiplier", "multiply", "modulator"): "Product, or PhaseMixer of two phases",
     ("limiter", "clipper", "clamp", "limit", "saturate"): "Saturation",
@@ -36,6 +41,9 @@ _KINDS = {
     ("fir", "firfilter"): "FiniteImpulseResponse",
     ("iir", "biquad", "sos", "biquadfilter"): "SecondOrderSection",
     ("cic",): "CascadedIntegratorComb",
+    ("bandpass", "bandpassfilter", "bandstop", "bandstopfilter", "bandreject"): "ButterworthBand, or another ...Band",
+    ("cauer", "cauerfilter", "ellip", "ellipticfilter"): "Elliptic or EllipticBand",
+    ("highpass", "highpassfilter"): "Butterworth with high_pass = true",
     ("nco", "dds"): "NumericallyControlledOscillator",
     ("vco",): "VoltageControlledOscillator",
     ("lockin", "lockinamplifier", "iqdemodulator", "demodulator"): "InPhaseQuadratureDemodulator",
@@ -46,6 +54,11 @@ _KINDS = {
     ("squarewave", "pulsegenerator", "clock"): "Pulse",
     ("pwm",): "PulseWidthModulator",
     ("abs",): "Absolute",
+    ("mux", "vectorconcatenate"): "VectorJoin",
+    ("demux", "selector"): "VectorElement",
+    ("filter",): "LowPass, Butterworth or TransferFunction; `proofmass blocks --find filter` lists more",
+    ("mass", "spring", "damper", "dashpot"): "MassSpringDamper: mass, damper and spring together",
+    ("opamp", "operationalamplifier"): "InstrumentationAmplifier",
     ("sqrt",): "SquareRoot",
 }
 _ANSWERS |= {word: f"here that is {kinds}" for words, kinds in _KINDS.items() for word in words}
@@ -55,11 +68,11 @@ def kind_hint(word: str, kinds: Iterable[str], own: bool) -> str:
     """Return a kind to write instead of an unknown one; without `own` blocks it says how to bring them.
 
     >>> kind_hint("Limiter", ["Saturation"], own=True)
-    'here that is Saturation'
+    'here that is Saturation.'
     """
     answer = _ANSWERS.get(word.lower().replace("_", "").replace(" ", "").replace("-", ""))
     if answer:
-        return answer
+        return f"{answer}."
     names = list(kinds)
     hint, near = did_you_mean(word, names, "the kinds"), nearest(word, names)
     misspelt = near[:1].lower() == word[:1].lower() and SequenceMatcher(None, word, near).ratio() > _MISSPELT

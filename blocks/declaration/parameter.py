@@ -99,6 +99,8 @@ class Parameter:
         return number
 
     def _converted(self, text: str, unit: str) -> float | int:
+        if self.kind is int and not text.strip():
+            raise Refusal("must be an integer", "write its digits, such as 12")
         exact = convert_exactly(text, unit)
         if self.kind is int:
             if exact.denominator != 1:

@@ -69,6 +69,9 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
 
 _WRITTEN_OUT = {  # names that are none of these signs
     "second": "s",
+    "sec": "s",
+    "hr": "h",
+    "yr": "year",
     "minute": "min",
     "hour": "h",
     "day": "d",

@@ -17,6 +17,7 @@ from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
 from proofmass.graphs.checks.requirements import bad_requirements
+from proofmass.graphs.checks.sampling import sampling_notes
 from proofmass.graphs.checks.schedule import Schedule, schedule
 from proofmass.graphs.model.derived import bad_derived
 from proofmass.graphs.model.exports import exposed, open_inputs
@@ -26,8 +27,11 @@ from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.names import Missing, find_output, find_target
-from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, write_rate
+from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, with_offsets, write_rate, write_seconds
 from proofmass.graphs.model.statistics import STATISTICS
+from proofmass.graphs.model.targets import CLOCK_OFFSET
+
+_OF_VALUES = ("the units", "the shapes", "the types", "the formats")  # what problems of parameters change
 
 
 def check(graph: Graph) -> list[Problem]:
@@ -77,7 +81,11 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
 
 
 def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
-    """Problems apart from those of blocks that could not be read, which have default parameters."""
+    """Problems apart from those that follow from blocks which could not be read.
+
+    Such a block has the default parameters of its kind; its ports are known, and their names can be judged.
+    """
+    known = {*graph.blocks}
 
     def touched(problem: Problem) -> set[str]:
         where, *rest = (*problem.path, "")
@@ -94,7 +102,11 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
             names = [graph.exports.get(rest[0], rest[0])]
         return {name.partition(".")[0] for name in names}
 
-    return [p for p in check(graph) if not p.note and len(p.path) > 1 and touched(p).isdisjoint(doubtful)]
+    def follows(problem: Problem) -> bool:
+        of_names = problem.path[0] in ("wires", "probes") and not problem.message.startswith(_OF_VALUES)
+        return not touched(problem).isdisjoint({*doubtful} - known if of_names else doubtful)
+
+    return [p for p in check(graph) if not p.note and len(p.path) > 1 and not follows(p)]
 
 
 def _size(graph: FlatGraph) -> Iterator[Problem]:
@@ -122,18 +134,54 @@ def _rates(graph: FlatGraph) -> Iterator[Problem]:
         yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
     elif graph.rate is None:
         yield from _without_rate(graph, without)
-    rates = {graph.rates.get(name, graph.rate) for name in discrete}
-    known = sorted(rate for rate in rates if rate is not None)
-    if known and common_base_rate(known) is None:
-        shown = [write_rate(rate) for rate in known]
-        yield Problem(
-            message="the rates have no common base rate within reach",
-            key="rate",
-            got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
-            expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
-            hint="make the rates ratios of small numbers",
-            path=next((("blocks", name, "rate") for name in graph.rates if name in discrete), ("rate",)),
-        )
+    yield from _offsets(graph)
+    yield from _far_rates(graph, discrete)
+
+
+def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
+    """Rates without a common multiple within reach, each with a block that has it."""
+    owners: dict[Fraction, str] = {}
+    for name in discrete:
+        rate = graph.rates.get(name, graph.rate)
+        if rate is not None:
+            owners.setdefault(rate, name)
+    known = sorted(owners)
+    if not known or common_base_rate(known) is not None:
+        return
+    shown = [f"{owners[rate]} at {write_rate(rate)}" for rate in known]
+    odd = max((rate for rate in known if rate != graph.rate), key=lambda rate: (rate.denominator, rate.numerator))
+    main = graph.rate if graph.rate in owners else next(rate for rate in known if rate != odd)
+    near = main * round(odd / main) if odd > main else main / round(main / odd)
+    yield Problem(
+        message="the rates have no common base rate within reach",
+        key="rate",
+        got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
+        expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
+        hint=f"make the rates ratios of small numbers: {write_rate(near)} for {owners[odd]}, for example",
+        path=("blocks", owners[odd], "rate") if owners[odd] in graph.rates else ("rate",),
+    )
+
+
+def _offsets(graph: FlatGraph) -> Iterator[Problem]:
+    """Clock offsets of blocks without a clock, of a period or more, and those that ask for too many base ticks."""
+    rates = {name: graph.rates.get(name, graph.rate) for name in graph.offsets}
+    for name, offset in graph.offsets.items():
+        key, path, rate = f"blocks.{name}.{CLOCK_OFFSET}", ("blocks", name, CLOCK_OFFSET), rates[name]
+        if type(graph.blocks[name]).continuous():
+            hint = "give the offset to the blocks that sample this one"
+            yield Problem(message="a continuous block has no clock", key=key, hint=hint, path=path)
+        elif rate is not None and offset * rate >= 1:
+            expected = f"less than {write_seconds(1 / rate)}, its period"
+            got, hint = write_seconds(offset), "a delay of whole ticks is a Delay"
+            yield Problem(
+                message="the clock offset is too long", key=key, got=got, expected=expected, hint=hint, path=path
+            )
+        elif rate is not None and with_offsets(rate, [offset]) > LARGEST_RATIO * rate:
+            expected = f"a fraction of the period with at most {LARGEST_RATIO:,} below the line"
+            got, hint = write_seconds(offset), "choose an offset that is a simple part of the period"
+            yield Problem(
+                message="the clock offset meets no tick", key=key, got=got, expected=expected, hint=hint, path=path
+            )
 
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
@@ -359,6 +407,10 @@ def _probes(graph: FlatGraph) -> Iterator[Problem]:
         probed.add(signal)
 
 
+def _one_of(outputs: Collection[str]) -> str:
+    return f"its {', '.join(outputs)}" if len(outputs) == 1 else f"one of {', '.join(outputs)}"
+
+
 def _notes(graph: FlatGraph) -> Iterator[Problem]:
     yield from (replace(problem, note=True) for problem in open_inputs(graph))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
@@ -370,13 +422,11 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
             yield Problem(
                 message="none of its outputs is used",
                 key=f"blocks.{name}",
-                hint=f'wire one of {", ".join(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
+                hint=f'wire {_one_of(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
             ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # where probes can be added
     yield from clocking_notes(graph)
     if graph.root.subgraphs:
         yield from unused_parts(graph)
-    if not graph.probes and not graph.measures and not graph.exports:
-        hint = 'add probes = ["block.output"] above the first block'
-        yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)
+    yield from sampling_notes(graph)

@@ -10,6 +10,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.names_used import as_written
+from proofmass.graphs.checks.sampling import sampling_notes
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.rates import write_rate
@@ -28,7 +29,7 @@ def clocking_notes(flat: FlatGraph) -> Iterator[Problem]:
 
 def notes_of_a_run(flat: FlatGraph) -> list[Problem]:
     """Notes on a correct graph with their places, for a run without a check."""
-    return [flat.placed(as_written(flat, problem)) for problem in clocking_notes(flat)]
+    return [flat.placed(as_written(flat, problem)) for problem in (*clocking_notes(flat), *sampling_notes(flat))]
 
 
 class _Wiring:

@@ -1,6 +1,8 @@
 """A graph from a TOML file, with the line of every problem. Nothing in the file is evaluated, imported or fetched."""
 
 import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,14 +15,27 @@ from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.files.locate_keys import LimitError, locate_keys
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
-from proofmass.graphs.model.build import Graph, above_of
-from proofmass.graphs.model.graph import Place
+from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
+from proofmass.graphs.model.graph import Given, Place
+from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.hints import syntax_hint
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 from proofmass.graphs.model.values import read_values
 
 _COMPARED = 1000  # files of a folder
+_OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # what wires and signals are judged by
+_ANY_RATE = "1 kHz"  # at which wires are looked at where the rate cannot be read
+
+
+GraphSource = Value | str | Path  # a graph, its file, or "library:NAME"
+
+
+def graph_from(source: Given | str | Path) -> Given | Graph:
+    """Return a graph itself, or the graph of its file or of "library:NAME"; raises `ModelError`."""
+    if not isinstance(source, str | Path):
+        return source
+    return read_graph(source)
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
@@ -77,8 +92,8 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
 def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: PartFiles, depth: int) -> Graph:
     """The graph of a parsed file, or of a table of a subgraph inside it, `depth` levels down."""
     problems = [
-        Refusal("unknown key", did_you_mean(key, TOP_KEYS, "the keys")).problem(key, key, path=(key,))
-        for key in data
+        Refusal("unknown key", _meant(key, entry)).problem(key, key, path=(key,))
+        for key, entry in data.items()
         if key not in TOP_KEYS
     ]
     formulas = TableFormulas(read_values(data.get("values", {}), {})[0], data.get("values"))
@@ -86,6 +101,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         own, place, files, depth, lambda table, inner: graph_of_table(table, inner, own, files, depth + 1), formulas
     )
     reader.read(data.get("blocks", {}))
+    reader.doubtful |= {key for key, entry in data.items() if key not in TOP_KEYS and _is_block(entry)}
     reader.doubtful |= formulas.waiting
     problems += formulas.problems
     settings = {
@@ -103,15 +119,52 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         settings["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
     graph = None
     try:
-        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **settings)
+        graph = Graph(blocks=reader.blocks, rates=reader.rates, offsets=reader.offsets, place=place, **settings)
     except ModelError as error:
         problems += error.problems
-    if graph is not None and not problems and reader.problems and reader.named and depth == 0:
-        problems += check_apart_from(graph, reader.doubtful)
+    if (problems or reader.problems or graph is None) and reader.named and depth == 0:
+        problems += _wiring_beside(problems, reader, place, settings)
     problems += reader.problems
     if problems or graph is None:
         raise ModelError(_in_order(problems, place))
     return graph
+
+
+def _meant(key: str, entry: object) -> str:
+    """What an unknown key at the top of a file was meant to be."""
+    block = _is_block(entry) and not nearest(key, TOP_KEYS)
+    return f"a block stands under blocks: write [blocks.{key}]" if block else did_you_mean(key, TOP_KEYS, "the keys")
+
+
+def _is_block(entry: object) -> bool:
+    return isinstance(entry, dict) and "kind" in entry
+
+
+def _wiring_beside(
+    problems: list[Problem], reader: BlockTables, place: Place, settings: dict[str, Any]
+) -> list[Problem]:
+    """What else is wrong with the wiring, apart from what could not be read."""
+    wrong = {problem.path[0] for problem in problems if problem.path}
+    rates = {name: rate for name, rate in reader.rates.items() if not wrong & {"blocks", "rate"}}
+    readable: dict[str, Any] = {}
+    for key, read in (("wires", read_wire), ("probes", read_probe)):
+        readable[key] = list(_readable(settings.get(key, []), read))
+    whole = len(readable["wires"]) == len(settings.get("wires", []))
+    readable |= {key: settings[key] for key in _OTHERS if key in settings and key not in wrong}
+    try:
+        graph = Graph(blocks=reader.blocks, rates=rates, place=place, **{"name": "", "rate": _ANY_RATE, **readable})
+    except ModelError:
+        return []  # what is wrong with the blocks themselves is told already
+    found = check_apart_from(graph, reader.doubtful)
+    return [problem for problem in found if whole or problem.path[0] != "blocks"]
+
+
+def _readable(entries: list[object], read: Callable[[object], object]) -> Iterator[object]:
+    """The entries of a list that can be read."""
+    for entry in entries:
+        with suppress(Refusal):
+            read(entry)
+            yield entry
 
 
 def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:

@@ -1,6 +1,7 @@
 """Build a graph from texts, tables or values, and report all their problems at once."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -21,13 +22,14 @@ from proofmass.graphs.model.measures import Measure, read_measures
 from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
-from proofmass.graphs.model.targets import DURATION, RATE
+from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
 from proofmass.graphs.model.values import Value as NamedValue
 from proofmass.graphs.model.values import read_values
 
 if TYPE_CHECKING:
     import networkx
 
+_SMALL_BEFORE = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where ReadOut becomes read_out
 Entry = TypeVar("Entry")
 
 
@@ -40,7 +42,8 @@ class Graph(Value):
     where it runs alone.
 
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
-    `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
+    `rates` gives blocks a rate of their own; all others run at `rate`. `offsets` are how much later than tick 0 blocks
+    tick first, {"controller": "25 us"}. `duration` (or `samples`, in base ticks) and
     `seed` are the defaults of a run; `integration` says how continuous blocks are integrated.
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
     `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
@@ -82,6 +85,7 @@ class Graph(Value):
         probes: Iterable[Probe | str | Mapping[str, Any]] = (),
         rate: Rate | None = None,
         rates: Mapping[str, Rate] = MappingProxyType({}),
+        offsets: Mapping[str, Rate] = MappingProxyType({}),
         duration: Rate | None = None,
         samples: int | None = None,
         seed: int = 0,
@@ -102,7 +106,7 @@ class Graph(Value):
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
         reader.problems += [*wrong_values(plain), *_two_lengths(samples, duration)]
-        reader.problems += _bad_blocks(blocks, rates)
+        reader.problems += _bad_blocks(blocks, rates, offsets)
         own_requirements, wrong = read_requirements(requirements)
         reader.problems += wrong
         own_values, wrong = read_values(values, _taken(exports))
@@ -115,6 +119,10 @@ class Graph(Value):
         rates = {name: of for name, of in rates.items() if not is_formula(of)}
         own_loops, wrong = read_loops(loops, _is_path)
         reader.problems += [*_bad_exports(exports, own_values), *wrong]
+        own_offsets = {
+            block: reader.value(read_duration, offsets[block], "blocks", block, CLOCK_OFFSET)
+            for block in sorted(offsets)
+        }
         own_rates = {block: reader.value(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
         reader.problems += _too_many(blocks, parts, tuple(wires) if parts else ())
         if not reader.problems:
@@ -135,6 +143,7 @@ class Graph(Value):
             blocks={block: made for block, made in blocks.items() if isinstance(made, Block)},
             subgraphs=parts,
             rates={block: made for block, made in own_rates.items() if made is not None},
+            offsets={block: made for block, made in own_offsets.items() if made},
             wires=own_wires,
             probes=own_probes,
             measures=own_measures,
@@ -210,7 +219,7 @@ def read_wire(text: object) -> Wire:
         return text
     ends = [end.strip() for end in text.split("->")] if isinstance(text, str) else []
     if len(ends) != 2 or not all(_is_signal(end) for end in ends):
-        raise Refusal("not a wire", 'write "block.output -> block.input"')
+        raise Refusal("not a wire", _lower_case(ends) or 'write "block.output -> block.input"')
     return Wire(*ends)
 
 
@@ -232,6 +241,14 @@ def _parameters(block: Block) -> dict[str, Any]:
     return {name: getattr(block, name) for name in type(block).parameters}
 
 
+def _lower_case(ends: Sequence[str]) -> str:
+    """A hint where only capital letters keep ends from being names."""
+    meant = [_SMALL_BEFORE.sub(r"_", end).lower() for end in ends]
+    wrong = ", ".join(was for was, now in zip(ends, meant, strict=True) if was != now)
+    fits = len(ends) == 2 and wrong and all(_is_signal(end) for end in meant)
+    return f'names are lower case: write "{" -> ".join(meant)}"' if fits else ""
+
+
 def _is_signal(text: object) -> bool:
     return isinstance(text, str) and text.count(".") > 0 and _is_path(text)
 
@@ -240,11 +257,17 @@ def _is_path(text: str) -> bool:
     return text.count(".") <= DEPTH + 1 and all(NAME.fullmatch(part) for part in text.split("."))
 
 
-def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]) -> Iterator[Problem]:
+def _bad_blocks(
+    blocks: Mapping[str, Block | Value], rates: Mapping[str, object], offsets: Mapping[str, object]
+) -> Iterator[Problem]:
     for name, block in blocks.items():
         path = ("blocks", str(name))
         if not isinstance(name, str) or not _is_path(name) or (isinstance(block, Value) and "." in name):
-            yield Problem(message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, path=path)
+            small = _SMALL_BEFORE.sub("_", name).lower() if isinstance(name, str) else ""
+            hint = f"call it {small}" if NAME.fullmatch(small) else ""
+            yield Problem(
+                message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, hint=hint, path=path
+            )
         elif not isinstance(block, Block | Value):
             hint = f"write {block.__name__}()" if isinstance(block, type) else 'write a block, such as Gain(gain="2")'
             yield Problem(message="not a block", key=f"blocks.{name}", got=shown(block), hint=hint, path=path)
@@ -254,11 +277,12 @@ def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]
                 hint = f'for a parameter write "{name.removeprefix(above + ".")}.NAME" = ... below [blocks.{above}]'
                 message = f"there is a block {above}, and nothing can be added inside it"
                 yield Problem(message=message, key=f"blocks.{name}", hint=hint, path=path)
-    for name in rates:
-        if name not in blocks:
-            hint = did_you_mean(name, blocks, "the blocks")
-            where = ("blocks", name, "rate")
-            yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
+    for table, key, names in (("rates", RATE, rates), ("offsets", CLOCK_OFFSET, offsets)):
+        for name in names:
+            if name not in blocks:
+                hint = did_you_mean(name, blocks, "the blocks")
+                where = ("blocks", name, key)
+                yield Problem(message="there is no such block", key=f"{table}.{name}", hint=hint, path=where)
 
 
 def above_of(path: str) -> Iterator[str]:

@@ -22,10 +22,12 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
     """Return the graph with values and parameters changed, each named by its path or its exported name.
 
     Whatever follows from a value moves with it. A number removes the formula of its parameter, and a text with an
-    equals sign is a new formula: `{"sensor.mass": "= 2 * mass"}`.
+    equals sign is a new formula: `{"sensor.mass": "= 2 * mass"}`. A rate is "rate", or "adc.rate" of a block or
+    subgraph of the graph itself; a run may have another "duration".
     """
     values, formulas = dict[str, object](graph.values), dict(graph.formulas)
     numbers: dict[str, object] = {}
+    rates: dict[str, Any] = {}
     problems: list[Problem] = []
     for key, change in changes.items():
         target = graph.exports.get(key, key)
@@ -38,13 +40,25 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
         entries, own, wrong = read_formulas(target, change)
         formulas |= own
         problems += wrong
-        if entries is not None:
+        if entries is not None and _is_rate(graph, target):
+            try:
+                rates[split(target)[0] or target] = (read_duration if target == DURATION else read_rate)(entries)
+            except Refusal as error:
+                problems.append(error.problem(key, change))
+        elif entries is not None:
             numbers[key] = entries
     read, wrong = read_values(values, {})
     problems += wrong
     if problems:
         raise ModelError(problems)
-    return settled(graph.changed(values=read, formulas=formulas), numbers)
+    changed = graph.changed(values=read, formulas=formulas)
+    return settled(_with_rates(changed, rates) if rates else changed, numbers)
+
+
+def _is_rate(graph: Given, target: str) -> bool:
+    """Whether a name is the rate of the graph or of a part of it, or the duration of a run."""
+    owner, _, entry = target.rpartition(".")
+    return target in (RATE, DURATION) or (entry == RATE and (owner in graph.blocks or owner in graph.subgraphs))
 
 
 def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
@@ -56,7 +70,7 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
         name, entry = split(target)
         path = ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
         try:
-            if entry == RATE:
+            if entry == RATE and (not name or name in graph.blocks or name in graph.subgraphs):
                 rates[name] = read_rate(rate_of(formula, graph.values))
             elif target == DURATION:
                 rates[target] = read_duration(Fraction(repr(number_of(formula, graph.values, Target("s")))))
@@ -66,13 +80,15 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
             problems.append(error.problem(target, formula.text, path=path))
     if problems:
         raise ModelError(problems)
-    return _with_numbers(_with_rates(graph, rates) if rates else graph, parameters)
+    return _with_numbers(_with_rates(graph, rates), parameters)
 
 
 def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
+    if not rates:
+        return graph
     own = {name: rate for name, rate in rates.items() if name in graph.blocks}
     parts = {name: part.changed(rate=rates[name]) for name, part in graph.subgraphs.items() if name in rates}
-    alone = {key: rates[name] for key, name in ((RATE, ""), (DURATION, DURATION)) if name in rates}
+    alone = {key: rates[name] for key, name in ((RATE, ""), (RATE, RATE), (DURATION, DURATION)) if name in rates}
     return graph.changed(rates={**graph.rates, **own}, subgraphs={**graph.subgraphs, **parts}, **alone)
 
 
@@ -81,9 +97,16 @@ def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
     blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
     problems: list[Problem] = []
     by_block: dict[str, dict[str, object]] = {}
+    rates: dict[str, Fraction] = {}
     for key, value in changes.items():
         signal = graph.exports.get(key, key)
         block, parameter = split(signal)
+        if parameter == RATE and (block in blocks or block in parts):
+            try:
+                rates[block] = read_rate(value)
+            except Refusal as error:
+                problems.append(error.problem(key, value))
+            continue
         if block not in blocks:
             block, _, parameter = signal.partition(".")
         if block not in blocks and block not in parts:
@@ -103,7 +126,7 @@ def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
             problems += [dataclasses.replace(p, key=f"{name}.{_key(p)}", path=()) for p in error.problems]
     if problems:
         raise ModelError(problems)
-    return graph.changed(blocks=blocks, subgraphs=parts)
+    return _with_rates(graph.changed(blocks=blocks, subgraphs=parts), rates)
 
 
 def changed_blocks(blocks: Mapping[str, Block], values: Mapping[str, object]) -> dict[str, Block]:

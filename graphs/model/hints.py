@@ -5,6 +5,7 @@ import re
 
 _LONGEST_LINE = 400  # characters
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\.?\d.*[A-Za-zµμΩ%]")
+_CURLY_QUOTES = "\u201c\u201d\u2018\u2019"
 _WORD = re.compile(r"[A-Za-z_][\w ./-]*")
 
 
@@ -28,6 +29,12 @@ def syntax_hint(message: str, line: str) -> str:
         return ""
     if message.startswith(("Cannot declare", "Cannot overwrite", "Duplicate", "Cannot mutate")):
         return "the same name is given twice: rename or remove one of them"
+    if any(quote in line for quote in _CURLY_QUOTES):
+        return 'the quotes are curly: write straight ones, as in kind = "Gain"'
+    if "Unescaped '\\'" in message or "escape" in message:
+        return "in a text in quotes a backslash needs a second one; in names of files write / instead"
+    if equals and "//" in line.partition('"')[0]:
+        return "a comment begins with #"
     if '"' in line and line.count('"') % 2:
         return "a quote is missing"
     if equals and value.startswith("["):

@@ -122,7 +122,8 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
     wanted = STATISTICS[statistic].options
     for key in wanted:
         if key not in table:
-            yield _problem(f"{statistic} needs {key}", name, expected=MEASURE_KEYS[key])
+            add = f"add {key} = {OPTIONS[key].example}"
+            yield _problem(f"{statistic} needs {key}", name, expected=MEASURE_KEYS[key], hint=add)
     for key in set(table) & OPTIONS.keys() - wanted.keys():
         yield _problem(f"{statistic} has no {key}", name, key, got=shown(table[key]), hint="leave it out")
     times = dict[str, Fraction]()

@@ -83,8 +83,18 @@ def is_value(root: Graph, path: str) -> bool:
     return True
 
 
+def is_rate(flat: FlatGraph, signal: str) -> bool:
+    """Whether a path names the rate of a block that is not continuous."""
+    name, entry = split(signal)
+    return entry == "rate" and name in flat.blocks and not type(flat.blocks[name]).continuous()
+
+
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
     """Report the first part of a path that does not exist, and what exists instead."""
+    if "." not in signal:
+        near = nearest(signal, [*root.blocks, *root.subgraphs])
+        hint = f"name a port of {near}: {near}.PORT" if near else 'write "block.output"'
+        return Missing(f"{signal} is not a signal", hint)
     if is_value(root, signal):
         return Missing(
             f"{signal} is a value, not a signal", "wires and probes join outputs; a Constant puts a value on a wire"

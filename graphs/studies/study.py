@@ -195,15 +195,21 @@ class Study:
 def bad_numbers(study: Study) -> Iterator[Problem]:
     """Problems of how many runs a study has, and of what a run leaves."""
     for key, value, least, most in (("runs", study.runs, 1, LARGEST_STUDY), ("seed", study.seed, 0, LARGEST_SEED)):
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            expected = f"an integer from {least} to {most:g}"
-            yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if not whole or not least <= value <= most:
+            message = "out of range" if whole else "must be an integer"
+            expected = f"an integer from {least:,} to {most:,}"
+            yield Problem(message=message, key=key, got=shown(value), expected=expected, path=(key,))
             return
     size = study.runs * study.points * len(study.epochs)
     largest = AFTER_CALIBRATION if study.followed else LARGEST_STUDY
     if size > largest:
         expected = f"at most {largest:g} runs, points and epochs multiplied"
         yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
+    if study.drift and not any(study.epochs):
+        hint = 'add [epochs] and below it ages = ["0 s", "10 years"]'
+        message = "nothing drifts without epochs: the age of all sensors is 0"
+        yield Problem(message=message, key="drift", hint=hint, path=("drift",))
     if not study.graph.measures and not study.margins:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
         hint += ', or margins = "0 s" to the study of a graph with loops'

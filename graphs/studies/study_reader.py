@@ -18,20 +18,21 @@ from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.variants import variants_of
 
 STUDY = "study"
-Adjust = Callable[[Graph], Graph]
+Change = Callable[[Graph], Graph]  # of the graph of a study, before its study is read
 
 
-def as_it_is(graph: Graph) -> Graph:
-    """The graph itself."""
+def unchanged(graph: Graph) -> Graph:
+    """Return the graph itself."""
     return graph
 
 
-def read_study(path: str | Path, own: Own | None = None) -> Study:
+def read_study(path: str | Path, own: Own | None = None, change: Change = unchanged) -> Study:
     """The study of a file, of variants the first.
 
     Raises `ModelError` with every problem that can be seen, each with file, line and key.
 
-    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name.
+    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name; the study is that of
+    its graph after a `change`.
 
     >>> from proofmass import read_study
     >>> study = read_study("library:scale_factor_drift")
@@ -39,26 +40,28 @@ def read_study(path: str | Path, own: Own | None = None) -> Study:
     (200, 6, ['scale_factor', 'noise'])
     """
     path = file_of(path)
-    return _study_of_file(*read_table(path), own, path)
+    return _study_of_file(*read_table(path), own, change, path)
 
 
-def read_variants(path: str | Path, own: Own | None = None, adjusted: Adjust = as_it_is) -> dict[str, Study]:
-    """The variants of the study of a file by name, of the graph as `adjusted` returns it; one without a name if none.
+def read_variants(path: str | Path, own: Own | None = None, change: Change = unchanged) -> dict[str, Study]:
+    """The variants of the study of a file by name, of its graph after a `change`; one without a name if none.
 
     Raises `ModelError`.
     """
     path = file_of(path)
     data, place = read_table(path)
-    return studies_of_table(data, place, adjusted(_graph_of(data, place, own, path)))
+    return studies_of_table(data, place, change(_graph_of(data, place, own, path)))
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
     """The study of a TOML text; file names in it start from `folder`."""
-    return _study_of_file(*parsed(text, file, folder), own)
+    return _study_of_file(*parsed(text, file, folder), own, unchanged)
 
 
-def _study_of_file(data: dict[str, Any], place: Place, own: Own | None, path: Path | None = None) -> Study:
-    return study_of_table(data, place, _graph_of(data, place, own, path))
+def _study_of_file(
+    data: dict[str, Any], place: Place, own: Own | None, change: Change, path: Path | None = None
+) -> Study:
+    return study_of_table(data, place, change(_graph_of(data, place, own, path)))
 
 
 def _graph_of(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:

@@ -308,6 +308,9 @@ class StudyTables:
     def _varied(self, key: str, name: str) -> str:
         """Unit of a number among the parameters that no wire drives; raises `Refusal`."""
         target = find_any(self.flat, name.partition("[")[0])
+        if name in self.flat.blocks:
+            hint = f'quote the parameter\'s name, "{key}.PARAMETER": without quotes TOML makes tables of its parts'
+            raise Refusal("is a block, not a parameter", hint, got=shown(key))
         driver = next((wire.source for wire in self.flat.wires if wire.target == name), "")
         if isinstance(target, Missing) and "." not in name and self.graph.values:
             raise Refusal("there is no such value", did_you_mean(name, self.graph.values, "the values"), got=shown(key))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.units import convert
+from proofmass.blocks.declaration.units import convert, same_dimension, split_quantity
 
 
 def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mapping[str, Any]:
@@ -41,10 +41,32 @@ def read_quantity(table: Mapping[str, Any], key: str, unit: str, at_least: float
     try:
         number = convert(value, unit) if isinstance(value, str) else _number(value)
     except Refusal as error:
-        raise error.under(key, value, expected) from None
+        raise _of_a_part(error, key, value, unit).under(key, value, expected) from None
     if not math.isfinite(number) or number < at_least:
         raise Refusal("out of range", key=key, got=shown(value), expected=expected)
     return number
+
+
+def _of_a_part(error: Refusal, key: str, value: object, unit: str) -> Refusal:
+    """The refusal of a part, as 20 ppm, with what makes one of it: relative, and per time where an ageing is wanted."""
+    part = isinstance(value, str) and _is_part(value)
+    if not part or unit == "1":
+        return error
+    for measure, word in (("1/s", "/year"), ("1/sqrt(s)", "/sqrt(year)")):
+        if same_dimension(unit, measure):
+            return Refusal(str(error), f'it is per time: {key} = "{value}{word}"')
+        if unit.endswith(measure.removeprefix("1")):
+            return Refusal(str(error), f'relative to the value, per time: {key} = "{value}{word}", relative = true')
+    return Refusal(str(error), "a part of the value of the graph needs relative = true")
+
+
+def _is_part(text: str) -> bool:
+    """Whether a text is a number without a dimension that says so by a unit, as ppm or %."""
+    try:
+        own = split_quantity(text)[1]
+        return bool(own) and same_dimension(own, "1")
+    except Refusal:
+        return False
 
 
 def _number(value: object) -> float:

@@ -9,7 +9,7 @@ from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_reader import STUDY, graph_of_study, is_study, study_of_table
+from proofmass.graphs.studies.study_reader import STUDY, Change, graph_of_study, is_study, study_of_table, unchanged
 from proofmass.graphs.tuning.reader import TUNE, tuning_of_table
 
 
@@ -21,10 +21,10 @@ class Checked(NamedTuple):
     study: Study | None = None
 
 
-def check_file(path: Path, own: Own | None = None) -> Checked:
-    """What is wrong with a graph file or a study file."""
+def check_file(path: Path, own: Own | None = None, change: Change = unchanged) -> Checked:
+    """What is wrong with a graph file or a study file, its graph with a `change`."""
     try:
-        return _check_table(*read_table(path), own, path)
+        return _check_table(*read_table(path), own, path, change)
     except ModelError as error:
         return Checked(None, list(error.problems))
 
@@ -37,8 +37,10 @@ def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: 
         return Checked(None, list(error.problems))
 
 
-def _check_table(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Checked:
-    graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
+def _check_table(
+    data: dict[str, Any], place: Place, own: Own | None, path: Path | None, change: Change = unchanged
+) -> Checked:
+    graph = change(graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path))
     problems, study = check(graph), None
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
         try:

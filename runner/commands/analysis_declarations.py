@@ -5,6 +5,7 @@ from typing import Any
 import click
 
 from proofmass.runner.commands.options import (
+    Whole,
     blocks_option,
     duration_option,
     engine_option,
@@ -23,7 +24,7 @@ _SIGNAL = (
         "--skip", default="0 s", show_default=True, metavar="TIME", help="Leave out the start, while it settles."
     ),
     duration_option,
-    click.option("--samples", type=click.IntRange(1), help="Run so many base ticks, instead of a duration."),
+    click.option("--samples", type=Whole(1), help="Run so many base ticks, instead of a duration."),
     seed_option("the graph"),
     engine_option(),
     set_option,
@@ -51,7 +52,7 @@ def _signal(options: dict[str, Any]) -> Any:
 @click.option("--window", default="", help="Window (default: hann of the density, blackman-harris-7 of the tone).")
 @click.option(
     "--segment",
-    type=click.IntRange(0),
+    type=Whole(0),
     help="Values of a segment of the density, 0 for all (default: about an eighth).",
 )
 @click.option("--band", nargs=2, metavar="FROM TO", help='Count rms, noise and slope from "1 Hz" to "100 Hz".')

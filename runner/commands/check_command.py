@@ -10,14 +10,15 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.tuning.check_file import check_file
 from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.values_text import values_text
 from proofmass.runner.output.counts import count
 
 
-def check_graph(path: Path, own: Path | None, as_json: bool) -> int:
+def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json: bool) -> int:
     """Check a graph or study, print its problems and notes, and return the exit code."""
-    graph, problems, study = check_file(path, own_blocks(own))
+    graph, problems, study = check_file(path, own_blocks(own), lambda graph: changed(graph, changes))
     alone = graph is not None and not _wrong(problems) and runs_alone(flatten(graph))
     if graph is not None and alone:
         from proofmass.runner.studies.whole.ready import unready  # NumPy, which a wrong graph does not wait for

@@ -5,7 +5,14 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import blocks_option, engine_option, graph_argument, json_option, set_option
+from proofmass.runner.commands.options import (
+    Whole,
+    blocks_option,
+    engine_option,
+    graph_argument,
+    json_option,
+    set_option,
+)
 
 _ANY = click.Path(path_type=Path)
 _FILE = click.Path(dir_okay=False, path_type=Path)
@@ -53,7 +60,7 @@ def diff(**options: Any) -> int:
 @click.command()
 @graph_argument
 @click.option(
-    "--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors for yields (default: as the study says)."
+    "--runs", type=Whole(1, 2**32), help="Simulate this many sensors for yields (default: as the study says)."
 )
 @click.option("--record", is_flag=True, help="Record measures and margins as golden results, beside the graph.")
 @click.option(

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from proofmass.runner.commands.options import (
+    Whole,
     blocks_option,
     duration_option,
     engine_option,
@@ -56,9 +57,7 @@ def cli(traceback: bool) -> None:
 @cli.command()
 @graph_argument
 @duration_option
-@click.option(
-    "--samples", type=click.IntRange(1), help="Run this many ticks of the base rate, instead of for a duration."
-)
+@click.option("--samples", type=Whole(1), help="Run this many ticks of the base rate, instead of for a duration.")
 @seed_option("the graph")
 @engine_option()
 @set_option
@@ -79,7 +78,8 @@ def cli(traceback: bool) -> None:
     metavar="OUTPUT",
     help="Put the noise budget of this output into the report, and into noise.json; repeatable.",
 )
-@click.option("--resume", is_flag=True, help="Continue the interrupted run in --out.")
+@click.option("--resume", is_flag=True, help="Only continue an interrupted run in --out, which a run does by itself.")
+@click.option("--restart", is_flag=True, help="Remove an interrupted run in --out and start at tick 0.")
 @click.option(
     "--sweep",
     "swept",
@@ -113,9 +113,10 @@ def run(**options: Any) -> int:
 
 @cli.command()
 @graph_argument
+@set_option
 @blocks_option
 @json_option
-def check(graph: Path, own: Path | None, as_json: bool) -> int:
+def check(graph: Path, changes: tuple[str, ...], own: Path | None, as_json: bool) -> int:
     """List everything that is wrong with a graph or a study.
 
     Files that it names are read, and it is planned as for a run. Exit code 1 if it cannot run, or if a loop misses a
@@ -127,7 +128,7 @@ def check(graph: Path, own: Path | None, as_json: bool) -> int:
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.check_command import check_graph
 
-    return check_graph(graph, own, as_json)
+    return check_graph(graph, changes, own, as_json)
 
 
 @cli.command()
@@ -204,8 +205,9 @@ def margins(**options: Any) -> int:
     type=click.Choice(["svg", "mermaid", "dot"]),
     help="Choose the format (default: by the file's ending, else svg).",
 )
+@set_option
 @blocks_option
-def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -> int:
+def draw(graph: Path, output: Path | None, form: str | None, changes: tuple[str, ...], own: Path | None) -> int:
     """Draw the block diagram of a graph.
 
     \b
@@ -215,19 +217,20 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.draw_command import draw_graph
 
-    return draw_graph(graph, output, form, own)
+    return draw_graph(graph, output, form, changes, own)
 
 
 @cli.command()
 @file_argument("study", library=True)
-@click.option("--runs", type=click.IntRange(1, 2**32), help="Simulate this many sensors (default: as the study says).")
+@click.option("--runs", type=Whole(1, 2**32), help="Simulate this many sensors (default: as the study says).")
 @seed_option("the study")
 @engine_option(studies=True)
+@set_option
 @out_option("Write ledger, tables and report to this folder; a study that is there already is continued.")
-@click.option("--threads", type=click.IntRange(1, 1024), help="Use this many threads (default: one per processor).")
+@click.option("--threads", type=Whole(1, 1024), help="Use this many threads (default: one per processor).")
 @click.option(
     "--lanes",
-    type=click.IntRange(0, 64),
+    type=Whole(0, 64),
     help="Run this many sensors side by side in a thread; 0 for one at a time (default: automatic).",
 )
 @click.option(
@@ -243,15 +246,14 @@ def draw(graph: Path, output: Path | None, form: str | None, own: Path | None) -
 @click.option(
     "--report/--no-report", default=True, show_default=True, help="Write pictures, influences and report.html."
 )
-@click.option("--run", type=click.IntRange(0), help="Replay this run with the traces of all probes, instead.")
+@click.option("--run", type=Whole(0), help="Replay this run with the traces of all probes, instead.")
 @click.option(
     "--epoch",
-    type=click.IntRange(0),
+    type=Whole(0),
     default=0,
     show_default=True,
     help="Replay the run at this epoch, the first being 0.",
 )
-@set_option
 @click.option("--variant", metavar="NAME", help="Run this variant of the study only.")
 @quiet_option
 @blocks_option
@@ -297,10 +299,10 @@ def report(study: Path, output: Path | None, own: Path | None) -> int:
 @cli.command()
 @graph_argument
 @click.option("--block", "names", multiple=True, metavar="NAME", help="Write this block or subgraph only; repeatable.")
-@out_option("Write to this folder.", "-o", "--output", "out", required=True)
+@out_option("Write to this folder.", required=True)
 @click.option(
     "--ticks",
-    type=click.IntRange(1, 10**7),
+    type=Whole(1, 10**7),
     help="Test this many clocks (default: the graph's duration, at most 10,000).",
 )
 @click.option(

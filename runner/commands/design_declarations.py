@@ -7,6 +7,7 @@ import click
 
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.commands.options import (
+    Whole,
     blocks_option,
     file_argument,
     graph_argument,
@@ -29,11 +30,9 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
     help="Write the tuned graph, with its comments, to this file; it may be GRAPH itself.",
 )
 @plot_option("picture", "Draw parameters, goals and loops before and after")
-@click.option(
-    "--starts", type=click.IntRange(1, 100), help="Start from this many samples (default: as the graph says)."
-)
-@click.option("--samples", type=click.IntRange(1, 100_000), help="Try this many points first (default: as it says).")
-@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), help="Seed these points (default: as it says).")
+@click.option("--starts", type=Whole(1, 100), help="Start from this many samples (default: as the graph says).")
+@click.option("--samples", type=Whole(1, 100_000), help="Try this many points first (default: as it says).")
+@click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed these points (default: as it says).")
 @quiet_option
 @blocks_option
 @json_option
@@ -73,13 +72,9 @@ def tune(**options: Any) -> int:
     help='Let it vary by "5 %", by "0.1 V", or in a range "4.9 V..5.2 V"; repeatable.',
 )
 @click.option("--at", default="", metavar="TIME", help='Linearise at this time, or "settled" (default: the start).')
-@click.option(
-    "--corners", type=click.IntRange(0, 2**20), default=256, show_default=True, help="Try all if there are no more."
-)
-@click.option(
-    "--samples", type=click.IntRange(1, 10**6), default=100, show_default=True, help="Try this many random points."
-)
-@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), help="Seed the random points (default: 0).")
+@click.option("--corners", type=Whole(0, 2**20), default=256, show_default=True, help="Try all if there are no more.")
+@click.option("--samples", type=Whole(1, 10**6), default=100, show_default=True, help="Try this many random points.")
+@click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed the random points (default: 0).")
 @plot_option("picture", "Draw what each parameter does alone, and all together")
 @set_option
 @quiet_option

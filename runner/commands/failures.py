@@ -1,5 +1,7 @@
 """Errors in the words of the user: a message on standard error and an exit code."""
 
+from pathlib import Path
+
 import click
 
 from proofmass.runner.commands.exit_codes import FAILED, WRONG_MODEL
@@ -25,6 +27,9 @@ def _message(error: Exception) -> str:
 
     if isinstance(error, RunError):
         return f"the run failed\n{error}"
+    folder = Path(str(getattr(error, "filename", None) or ".")).parent
+    if isinstance(error, FileNotFoundError) and not folder.is_dir():
+        return f"cannot write {error.filename}\n  hint:     there is no folder {folder}: make it"
     if isinstance(error, OSError):
         return f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}"
     if isinstance(error, MemoryError):

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from proofmass.runner.commands.options import (
+    Whole,
     blocks_option,
     duration_option,
     engine_option,
@@ -29,7 +30,7 @@ _LAW_OPTIONS = (
     click.option(
         "--order",
         "orders",
-        type=click.IntRange(1, 6),
+        type=Whole(1, 6),
         multiple=True,
         default=(3, 4),
         show_default=True,
@@ -77,9 +78,7 @@ _GRAPH_OPTIONS = (
         show_default=True,
         help="Count large residuals fully, less, or hardly at all.",
     ),
-    click.option(
-        "--tries", type=click.IntRange(1, 1000), default=1, show_default=True, help="Start from this many points."
-    ),
+    click.option("--tries", type=Whole(1, 1000), default=1, show_default=True, help="Start from this many points."),
     click.option("--skip", default="0 s", show_default=True, metavar="TIME", help="Compare from this time on."),
     click.option(
         "--gaps",

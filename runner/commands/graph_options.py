@@ -1,6 +1,7 @@
 """The graph that a command works on: a file, with what `--blocks`, `--set` and `--probe` say."""
 
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, Probe, split
 from proofmass.graphs.model.integration import read_integration
+from proofmass.graphs.model.names import Missing, find_output
+from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.runner.commands.own_blocks import own_blocks
 
 
@@ -24,7 +28,11 @@ def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes
 
 def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:
     """Return the graph with what `--set` says; raises `ModelError` or `click.UsageError`."""
-    values = dict(_change(graph, text) for text in changes)
+    pairs = [_change(graph, text) for text in changes]
+    values = dict(pairs)
+    twice = sorted(key for key, times in Counter(key for key, _ in pairs).items() if times > 1)
+    if twice:
+        raise click.UsageError(f"--set {twice[0]} is given twice: keep one of them")
     if "integration" not in (*graph.blocks, *graph.subgraphs):
         steps = {key: values.pop(key) for key in tuple(values) if key.startswith("integration.")}
         graph = _with_integration(graph, steps) if steps else graph
@@ -54,7 +62,7 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
     """Key and value of one `--set`."""
     key, equals, value = text.partition("=")
     key = key.strip()
-    if not equals or ("." not in key and not graph.values):
+    if not equals or ("." not in key and not graph.values and key not in (RATE, DURATION)):
         raise click.UsageError(f"--set {text}: write BLOCK.PARAMETER=VALUE, for example adc.reference=5V")
     driver = next((wire.source for wire in graph.wires if wire.target == key), "")
     if driver:
@@ -72,10 +80,14 @@ def _with_integration(graph: Graph, changes: dict[str, Any]) -> Graph:
 
 def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
     probed = {probe.signal for probe in graph.probes}
+    flat = flatten(graph) if signals else None
     for signal in dict.fromkeys(signals):
         try:
             probe = read_probe(signal)
         except Refusal:
             raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
+        known = find_output(flat, inside(graph, signal)) if flat is not None else None
+        if isinstance(known, Missing):
+            raise ModelError([Problem(message=known.message, key=f"--probe {signal}", hint=known.hint)])
         if signal not in probed:
             yield probe

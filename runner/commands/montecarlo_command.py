@@ -12,7 +12,7 @@ from proofmass.runner.commands.answers import print_files, print_interruption, p
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.progress import progress, time_text
+from proofmass.runner.commands.progress import progress, time_text, working
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
@@ -40,6 +40,7 @@ class StudyRequest:
     runs: int | None
     seed: int | None
     engine: EngineName
+    changes: tuple[str, ...]
     out: Path | None
     threads: int | None
     lanes: int | None
@@ -50,7 +51,6 @@ class StudyRequest:
     epoch: int
     quiet: bool
     own: Path | None
-    changes: tuple[str, ...]
     variant: str | None
     as_json: bool
 
@@ -87,9 +87,8 @@ def _run_variants(request: StudyRequest, studies: dict[str, Study]) -> int:
             return code
     comparisons = compared(results)
     if request.as_json:
-        print_json(
-            {"variants": {n: study_data(r) for n, r in results.items()}, "compared": comparison_data(comparisons)}
-        )
+        variants = {name: study_data(result) for name, result in results.items()}
+        print_json({"variants": variants, "compared": comparison_data(comparisons)})
     else:
         print_text(["", *text_of(comparison_tables(results, comparisons))])
     if request.out is not None:
@@ -119,7 +118,8 @@ def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[i
         return _interrupted(result, request.out), result
     if request.out is not None:
         began = time.perf_counter()
-        names = write_study(result, request.out, request.formats, request.report)
+        with working(request.quiet or request.as_json, "writing tables, pictures and report"):
+            names = write_study(result, request.out, request.formats, request.report)
         print_files(request.out, names, request.as_json)
         if not request.as_json:
             what = "tables, pictures and report" if request.report else "tables"

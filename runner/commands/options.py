@@ -1,6 +1,7 @@
 """Arguments and options that several commands share."""
 
 from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -34,6 +35,34 @@ class LibraryFile(click.Path):
         return path
 
 
+class Whole(click.IntRange):
+    """A whole number within bounds, as digits or as 1e6."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number."""
+        try:
+            number = Decimal(str(value))
+            whole = number.is_finite() and abs(number) < _LARGEST_DECIMAL and number == number.to_integral_value()
+        except InvalidOperation:
+            whole = False
+        if not whole:
+            self.fail(f"{value!r} is not a whole number, such as 1000000 or 1e6", param, ctx)
+        return super().convert(int(number), param, ctx)
+
+
+class PictureFile(click.Path):
+    """A file for a picture, whose ending says its kind."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path of the file; refused before anything is computed."""
+        path = Path(str(super().convert(value, param, ctx)))
+        if path.suffix.lower() not in PICTURES:
+            self.fail(f"{path.name} ends in none of {', '.join(PICTURES)}", param, ctx)
+        return path
+
+
+_LARGEST_DECIMAL = Decimal(10) ** 80
+PICTURES = (".svg", ".png", ".pdf")
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -65,7 +94,7 @@ duration_option = click.option(
 def seed_option(source: str) -> Decorator:
     """Return the option for a seed, which `source` says otherwise."""
     return click.option(
-        "--seed", type=click.IntRange(0, LARGEST_SEED), help=f"Seed all random numbers (default: as {source} says)."
+        "--seed", type=Whole(0, LARGEST_SEED), help=f"Seed all random numbers (default: as {source} says)."
     )
 
 
@@ -80,19 +109,22 @@ def engine_option(studies: bool = False) -> Decorator:
     )
 
 
-def out_option(help_text: str, *names: str, required: bool = False) -> Decorator:
+def out_option(help_text: str, required: bool = False) -> Decorator:
     """Return the option for the folder to write to."""
-    return click.option(*(names or ("--out",)), type=_FOLDER, metavar="FOLDER", required=required, help=help_text)
+    names = ("-o", "--out", "--output", "out")
+    return click.option(*names, type=_FOLDER, metavar="FOLDER", required=required, help=help_text)
 
 
 def output_option(default: str) -> Decorator:
     """Return the option for the one file that a command writes."""
-    return click.option("-o", "--output", type=_FILE, metavar="FILE", help=f"Write to this file (default: {default}).")
+    names = ("-o", "--out", "--output", "output")
+    return click.option(*names, type=_FILE, metavar="FILE", help=f"Write to this file (default: {default}).")
 
 
 def plot_option(name: str, help_text: str) -> Decorator:
     """Return the option for a picture."""
-    return click.option("--plot", name, type=_FILE, metavar="FILE", help=f"{help_text}: .svg, .png or .pdf.")
+    kind = PictureFile(dir_okay=False, path_type=Path)
+    return click.option("--plot", name, type=kind, metavar="FILE", help=f"{help_text}: .svg, .png or .pdf.")
 
 
 def file_argument(name: str, library: bool = False) -> Decorator:

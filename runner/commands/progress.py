@@ -2,11 +2,52 @@
 
 import shutil
 import sys
+import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 ROWS = 8  # of results so far, at most
+
+
+PATIENCE = 0.5  # seconds without a word on the screen
+PREPARING = "preparing: a graph is planned and compiled before its first run"
+
+
+class Working:
+    """A line on standard error that says what takes long; a context manager that erases it."""
+
+    def __init__(self, what: str) -> None:
+        self._what, self._shown = what, False
+        self._lock = threading.Lock()
+        self._timer = threading.Timer(PATIENCE, self._show)
+        self._timer.daemon = True
+
+    def _show(self) -> None:
+        with self._lock:
+            if not self._timer.finished.is_set():
+                self._shown = True
+                sys.stderr.write(self._what[: shutil.get_terminal_size().columns - 1])
+                sys.stderr.flush()
+
+    def __enter__(self) -> "Working":
+        self._timer.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with self._lock:
+            self._timer.cancel()
+            if self._shown:
+                self._shown = False
+                sys.stderr.write("\r\x1b[J")
+                sys.stderr.flush()
+
+
+@contextmanager
+def working(quiet: bool, what: str) -> Iterator[None]:
+    """Say what is being done where that takes long and standard error is a terminal."""
+    with nullcontext() if quiet or not sys.stderr.isatty() else Working(what):
+        yield
 
 
 class ProgressBar:
@@ -18,11 +59,13 @@ class ProgressBar:
         self._began = time.monotonic()
         self._drawn = 0.0
         self._erase = ""  # codes that erase what was drawn last
+        self._preparing = Working(PREPARING)
 
     def __call__(self, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
         if self._first is None:
             self._first = done
+            self._preparing.__exit__()
         if done < total and now - self._began > 0.5 and now - self._drawn > 0.1:
             self._drawn = now
             width = shutil.get_terminal_size().columns - 1
@@ -35,9 +78,11 @@ class ProgressBar:
             self._clear()
 
     def __enter__(self) -> "ProgressBar":
+        self._preparing.__enter__()
         return self
 
     def __exit__(self, *error: object) -> None:
+        self._preparing.__exit__()
         self._clear()
 
     def _clear(self) -> None:

@@ -12,14 +12,16 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_files, print_interruption, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.progress import progress, working
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
+from proofmass.runner.run.saturation_notes import saturation_notes
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.run.trace_size import is_interrupted
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class RunRequest:
     live: bool
     budgets: tuple[str, ...]
     resume: bool
+    restart: bool
     swept: tuple[str, ...]
     zipped: bool
     measures: tuple[str, ...]
@@ -51,6 +54,8 @@ class RunRequest:
             raise click.UsageError("give --duration or --samples, not both")
         if self.resume and self.out is None:
             raise click.UsageError("--resume needs --out, the folder of the interrupted run")
+        if self.resume and self.restart:
+            raise click.UsageError("give --resume or --restart, not both")
         if self.swept and (self.resume or self.show_source or self.live or self.engine == "cxxrtl"):
             raise click.UsageError("--sweep goes without --resume, --show-source, --live and --engine cxxrtl")
         if (self.zipped or self.measures) and not self.swept:
@@ -71,13 +76,14 @@ def run_graph(request: RunRequest) -> int:
     if request.swept:
         return _swept(graph, request)
     result = _simulated(graph, request)
-    print_text(map(str, notes_of_a_run(flatten(graph))), err=True)
+    print_text(map(str, (*notes_of_a_run(flatten(graph)), *saturation_notes(result))), err=True)
     show_run(result, request.as_json)
     if result.interrupted:
         return _interrupted(result, request.out)
     if request.out is not None:
-        more, files = _budgets(graph, request.budgets, request.out)
-        names = write_run(result, request.out, request.formats or ("netcdf",), more, live=request.live) + files
+        with working(request.quiet or request.as_json, "writing traces, plot and report"):
+            more, files = _budgets(graph, request.budgets, request.out)
+            names = write_run(result, request.out, request.formats or ("netcdf",), more, live=request.live) + files
         print_files(request.out, names, request.as_json)
     return DONE
 
@@ -125,6 +131,8 @@ def _show_source(graph: Graph) -> int:
 def _simulated(graph: Graph, request: RunRequest) -> Result:
     if request.out is not None:
         request.out.mkdir(parents=True, exist_ok=True)
+        if is_interrupted(request.out) and not request.restart:
+            click.echo(f"continues the interrupted run in {request.out}; --restart starts at tick 0", err=True)
     with progress(request.quiet or request.as_json) as bar:
         return simulate(
             graph,
@@ -134,7 +142,7 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
             engine=request.engine,
             folder=request.out,
             progress=bar,
-            resume=request.resume,
+            resume=True if request.resume else False if request.restart else None,
         )
 
 
@@ -142,4 +150,4 @@ def _interrupted(result: Result, out: Path | None) -> int:
     if out is None:
         return print_interruption(count(result.ticks, "tick"), None, "with --out FOLDER a run can be resumed")
     done = f"{result.ticks:,} of {result.planned_ticks:,} ticks"
-    return print_interruption(done, out, "the same command with --resume goes on from there")
+    return print_interruption(done, out, "the same command goes on from there")

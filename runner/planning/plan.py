@@ -11,9 +11,10 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import scheduled
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.derived import derived_measures
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Endpoint, Graph, split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.fixed.digital import DigitalBlock, digital_block
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.constants import constants_of, start_of
@@ -30,12 +31,13 @@ Recordings = Mapping[str, Mapping[str, tuple[float, ...]]]
 NO_RECORDINGS: Recordings = types.MappingProxyType({})
 
 
-def plan(graph: Graph, *, wide: bool = False, recordings: Recordings = NO_RECORDINGS) -> Plan:
+def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_RECORDINGS) -> Plan:
     """Check, schedule and prepare a graph; raises `ModelError`.
 
     With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
     `recordings` are played in place of those in files, by block and buffer.
     """
+    graph = graph_from(graph)
     flat = flatten(graph)
     flat, order = with_measures(flat, scheduled(flat))
     wired = Wired(graph=flat, schedule=order, blocks=flat.blocks)
@@ -180,4 +182,5 @@ def _probe(wired: Wired, signal: str, node: Endpoint, every: int) -> PlannedProb
         unit_of(block, port),
         port.doc,
         format_of(block, port.name) if port.dtype is FixedValue else None,
+        wired.beat(node).phase,
     )

@@ -18,8 +18,9 @@ from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.provenance import graph_text
 from proofmass.runner.run.result import Recorder, Result
+from proofmass.runner.run.trace_size import CHECKPOINT as FILE
 
-FILE = "checkpoint.json"
+_ANEW = "--restart, or resume=False in Python, removes what was kept and starts at tick 0"
 
 
 class Checkpoint(NamedTuple):
@@ -196,5 +197,5 @@ def _head_length(path: Path) -> int:
 
 def _refused(folder: Path, message: str, got: str = "", expected: str = "") -> ModelError:
     place = str(folder / FILE)
-    problem = Problem(message=message, file=place, got=got[:200], expected=expected[:200], hint="run without --resume")
+    problem = Problem(message=message, file=place, got=got[:200], expected=expected[:200], hint=_ANEW)
     return ModelError([problem])

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.plan.measuring import Measured
@@ -75,7 +76,7 @@ def _scaled_statistics(values: Array, scale: float) -> Statistics:
 
 @dataclass(frozen=True)
 class Trace:
-    """What one probe recorded: a row per tick of the probe, the first at t = 0.
+    """What one probe recorded: a row per tick of the probe, the first at t = 0 or at the clock offset of its block.
 
     >>> from proofmass import read_graph, simulate
     >>> trace = simulate(read_graph("library:template"), duration="1 ms")["sensor.displacement"]
@@ -90,6 +91,7 @@ class Trace:
     base_rate: Fraction  # Hz, of the graph
     values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
     format: Fixed | None = None  # of a fixed-point signal
+    phase: int = 0  # base tick of the first row
 
     @property
     def facts(self) -> dict[str, str]:
@@ -117,9 +119,10 @@ class Trace:
     def times_of(self, first: int, last: int) -> Array:
         """Time of the rows from `first` up to, not including, `last`."""
         ticks, rate = self.stride * self.base_rate.denominator, self.base_rate.numerator
-        if max(last * ticks, rate) <= 1 << EXACT_BITS:
-            return np.arange(first, last, dtype=np.int64) * ticks / rate
-        return np.array([float(Fraction(row * ticks, rate)) for row in range(first, last)])
+        late = self.phase * self.base_rate.denominator
+        if max(last * ticks + late, rate) <= 1 << EXACT_BITS:
+            return (np.arange(first, last, dtype=np.int64) * ticks + late) / rate
+        return np.array([float(Fraction(row * ticks + late, rate)) for row in range(first, last)])
 
     @property
     def entries(self) -> int:
@@ -163,7 +166,16 @@ class Trace:
         return f"{sparkline(self.values)} {escape(repr(self))}"
 
 
-@dataclass(frozen=True)
+class NoSuchSignal(KeyError):  # noqa: N818  # what it says
+    """A signal that a run did not record, and which it did."""
+
+    def __str__(self) -> str:
+        """The signal and a cure, without the quotes that a KeyError puts around them."""
+        hint, signal = self.args
+        return f"{signal!r} was not recorded; {hint}"
+
+
+@dataclass(frozen=True, repr=False)
 class Result:
     """A finished or interrupted run; `result["block.port"]` is a trace.
 
@@ -190,10 +202,17 @@ class Result:
     measures: Mapping[str, Measured] = field(default_factory=dict)  # by name, each with value and unit
 
     def __getitem__(self, signal: str) -> Trace:
+        if signal not in self.traces:
+            raise NoSuchSignal(did_you_mean(signal, self.traces, "the probes"), signal)
         return self.traces[signal]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.traces)
+
+    def __repr__(self) -> str:
+        """Graph, ticks and signals, in a line."""
+        done = f"{self.ticks:,} of {self.planned_ticks:,} ticks" if self.interrupted else f"{self.ticks:,} ticks"
+        return f"<Result of {self.graph.name}: {done}; {', '.join((*self.traces, *self.measures)) or 'no probes'}>"
 
     @property
     def interrupted(self) -> bool:
@@ -330,7 +349,8 @@ class Recorder:
                     self._write_head(file, self.count)
             values = np.load(self._path, mmap_mode="r")
         probe = self.probe
-        return Trace(probe.signal, probe.unit, probe.doc, probe.stride, base_rate, values, probe.format)
+        facts = probe.signal, probe.unit, probe.doc, probe.stride
+        return Trace(*facts, base_rate, values, probe.format, probe.phase)
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""

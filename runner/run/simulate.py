@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.rates import read_duration
@@ -23,7 +24,7 @@ from proofmass.runner.run.faults import RunError, failed, name_fault
 from proofmass.runner.run.hand_over import HandOver, begin
 from proofmass.runner.run.provenance import integration_of, provenance
 from proofmass.runner.run.result import Recorder, Result
-from proofmass.runner.run.trace_size import IN_MEMORY, refuse_large, trace_bytes
+from proofmass.runner.run.trace_size import IN_MEMORY, is_interrupted, refuse_full, refuse_large, trace_bytes
 
 Progress = Callable[[int, int], None]  # ticks done, ticks in all
 
@@ -33,7 +34,7 @@ CHUNK_BYTES = 32 << 20  # of rows
 
 
 def simulate(
-    graph: Graph,
+    graph: GraphSource,
     *,
     duration: str | float | Fraction | None = None,
     samples: int | None = None,
@@ -41,7 +42,7 @@ def simulate(
     engine: EngineName = "auto",
     folder: str | Path | None = None,
     progress: Progress | None = None,
-    resume: bool = False,
+    resume: bool | None = None,
 ) -> Result:
     """Run a graph once.
 
@@ -49,10 +50,11 @@ def simulate(
     says. Traces of more than 256 MiB are written to `.npy` files in `folder` as they come, and are mapped from there.
 
     Ctrl-C (or SIGTERM) ends the run after the chunk under way: the result then holds what was done and says that it
-    was interrupted. With a `folder` a checkpoint is kept there, and `resume` goes on from it to the same bits.
+    was interrupted. With a `folder` a checkpoint is kept there, and the same call goes on from it to the same bits.
+    With `resume` there must be one; `resume=False` removes it and starts at tick 0.
 
-    Raises `ModelError` when the graph is wrong and `RunError` when a number stops being finite, or leaves a format
-    whose overflow is "refuse".
+    Raises `ModelError` when the graph is wrong, or other than that of a checkpoint in the folder, and `RunError` when a
+    number stops being finite, or leaves a format whose overflow is "refuse".
 
     `graph` may have come from a file or from Python. `seed` is that of all noise, or else the graph's. `engine` is
     "auto", "python", "compiled" or "cxxrtl"; all give the same bits. `progress` is called with the ticks that are done
@@ -64,6 +66,7 @@ def simulate(
     [('sensor.displacement', 11, 'm'), ('adc.code', 11, '1')]
     """
     options = RunOptions(duration, samples, seed, engine, folder, progress, resume)
+    graph = graph_from(graph)
     return simulate_plan(plan(graph), graph, options)
 
 
@@ -77,7 +80,7 @@ class RunOptions:
     engine: EngineName = "auto"
     folder: str | Path | None = None
     progress: Progress | None = None
-    resume: bool = False
+    resume: bool | None = None
     noise: int = 0
     began: float = field(default_factory=time.perf_counter)
 
@@ -89,9 +92,9 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
     streamed = _streamed(planned, run.ticks, place)
     memory = start(planned)
     rows_before: Mapping[str, int] = {}
-    if options.resume:
-        if place is None:
-            raise ValueError("resume needs the folder of the interrupted run")
+    if options.resume and place is None:
+        raise ValueError("resume needs the folder of the interrupted run")
+    if place is not None and (options.resume or (options.resume is None and is_interrupted(place))):
         # for start-up time: most runs are not resumed
         from proofmass.runner.run.checkpoint import load_checkpoint
 
@@ -116,7 +119,7 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
         preparation=looped - options.began + waited,
         provenance=provenance(graph, engine.name, integration_of(planned), handed_over),
         overflows=overflows,
-        overflow_ticks={name: -(-done // planned.schedule.divisors[name]) for name in overflows},
+        overflow_ticks={name: planned.schedule.beat(name).before(done) for name in overflows},
         memory=memory if done < run.ticks else None,
     )
     if place is not None:
@@ -128,7 +131,7 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
         else:
             remove_checkpoint(result, place)
     if unwritten is not None:
-        message = f"{unwritten.strerror}; the {done:,} ticks that are done are kept, resume goes on from there"
+        message = f"{unwritten.strerror}; the {done:,} ticks that are done are kept, the same run goes on from there"
         raise OSError(unwritten.errno, message, str(place))
     return result
 
@@ -222,6 +225,8 @@ def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
     """Whether the traces are written to files as they come, since together they do not fit into memory."""
     if folder is None:
         refuse_large(planned, ticks, IN_MEMORY)
+    elif trace_bytes(planned, ticks) > IN_MEMORY:
+        refuse_full(planned, ticks, folder)
     return trace_bytes(planned, ticks) > IN_MEMORY
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.planning.plan import plan
@@ -92,7 +93,7 @@ class Sweep:
 
 
 def sweep(
-    graph: Graph,
+    graph: GraphSource,
     values: Mapping[str, Sequence[object]],
     *,
     zipped: bool = False,
@@ -119,6 +120,7 @@ def sweep(
     >>> [(point["adc.bits"], float(run["adc.code"].values[-1])) for point, run in zip(result.points(), result.results)]
     [(10, -175.0), (12, -700.0)]
     """
+    graph = graph_from(graph)
     lists = {name: tuple(entries) for name, entries in values.items() if not isinstance(entries, str)}
     _refuse(values, lists, zipped=zipped)
     graphs = list(_changed(graph if traces else graph.changed(probes=()), points(lists, zipped=zipped)))

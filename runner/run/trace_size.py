@@ -1,10 +1,13 @@
-"""How large the traces of a run are, and whether a run without a folder can hold them."""
+"""How large the traces of a run are, whether memory or a folder can hold them, and whether a folder waits for more."""
 
 import math
+import shutil
+from pathlib import Path
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.plan.planned import Plan
 
+CHECKPOINT = "checkpoint.json"  # of an interrupted run, in its folder
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
 _BYTES = {float: 8, int: 8, bool: 1}
 
@@ -12,6 +15,30 @@ _BYTES = {float: 8, int: 8, bool: 1}
 def trace_bytes(planned: Plan, ticks: int) -> int:
     """Bytes of all traces."""
     return sum(p.rows(0, ticks) * math.prod(p.shape) * _BYTES[p.dtype] for p in planned.probes)
+
+
+def is_interrupted(folder: Path) -> bool:
+    """Whether a folder holds a run that was interrupted."""
+    return (folder / CHECKPOINT).is_file()
+
+
+def refuse_full(planned: Plan, ticks: int, folder: Path) -> None:
+    """Raise `ModelError` where the disk of a folder has no room for the traces and the results made of them."""
+    size, above = trace_bytes(planned, ticks), folder
+    while not above.is_dir():
+        above = above.parent
+    kept = sum(file.stat().st_size for file in above.glob("*.npy")) if above == folder else 0  # of this run before
+    free = shutil.disk_usage(above).free + kept
+    if size > free:
+        problem = Problem(
+            message="the traces do not fit on the disk",
+            key="probes",
+            got=f"{size / 2**30:,.1f} GiB",
+            expected=f"at most {free / 2**30:,.1f} GiB, which {above} has left",
+            hint="run for a shorter time, thin a probe: every = 1000, or write to another folder",
+            path=("probes",),
+        )
+        raise ModelError([planned.graph.placed(problem)])
 
 
 def refuse_large(planned: Plan, ticks: int, largest: int = IN_MEMORY) -> None:

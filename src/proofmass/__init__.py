@@ -75,7 +75,18 @@ def __getattr__(name: str) -> Any:
         if "proofmass.graphs.model.build" in modules:
             modules["proofmass.graphs.model.build"].Graph.drawn = _drawn
         return public
-    raise AttributeError(f"module 'proofmass' has no attribute {name!r}")
+    raise AttributeError(f"module 'proofmass' has no attribute {name!r}{_instead(name)}")
+
+
+def _instead(name: str) -> str:
+    """What was meant by a name that the package does not have."""
+    if name.startswith("_"):
+        return ""  # asked for by tools, again and again
+    blocks = import_module("proofmass.blocks.declaration.families").homes()
+    if name.lower() in blocks:
+        return f"; a block comes from proofmass.blocks: from proofmass.blocks import {name}"
+    near = import_module("proofmass.blocks.declaration.problem").nearest(name, _HOMES)
+    return f"; did you mean {near}?" if near else ""
 
 
 def _drawn(graph: Any) -> str:

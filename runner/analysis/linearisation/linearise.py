@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.flatten import inside
-from proofmass.graphs.model.graph import Endpoint, Graph, split
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.loops import SETTLED, Loop
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.rates import read_duration
@@ -33,7 +34,7 @@ _NAMED = 12  # outputs in a message
 
 
 def linearise(
-    graph: Graph,
+    graph: GraphSource,
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
     *,
@@ -155,7 +156,8 @@ def one_loop(planned: Plan, name: str) -> tuple[str, Endpoint]:
     if "." in name:
         return name, node_of(planned, name)
     hint = did_you_mean(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
-    raise ModelError([Problem(message="there is no such loop", key="loops", got=name, hint=hint)])
+    problem = Problem(message="there is no such loop", key="loops", got=name, hint=hint, path=("loops",))
+    raise ModelError([planned.graph.placed(problem)])
 
 
 def node_of(planned: Plan, signal: str) -> Endpoint:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.loops import REQUIREMENTS, Loop
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, open_loop, tick_at
 from proofmass.runner.analysis.linearisation.poles import Pole
@@ -15,7 +15,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 
-def margins(graph: Graph, loop: str = "", *, at: str | float | Fraction = 0.0) -> Margins:
+def margins(graph: GraphSource, loop: str = "", *, at: str | float | Fraction = 0.0) -> Margins:
     """The margins of one loop: by its name, by an output at which it is opened, or the only one that there is.
 
     The graph is linearised at the time `at`, or where its loops have "settled". Raises `ModelError` where the loop

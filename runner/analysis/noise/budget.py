@@ -11,6 +11,7 @@ import numpy as np
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
@@ -151,7 +152,7 @@ class NoiseBudget:
 
 
 def noise(
-    graph: Graph,
+    graph: GraphSource,
     output: str,
     *,
     input: str = "",

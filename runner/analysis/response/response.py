@@ -12,7 +12,8 @@ import numpy as np
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.graphs.model.graph import Endpoint, Graph
+from proofmass.graphs.files.toml_reader import GraphSource
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
@@ -137,7 +138,7 @@ class Response:
 
 
 def response(
-    graph: Graph,
+    graph: GraphSource,
     input: str,
     output: str,
     *,

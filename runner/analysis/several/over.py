@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Graph
@@ -37,7 +38,7 @@ class MarginsOver:
 
 
 def margins_over(
-    graph: Graph,
+    graph: GraphSource,
     parameter: str,
     values: Sequence[float],
     *,
@@ -57,7 +58,7 @@ def margins_over(
     >>> [round(row["main"].gain_margin, 1) for row in over.margins]
     [4.2, 1.9]
     """
-    return _over(graph, parameter, unit, list(values), [{parameter: value} for value in values], loop, at)
+    return _over(graph_from(graph), parameter, unit, list(values), [{parameter: value} for value in values], loop, at)
 
 
 def margins_over_age(study: Study, *, loop: str = "", at: str | float | Fraction = 0.0) -> MarginsOver:

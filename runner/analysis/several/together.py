@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.graph import Endpoint, Graph
+from proofmass.graphs.files.toml_reader import GraphSource
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
@@ -88,7 +89,7 @@ class Together:
         }
 
 
-def margins_together(graph: Graph, loops: Sequence[str] = (), *, at: str | float | Fraction = 0.0) -> Together:
+def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: str | float | Fraction = 0.0) -> Together:
     """Return the disk margin for simultaneous perturbations of several loops: those named, or all of the graph.
 
     A loop is named as in the graph, or by the output at which it is opened. Raises `ModelError` where a loop cannot be

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.special
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import read_duration
@@ -150,7 +151,7 @@ class Fitted:
 
 
 def fit(
-    graph: Graph,
+    graph: GraphSource,
     data: object,
     *,
     outputs: Mapping[str, str] | Sequence[str],
@@ -202,6 +203,7 @@ def fit(
     if loss not in LOSSES:
         hint = did_you_mean(loss, LOSSES, "the losses")
         raise ModelError([Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint)])
+    graph = graph_from(graph)
     wanted = _signals(graph, inputs), _signals(graph, outputs)
     if not wanted[1]:
         hint = 'name what was recorded: outputs={"readout.voltage": "voltage"}'

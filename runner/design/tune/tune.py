@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.build import tuning_of
@@ -132,7 +133,7 @@ class Tuned:
         }
 
 
-def tune(graph: Graph | Tuning, *, progress: Progress | None = None, **tables: Any) -> Tuned:
+def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tables: Any) -> Tuned:
     """Find parameters of a graph that meet goals.
 
     `free` and `goals`, and if wanted `points`, `tolerances`, `at`, `starts`, `samples` and `seed`, are tables and
@@ -160,7 +161,7 @@ def tune(graph: Graph | Tuning, *, progress: Progress | None = None, **tables: A
     >>> tuned.met
     True
     """
-    tuning = graph if isinstance(graph, Tuning) else tuning_of(graph, **tables)
+    tuning = graph if isinstance(graph, Tuning) else tuning_of(graph_from(graph), **tables)
     goals = GoalsAt(tuning)
     with interrupts() as stop:
         search = Search(goals, progress, stop)

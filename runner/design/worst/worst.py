@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
@@ -117,7 +118,7 @@ class WorstCases:
 
 
 def worst(
-    source: Graph | Study,
+    source: GraphSource | Study,
     quantities: Mapping[str, Mapping[str, Any]] | None = None,
     *,
     tolerances: Mapping[str, Any] | None = None,
@@ -146,6 +147,7 @@ def worst(
     >>> [(case.name, round(case.nominal, 2), round(case.worst, 2)) for case in found.cases]
     [('main.gain_margin', 31.57, 31.14), ('main.phase_margin', 90.89, 90.68)]
     """
+    source = source if isinstance(source, Study) else graph_from(source)
     graph = source.graph if isinstance(source, Study) else source
     ranges = ranges_of(source, tolerances or {})
     wanted = _quantities(graph, quantities)

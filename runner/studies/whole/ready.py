@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import check as check_wiring
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
@@ -20,7 +21,7 @@ from proofmass.runner.run.trace_size import refuse_large
 MANY_STEPS = 1000  # in a tick
 
 
-def check(graph: Graph) -> list[Problem]:
+def check(graph: GraphSource) -> list[Problem]:
     """Return all problems of a graph, each with its place; only notes are left if the graph can run.
 
     The files that it names are read, and it is planned as for a run. A graph with open inputs, a part of others, is
@@ -34,6 +35,7 @@ def check(graph: Graph) -> list[Problem]:
     ...     print(problem.key, problem.message)
     blocks.lag the input input is not connected
     """
+    graph = graph_from(graph)
     problems = check_wiring(graph)
     if all(problem.note for problem in problems) and runs_alone(flatten(graph)):
         problems += unready(graph)

@@ -163,7 +163,7 @@ model.toml:5: wires: push.ouput -> mass.force: push.ouput is no output
   hint:     did you mean output?
 model.toml:20: blocks.readout.kind: there is no such kind of block
   got:      'Gian'
-  hint:     did you mean Gain? `proofmass blocks` shows them all
+  hint:     did you mean Gain? `proofmass blocks` lists all kinds.
 model.toml:27: blocks.adc.bist: AnalogToDigital has no such parameter
   got:      'bist'
   hint:     did you mean bits?"""

@@ -187,9 +187,9 @@ def test_rates_without_a_common_base_rate() -> None:
         said(("bits = 16", 'rate = "9999.9973 Hz"'))
         == """\
 model.toml:27: rate: the rates have no common base rate within reach
-  got:      99999973/10000 Hz, 10 kHz
+  got:      adc at 99999973/10000 Hz, push at 10 kHz
   expected: at most 1,000,000 ticks of their least common multiple in one tick of the slowest
-  hint:     make the rates ratios of small numbers"""
+  hint:     make the rates ratios of small numbers: 10 kHz for adc, for example"""
     )
 
 

@@ -135,7 +135,7 @@ def test_nothing_is_written_where_nothing_is_determined(graph: Path, tmp_path: P
         ([str(GRAPH)], 2, "--temperature BLOCK.PORT"),
         ([TABLE, "--set", "model.a1=2"], 2, "only for a graph"),
         ([TABLE, "--block", "model"], 2, "--block needs --write"),
-        ([TABLE, "--plot", "fit.gif"], 2, "the endings: "),
+        ([TABLE, "--plot", "fit.gif"], 2, "fit.gif ends in none of .svg"),
         ([TABLE, "--order", "7"], 2, "7 is not in the range"),
         ([TABLE, "--plot", "no/folder/fit.svg"], 3, "cannot write"),
     ],

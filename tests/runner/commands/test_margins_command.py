@@ -100,7 +100,9 @@ def test_mistakes_are_answered(capsys: pytest.CaptureFixture[str]) -> None:
     assert "did you mean main?" in said(capsys, "margins", LOOP, "--loop", "mian", code=1)
     assert "the graph has no loop" in said(capsys, "margins", str(library_file("pn_self_test_minimal.toml")), code=1)
     assert "at: " in said(capsys, "margins", LOOP, "--at", "2 V", code=1)
-    assert "name a port of it" in said(capsys, "margins", LOOP, "--sensitivity", "acceleration", "dac.code", code=1)
+    assert "name a port of acceleration" in said(
+        capsys, "margins", LOOP, "--sensitivity", "acceleration", "dac.code", code=1
+    )
 
 
 def test_required_margins_that_are_kept(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -5,11 +5,12 @@ import os
 import re
 import shutil
 import sys
+import time
 
 import pytest
 
 from proofmass.runner.commands import progress
-from proofmass.runner.commands.progress import ProgressBar
+from proofmass.runner.commands.progress import PREPARING, ProgressBar, Working
 
 NOTE = "bias 6553.69(77), noise 81.2(24) mV, settled 0.471(14) s, a_rather_long_name_of_a_measure 1.5(2)"
 
@@ -62,3 +63,32 @@ def test_what_is_drawn_and_left(columns: int, monkeypatch: pytest.MonkeyPatch) -
             assert screen.most < max(columns, len(first) + 1)
         bar(6000, 6000, NOTE)
     assert screen.rows == ["$ proofmass montecarlo", ""]
+
+
+def shown_within(screen: Screen, text: str) -> bool:
+    """Whether a text comes to the screen within a few seconds."""
+    ends = time.monotonic() + 10.0
+    while time.monotonic() < ends and text not in screen.rows[-1]:
+        time.sleep(0.01)
+    return text in screen.rows[-1]
+
+
+def test_what_takes_long_is_named_and_erased(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen()
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(progress, "PATIENCE", 0.01)
+    with Working("writing the report"):
+        assert shown_within(screen, "writing the report")
+    assert screen.rows == [""]
+    with ProgressBar("tick") as bar:
+        assert shown_within(screen, PREPARING[:40])
+        bar(0, 10)
+        assert screen.rows == [""]
+
+
+def test_what_is_soon_done_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen()
+    monkeypatch.setattr(sys, "stderr", screen)
+    with Working("writing the report"):
+        pass
+    assert screen.most == 0

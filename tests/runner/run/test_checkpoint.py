@@ -4,6 +4,7 @@ import importlib.util
 import json
 import linecache
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -192,13 +193,45 @@ class TestRefused:
             simulate(graph or made(folder.parent), engine="python", folder=folder, resume=True, **options)
         text = str(caught.value)
         assert str(folder / FILE) in text
-        assert "run without --resume" in text
+        assert "--restart, or resume=False" in text
         return text
 
     def test_without_a_checkpoint(self, tmp_path: Path) -> None:
         assert "there is no checkpoint.json to resume from" in self.message(tmp_path / "nothing", made(tmp_path))
         with pytest.raises(ValueError, match="needs the folder"):
             simulate(made(tmp_path), samples=10, resume=True)
+
+    def test_the_same_run_goes_on_by_itself_and_another_is_refused(self, folder: Path) -> None:
+        whole = simulate(made(folder.parent), samples=2000, engine="python")
+        with pytest.raises(ModelError, match="the seed changed"):
+            simulate(made(folder.parent), samples=2000, engine="python", folder=folder, seed=6)
+        assert (folder / FILE).exists()
+        starts: list[int] = []
+        result = simulate(
+            made(folder.parent),
+            samples=2000,
+            engine="python",
+            folder=folder,
+            progress=lambda done, _: starts.append(done),
+        )
+        assert starts[0] >= 700
+        assert result.digest == whole.digest
+        assert not (folder / FILE).exists()
+
+    def test_a_run_that_is_not_to_go_on_starts_at_tick_0(self, folder: Path) -> None:
+        starts: list[int] = []
+        options = {"engine": "python", "folder": folder, "resume": False}
+        simulate(made(folder.parent), samples=1000, progress=lambda done, _: starts.append(done), **options)
+        assert starts[0] == 0
+        assert not (folder / FILE).exists()
+
+    def test_traces_that_do_not_fit_on_the_disk(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(2**40, 2**40 - 2**30, 2**30))
+        with pytest.raises(ModelError, match="do not fit on the disk") as refused:
+            simulate(made(tmp_path), samples=10**9, engine="compiled", folder=tmp_path / "new" / "out")
+        (problem,) = refused.value.problems
+        assert problem.expected == f"at most 1.0 GiB, which {tmp_path} has left"
+        assert not (tmp_path / "new").exists()
 
     def test_another_parameter(self, folder: Path) -> None:
         text = self.message(folder, made(folder.parent, blocks={"adc": AnalogToDigital(bits=14, reference=16.0)}))
@@ -321,11 +354,12 @@ class TestTheCommand:
         options = ("--engine", "python", "--format", "csv", "--quiet")
         code, messages, _ = self.interrupted(path, *options, "--out", tmp_path / "one")
         assert code == 130, messages
-        assert "the same command with --resume goes on from there" in messages
+        assert "the same command goes on from there" in messages
         assert (tmp_path / "one" / FILE).exists()
-        resumed = command("run", path, *options, "--out", tmp_path / "one", "--resume")
+        resumed = command("run", path, *options, "--out", tmp_path / "one")
         done = subprocess.run(resumed, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
+        assert "continues the interrupted run" in done.stderr
         whole = command("run", path, *options, "--out", tmp_path / "two")
         subprocess.run(whole, capture_output=True, check=True)
         assert (tmp_path / "one" / "traces.csv").read_bytes() == (tmp_path / "two" / "traces.csv").read_bytes()
@@ -347,7 +381,7 @@ class TestTheCommand:
         assert done.returncode == 3, done.stderr
         assert "cannot write or read" in done.stderr
         assert "File too large" in done.stderr
-        assert "resume goes on" in done.stderr
+        assert "the same run goes on" in done.stderr
         assert "Traceback" not in done.stderr
         done = subprocess.run([*arguments, "--resume"], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
