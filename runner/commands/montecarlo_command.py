@@ -1,7 +1,7 @@
 """The command `montecarlo`: run what is left of a study, show and write it; or replay one of its runs."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -79,7 +79,7 @@ def run_montecarlo(request: StudyRequest) -> int:
     return _run_variants(request, studies)
 
 
-def _run_variants(request: StudyRequest, studies: dict[str, Study]) -> int:
+def _run_variants(request: StudyRequest, studies: Mapping[str, Study]) -> int:
     """Run each variant in a folder of its own, and compare them with the first."""
     results = dict[str, StudyResult]()
     for name, study in studies.items():
