@@ -1,7 +1,8 @@
-"""Digital filters of order 1 to 8 as four sections of second order, designed from the poles of an analog prototype.
+"""Digital filters of order 1 to 8 as four sections of second order, designed from an analog prototype.
 
 A section is y = b0 u + s, s' = b1 u - a1 y + t, t' = b2 u - a2 y (transposed direct form II). A pole pair of the
-prototype at radius w with quality q becomes one by the bilinear transform, warped so that the corner stays where it is
+prototype at radius w with quality q, and its zeros at radius 1 / z on the imaginary axis, become one by the bilinear
+transform, warped so that the corner stays where it is
 (Oppenheim and Schafer, Discrete-Time Signal Processing, section 7.1).
 """
 
@@ -9,8 +10,8 @@ import math
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import tangent
+from proofmass.blocks.arithmetic.prototypes import Prototype
 
-LARGEST_ORDER = 8
 HIGHEST = 0.4999999  # corner over rate at most: beyond half the rate there is no signal
 
 
@@ -52,31 +53,19 @@ class Delays(NamedTuple):
     t4: float
 
 
-class Poles(NamedTuple):
-    """Radius and quality of up to four pole pairs; the last of an odd order is one real pole, which has no quality."""
-
-    w1: float
-    q1: float
-    w2: float
-    q2: float
-    w3: float
-    q3: float
-    w4: float
-    q4: float
-
-
 def warped(frequency: float, period: float) -> float:
     """tan(pi frequency period): the corner of the analog filter, in half rates."""
     turns = frequency * period
     return tangent(math.pi * (turns if turns < HIGHEST else HIGHEST))
 
 
-def designed(poles: Poles, order: int, high: bool, corner: float, gain: float) -> Sections:
-    """The sections of a low-pass or, with every pole reflected at the unit circle, a high-pass."""
-    b10, b11, b12, a11, a12 = _section(0, order, high, corner, poles.w1, poles.q1)
-    b20, b21, b22, a21, a22 = _section(1, order, high, corner, poles.w2, poles.q2)
-    b30, b31, b32, a31, a32 = _section(2, order, high, corner, poles.w3, poles.q3)
-    b40, b41, b42, a41, a42 = _section(3, order, high, corner, poles.w4, poles.q4)
+def designed(prototype: Prototype, order: int, high: bool, corner: float) -> Sections:
+    """The sections of a low-pass or, with every pole and zero reflected at the unit circle, a high-pass."""
+    p, gain = prototype, prototype.gain
+    b10, b11, b12, a11, a12 = _section(0, order, high, corner, p.w1, p.q1, p.z1)
+    b20, b21, b22, a21, a22 = _section(1, order, high, corner, p.w2, p.q2, p.z2)
+    b30, b31, b32, a31, a32 = _section(2, order, high, corner, p.w3, p.q3, p.z3)
+    b40, b41, b42, a41, a42 = _section(3, order, high, corner, p.w4, p.q4, p.z4)
     return Sections(
         gain * b10, gain * b11, gain * b12, a11, a12, b20, b21, b22, a21, a22,
         b30, b31, b32, a31, a32, b40, b41, b42, a41, a42,
@@ -84,7 +73,7 @@ def designed(poles: Poles, order: int, high: bool, corner: float, gain: float) -
 
 
 def _section(
-    index: int, order: int, high: bool, corner: float, w: float, q: float
+    index: int, order: int, high: bool, corner: float, w: float, q: float, z: float
 ) -> tuple[float, float, float, float, float]:
     if 2 * index >= order:
         return 1.0, 0.0, 0.0, 0.0, 0.0
@@ -94,8 +83,11 @@ def _section(
         b0 = (1.0 if high else k) / (1.0 + k)
         return b0, side * b0, 0.0, (k - 1.0) / (k + 1.0), 0.0
     scale = 1.0 / (1.0 + k / q + k * k)
-    b0 = scale if high else k * k * scale
-    return b0, side * 2.0 * b0, b0, 2.0 * (k * k - 1.0) * scale, (1.0 - k / q + k * k) * scale
+    ratio = corner * z if high else z / corner  # of the zeros to the tangent of the corner, or the other way
+    top = (1.0 if high else k * k) * scale
+    b0 = top * (1.0 + ratio * ratio)
+    b1 = side * 2.0 * (top * (1.0 - ratio * ratio))
+    return b0, b1, b0, 2.0 * (k * k - 1.0) * scale, (1.0 - k / q + k * k) * scale
 
 
 def filtered(c: Sections, x: Delays, u: float) -> float:

@@ -4,17 +4,8 @@ The poles of the prototype are at radius 1 and quality 1 / (2 sin((2k + 1) pi / 
 filter amplifiers, 1930). At the corner fc the response is down by 3 dB; at most it is half the rate.
 """
 
-from proofmass.blocks.arithmetic.elementary import sine_of_turns
-from proofmass.blocks.arithmetic.sections import (
-    LARGEST_ORDER,
-    Delays,
-    Poles,
-    Sections,
-    designed,
-    filtered,
-    moved,
-    warped,
-)
+from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER, butterworth
+from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -31,15 +22,7 @@ class Butterworth(Block):
 
 @Butterworth.constants
 def constants(p: Butterworth, period: float) -> Sections:
-    poles = Poles(
-        1.0, quality(0, p.order), 1.0, quality(1, p.order), 1.0, quality(2, p.order), 1.0, quality(3, p.order)
-    )
-    return designed(poles, p.order, p.high_pass, warped(p.corner_frequency, period), 1.0)
-
-
-def quality(pair: int, order: int) -> float:
-    """Quality of a pole pair, counted from the imaginary axis; 1 of those beyond the order."""
-    return 0.5 / sine_of_turns((2 * pair + 1) / (4 * order)) if 2 * pair < order else 1.0
+    return designed(butterworth(p.order), p.order, p.high_pass, warped(p.corner_frequency, period))
 
 
 @Butterworth.output("{unit}")

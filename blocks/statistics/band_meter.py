@@ -8,8 +8,8 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.elementary import sine_of_turns
-from proofmass.blocks.arithmetic.sections import Delays, Poles, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.prototypes import butterworth
+from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 _ORDER = 4
@@ -53,10 +53,8 @@ def start(p: BandMeter) -> State:
 
 @BandMeter.constants
 def constants(p: BandMeter, period: float) -> Sections:
-    q1, q2 = 0.5 / sine_of_turns(1.0 / 16.0), 0.5 / sine_of_turns(3.0 / 16.0)
-    poles = Poles(1.0, q1, 1.0, q2, 1.0, 1.0, 1.0, 1.0)
-    above = designed(poles, _ORDER if p.low > 0.0 else 0, True, warped(p.low, period), 1.0)
-    below = designed(poles, _ORDER, False, warped(p.high, period), 1.0)
+    above = designed(butterworth(_ORDER), _ORDER if p.low > 0.0 else 0, True, warped(p.low, period))
+    below = designed(butterworth(_ORDER), _ORDER, False, warped(p.high, period))
     return Sections(*above[:10], *below[:10])
 
 

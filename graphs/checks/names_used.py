@@ -7,7 +7,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import is_input
 from proofmass.graphs.model.flatten import FlatGraph, inside, parts
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.model.names import Missing, find_any, find_output, is_value
+from proofmass.graphs.model.names import Missing, find_any, find_output, is_rate, is_value
 
 
 def bad_loops(flat: FlatGraph) -> Iterator[Problem]:
@@ -37,7 +37,7 @@ def bad_exports(flat: FlatGraph) -> Iterator[Problem]:
             signal = path + inside(part, target)
             found = find_any(flat, signal)
             message = hint = ""
-            if isinstance(found, Missing) and not is_value(flat.root, signal):
+            if isinstance(found, Missing) and not is_value(flat.root, signal) and not is_rate(flat, signal):
                 message, hint = found.message, found.hint
             elif is_input(flat, signal) and any(driver.startswith(path) for driver in drivers.get(signal, ())):
                 message = f"{target} is exported and driven inside"

@@ -1,7 +1,7 @@
 """The schedule: base rate, divisors, and the topological order of outputs by direct feedthrough."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple, TypeAlias
@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import alphabetical, loops
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, split
-from proofmass.graphs.model.rates import base_rate
+from proofmass.graphs.model.rates import base_rate, with_offsets
 
 _NAMED = 40  # wires of a loop
 
@@ -21,6 +21,17 @@ class ConstantsOf(NamedTuple):
     """The constants of a block with driven parameters, computed in each of its ticks before its outputs."""
 
     block: str
+
+
+class Beat(NamedTuple):
+    """Base ticks in which something happens: every `stride`, the first of them `phase`."""
+
+    stride: int
+    phase: int = 0
+
+    def before(self, tick: int) -> int:
+        """Return how many of them come before a tick."""
+        return -((self.phase - tick) // self.stride)
 
 
 Step: TypeAlias = Endpoint | ConstantsOf  # of a tick
@@ -58,10 +69,10 @@ class AlgebraicLoop:
 class Schedule:
     """The order of work in a tick, which all engines follow.
 
-    `divisors` gives the base ticks per tick of each block. `order` has the outputs in the order of a tick, with the
-    constants of blocks with driven parameters; the nodes of a loop follow each other. `drivers` gives the output
-    that drives each input and driven parameter; `loops` are solved within a tick. `without_noise` makes all random
-    numbers zero.
+    `divisors` gives the base ticks per tick of each block, `phases` its first one where that is not 0. `order` has the
+    outputs in the order of a tick, with the constants of blocks with driven parameters; the nodes of a loop follow each
+    other. `drivers` gives the output that drives each input and driven parameter; `loops` are solved within a tick.
+    `without_noise` makes all random numbers zero.
     """
 
     base_rate: Fraction
@@ -70,6 +81,11 @@ class Schedule:
     drivers: dict[Endpoint, Endpoint]
     loops: tuple[AlgebraicLoop, ...] = ()
     without_noise: bool = False
+    phases: dict[str, int] = field(default_factory=dict)
+
+    def beat(self, name: str) -> Beat:
+        """Return when a block ticks."""
+        return Beat(self.divisors[name], self.phases.get(name, 0))
 
 
 def schedule(graph: FlatGraph) -> Schedule:
@@ -80,14 +96,16 @@ def schedule(graph: FlatGraph) -> Schedule:
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
     rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not type(block).continuous()}
     base = base_rate(rates.values()) if rates or graph.rate is None else graph.rate
+    base = with_offsets(base, graph.offsets.values())
     divisors = {name: int(base / rates[name]) if name in rates else 1 for name in graph.blocks}
+    phases = {name: int(base * offset) for name, offset in graph.offsets.items()}
     needs = _needs(graph, drivers)
     order, cycles = in_order(needs)
     for cycle in cycles:
-        obstacle = _obstacle(graph, divisors, cycle)
+        obstacle = _obstacle(graph, divisors, phases, cycle)
         if obstacle or graph.integration.algebraic_loops == "refuse":
             raise ModelError([_loop(graph, _cycle(cycle, needs), drivers, obstacle)])
-    return Schedule(base, divisors, order, drivers, tuple(map(loop_of, cycles)))
+    return Schedule(base, divisors, order, drivers, tuple(map(loop_of, cycles)), phases=phases)
 
 
 def outputs_of(steps: Iterable[Step]) -> tuple[Endpoint, ...]:
@@ -149,9 +167,9 @@ def _by_last_name(step: Step) -> tuple[str, str, str]:
     return *last_name(step[0]), "" if isinstance(step, ConstantsOf) else step[1]
 
 
-def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], cycle: Torn) -> str:
+def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], phases: Mapping[str, int], cycle: Torn) -> str:
     """Why Newton's method cannot solve a loop; empty when it can."""
-    strides = set[int]()
+    beats = set[Beat]()
     for step in cycle.steps:
         if isinstance(step, ConstantsOf):
             return f"the parameters of {step.block} depend on its own outputs"
@@ -162,8 +180,8 @@ def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], cycle: Torn) -> str
             return f"{name}.{port} is not a single number of type float"
         if Meaning.DEVIATE in type(block).output_functions[port].meanings:
             return f"{name}.{port} draws noise"
-        strides.add(divisors[name] * size_of(block, output.every))
-    return "its outputs have different rates" if len(strides) > 1 else ""
+        beats.add(Beat(divisors[name] * size_of(block, output.every), phases.get(name, 0)))
+    return "its outputs have different rates" if len(beats) > 1 else ""
 
 
 def block_rate(graph: FlatGraph, name: str) -> Fraction:

@@ -17,7 +17,8 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
-from proofmass.graphs.model.names import is_value
+from proofmass.graphs.model.names import is_rate, is_value
+from proofmass.graphs.model.targets import CLOCK_OFFSET
 
 Path = tuple[str, ...]
 
@@ -39,6 +40,7 @@ class BlockTables:
         self.kinds: dict[str, type[Block] | None] = {}
         self.blocks: dict[str, Block | Graph] = {}
         self.rates: dict[str, Any] = {}
+        self.offsets: dict[str, Any] = {}
         self.doubtful: set[str] = set()
         self.problems: list[Problem] = []
         self.inside = 0  # blocks of all subgraphs
@@ -77,6 +79,8 @@ class BlockTables:
                 return
         if "rate" in table:
             self.rates[name] = table["rate"]
+        if CLOCK_OFFSET in table:
+            self.offsets[name] = table[CLOCK_OFFSET]
 
     def _read_table(self, name: str, table: dict[str, Any]) -> None:
         """Read a subgraph from a table of the file itself."""
@@ -86,7 +90,10 @@ class BlockTables:
             self._refuse(Problem(message=message, key=f"blocks.{name}"), "blocks", name)
             return
         try:
-            self._add(name, self.read_table(table, replace(self.place, top=(*self.place.top, "blocks", name))))
+            inner = {key: value for key, value in table.items() if key != CLOCK_OFFSET}
+            if CLOCK_OFFSET in table:
+                self.offsets[name] = table[CLOCK_OFFSET]
+            self._add(name, self.read_table(inner, replace(self.place, top=(*self.place.top, "blocks", name))))
         except ModelError as error:
             self.doubtful.add(name)
             for problem in error.problems:
@@ -119,6 +126,9 @@ class BlockTables:
             if "rate" in table:
                 note_line(self.place, ("blocks", copy, "rate"), (*path, "rate"))
                 self.rates[copy] = table["rate"]
+            if CLOCK_OFFSET in table:
+                note_line(self.place, ("blocks", copy, CLOCK_OFFSET), (*path, CLOCK_OFFSET))
+                self.offsets[copy] = table[CLOCK_OFFSET]
             self.blocks[copy] = part
 
     def _names(self, name: str, table: dict[str, Any], tables: Mapping[str, object]) -> Iterator[str]:
@@ -264,7 +274,10 @@ def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, obj
 
 def _misplaced(name: str, part: Graph, key: str) -> str:
     """Hint for a key of a subgraph that is not an exported parameter; empty if it is one."""
-    exports = exported(flatten(part))
+    flat = flatten(part)
+    exports, rates = exported(flat), [n for n, signal in flat.exports.items() if is_rate(flat, signal)]
+    if key in rates:
+        return ""
     if key in exports:
         if not isinstance(exports[key][1], Port):
             return ""
@@ -273,7 +286,7 @@ def _misplaced(name: str, part: Graph, key: str) -> str:
         return f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
     if key in part.values or is_value(part, part.exports.get(key, key)):
         return ""
-    names = [*(n for n, (_, what) in exports.items() if not isinstance(what, Port)), *part.values, *PART_KEYS]
+    names = [*(n for n, (_, what) in exports.items() if not isinstance(what, Port)), *rates, *part.values, *PART_KEYS]
     return (
         did_you_mean(key, names, "its values and the parameters that it exports")
         + ' One inside: "block.parameter" = ...'

@@ -1,6 +1,7 @@
 """Formulas in the tables of blocks, resolved to numbers before the blocks are made."""
 
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -72,7 +73,7 @@ class TableFormulas:
             for place, entry in enumerate(entries)
         ]
 
-    def _number(self, of: str, text: str, path: Path, find: Callable[[], Target]) -> float | int | None:
+    def _number(self, of: str, text: str, path: Path, find: Callable[[], Target]) -> float | int | Fraction | None:
         """Note a formula and return its number; None, and a problem, if it has none."""
         try:
             formula = Formula(text)

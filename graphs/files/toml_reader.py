@@ -119,7 +119,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         settings["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
     graph = None
     try:
-        graph = Graph(blocks=reader.blocks, rates=reader.rates, place=place, **settings)
+        graph = Graph(blocks=reader.blocks, rates=reader.rates, offsets=reader.offsets, place=place, **settings)
     except ModelError as error:
         problems += error.problems
     if (problems or reader.problems or graph is None) and reader.named and depth == 0:

@@ -14,7 +14,7 @@ from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.requirements import Requirement
 from proofmass.graphs.model.statistics import TIMES
-from proofmass.graphs.model.targets import DURATION, RATE
+from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
 from proofmass.graphs.model.values import Value
 
 SCHEMA_LINE = "#:schema proofmass-graph.json"
@@ -80,9 +80,11 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         yield from ("", f"[{path}blocks.{key}]", f"kind = {quoted(type(block).__name__)}")
         if name in graph.rates:
             yield f"rate = {quoted(_formula(graph, f'{name}.{RATE}') or write_rate(graph.rates[name]))}"
+        yield from _offset(graph, name)
         yield from _parameters(block, partial(_formula, graph, f"{name}."))
     for name, part in graph.subgraphs.items():
         yield from ("", f"[{path}blocks.{name}]")
+        yield from _offset(graph, name)
         if part.name:
             yield f"name = {quoted(part.name)}"
         yield from _graph(part, f"{path}blocks.{name}.")
@@ -92,6 +94,11 @@ def _formula(graph: Graph, target: str, entry: str = "") -> str:
     """The formula of a rate, a duration or a parameter as written; empty if it has none."""
     formula = graph.formulas.get(target + entry)
     return formula.text if formula else ""
+
+
+def _offset(graph: Graph, name: str) -> Iterator[str]:
+    if name in graph.offsets:
+        yield f"{CLOCK_OFFSET} = {quoted(f'{graph.offsets[name]} s')}"
 
 
 def _block_of(target: str) -> str:

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
@@ -22,7 +23,7 @@ from proofmass.graphs.model.measures import Measure, read_measures
 from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
-from proofmass.graphs.model.targets import DURATION, RATE
+from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
 from proofmass.graphs.model.values import Value as NamedValue
 from proofmass.graphs.model.values import read_values
 
@@ -42,7 +43,8 @@ class Graph(Value):
     where it runs alone.
 
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
-    `rates` gives blocks a rate of their own; all others run at `rate`. `duration` (or `samples`, in base ticks) and
+    `rates` gives blocks a rate of their own; all others run at `rate`. `offsets` are how much later than tick 0 blocks
+    tick first, {"controller": "25 us"}. `duration` (or `samples`, in base ticks) and
     `seed` are the defaults of a run; `integration` says how continuous blocks are integrated.
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
     `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
@@ -84,6 +86,7 @@ class Graph(Value):
         probes: Iterable[Probe | str | Mapping[str, Any]] = (),
         rate: Rate | None = None,
         rates: Mapping[str, Rate] = MappingProxyType({}),
+        offsets: Mapping[str, Rate] = MappingProxyType({}),
         duration: Rate | None = None,
         samples: int | None = None,
         seed: int = 0,
@@ -104,7 +107,7 @@ class Graph(Value):
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
         reader.problems += [*wrong_values(plain), *_two_lengths(samples, duration)]
-        reader.problems += _bad_blocks(blocks, rates)
+        reader.problems += _bad_blocks(blocks, rates, offsets)
         own_requirements, wrong = read_requirements(requirements)
         reader.problems += wrong
         own_values, wrong = read_values(values, _taken(exports))
@@ -117,6 +120,10 @@ class Graph(Value):
         rates = {name: of for name, of in rates.items() if not is_formula(of)}
         own_loops, wrong = read_loops(loops, _is_path)
         reader.problems += [*_bad_exports(exports, own_values), *wrong]
+        own_offsets = {
+            block: reader.value(read_duration, offsets[block], "blocks", block, CLOCK_OFFSET)
+            for block in sorted(offsets)
+        }
         own_rates = {block: reader.value(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
         reader.problems += _too_many(blocks, parts, tuple(wires) if parts else ())
         if not reader.problems:
@@ -137,6 +144,7 @@ class Graph(Value):
             blocks={block: made for block, made in blocks.items() if isinstance(made, Block)},
             subgraphs=parts,
             rates={block: made for block, made in own_rates.items() if made is not None},
+            offsets={block: made for block, made in own_offsets.items() if made},
             wires=own_wires,
             probes=own_probes,
             measures=own_measures,
@@ -163,6 +171,7 @@ class Graph(Value):
 
     def to_networkx(self) -> "networkx.MultiDiGraph[str]":
         """The flat graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
+        need("networkx")
         import networkx  # here, since it takes longer to import than a graph to build
 
         flat = flatten(self)
@@ -250,7 +259,9 @@ def _is_path(text: str) -> bool:
     return text.count(".") <= DEPTH + 1 and all(NAME.fullmatch(part) for part in text.split("."))
 
 
-def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]) -> Iterator[Problem]:
+def _bad_blocks(
+    blocks: Mapping[str, Block | Value], rates: Mapping[str, object], offsets: Mapping[str, object]
+) -> Iterator[Problem]:
     for name, block in blocks.items():
         path = ("blocks", str(name))
         if not isinstance(name, str) or not _is_path(name) or (isinstance(block, Value) and "." in name):
@@ -268,11 +279,12 @@ def _bad_blocks(blocks: Mapping[str, Block | Value], rates: Mapping[str, object]
                 hint = f'for a parameter write "{name.removeprefix(above + ".")}.NAME" = ... below [blocks.{above}]'
                 message = f"there is a block {above}, and nothing can be added inside it"
                 yield Problem(message=message, key=f"blocks.{name}", hint=hint, path=path)
-    for name in rates:
-        if name not in blocks:
-            hint = did_you_mean(name, blocks, "the blocks")
-            where = ("blocks", name, "rate")
-            yield Problem(message="there is no such block", key=f"rates.{name}", hint=hint, path=where)
+    for table, key, names in (("rates", RATE, rates), ("offsets", CLOCK_OFFSET, offsets)):
+        for name in names:
+            if name not in blocks:
+                hint = did_you_mean(name, blocks, "the blocks")
+                where = ("blocks", name, key)
+                yield Problem(message="there is no such block", key=f"{table}.{name}", hint=hint, path=where)
 
 
 def above_of(path: str) -> Iterator[str]:

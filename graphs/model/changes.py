@@ -70,7 +70,7 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
         name, entry = split(target)
         path = ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
         try:
-            if entry == RATE:
+            if entry == RATE and (not name or name in graph.blocks or name in graph.subgraphs):
                 rates[name] = read_rate(rate_of(formula, graph.values))
             elif target == DURATION:
                 rates[target] = read_duration(Fraction(repr(number_of(formula, graph.values, Target("s")))))
@@ -80,10 +80,12 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
             problems.append(error.problem(target, formula.text, path=path))
     if problems:
         raise ModelError(problems)
-    return _with_numbers(_with_rates(graph, rates) if rates else graph, parameters)
+    return _with_numbers(_with_rates(graph, rates), parameters)
 
 
 def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
+    if not rates:
+        return graph
     own = {name: rate for name, rate in rates.items() if name in graph.blocks}
     parts = {name: part.changed(rate=rates[name]) for name, part in graph.subgraphs.items() if name in rates}
     alone = {key: rates[name] for key, name in ((RATE, ""), (RATE, RATE), (DURATION, DURATION)) if name in rates}

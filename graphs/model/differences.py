@@ -77,6 +77,7 @@ class _Names:
             flat,
             blocks={self.blocks.get(name, name): block for name, block in flat.blocks.items()},
             rates={self.blocks.get(name, name): rate for name, rate in flat.rates.items()},
+            offsets={self.blocks.get(name, name): offset for name, offset in flat.offsets.items()},
             wires=tuple(Wire(self.signal(wire.source), self.signal(wire.target)) for wire in flat.wires),
             probes=tuple(probe._replace(signal=self.signal(probe.signal)) for probe in flat.probes),
             measures={n: m._replace(signal=self.signal(m.signal)) for n, m in flat.measures.items()},
@@ -169,6 +170,7 @@ def _blocks(
         if old is not None and new is not None:
             follows = followed.get(f"{name}.rate", "")
             yield from _changed(f"{key}.rate", _own_rate(before, name), _own_rate(after, name), follows)
+            yield from _changed(f"{key}.clock_offset", _offset(before, name), _offset(after, name))
 
 
 def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
@@ -243,6 +245,10 @@ def _own_rate(flat: FlatGraph, name: str) -> str:
     """The rate of a block if it differs from the graph's."""
     rate = flat.rates.get(name)
     return "" if rate == flat.rate else _rate(rate)
+
+
+def _offset(flat: FlatGraph, name: str) -> str:
+    return f"{flat.offsets[name]} s" if name in flat.offsets else ""
 
 
 def _rate(rate: Any) -> str:

@@ -31,6 +31,7 @@ class FlatGraph:
     root: Graph
     blocks: Mapping[str, Block]
     rates: Mapping[str, Fraction]
+    offsets: Mapping[str, Fraction]  # of clocks, in seconds
     wires: tuple[Wire, ...]
     probes: tuple[Probe, ...]
     measures: Mapping[str, Measure]
@@ -106,11 +107,17 @@ def flatten(graph: Graph) -> FlatGraph:
     """
     blocks: dict[str, Block] = {}
     rates: dict[str, Fraction] = {}
+    offsets: dict[str, Fraction] = {}
     wires: list[Wire] = []
     origins: dict[str, Origin] = {}
     loops: dict[str, Loop] = {}
-    for path, part, rate in _parts(graph, "", None):
+    for path, part, rate, later in _parts(graph, "", None, Fraction(0)):
         for name, block in part.blocks.items():
+            offset = part.offsets.get(name, Fraction(0))
+            if not type(block).continuous():
+                offset += later
+            if offset:
+                offsets[path + name] = offset
             blocks[path + name] = block
             own = part.rates.get(name, None if type(block).continuous() else rate)
             if own is not None:
@@ -125,6 +132,7 @@ def flatten(graph: Graph) -> FlatGraph:
         root=graph,
         blocks=blocks,
         rates=rates,
+        offsets=offsets,
         wires=tuple(wires),
         probes=tuple(Probe(inside(graph, probe.signal), probe.every) for probe in graph.probes),
         measures={n: m._replace(signal=inside(graph, m.signal)) for n, m in graph.measures.items()},
@@ -153,7 +161,9 @@ def inside(graph: Graph, signal: str) -> str:
 
 
 def has_own_rate(flat: FlatGraph, name: str) -> bool:
-    """Return whether a rate is written at the block itself, not at the graph or subgraph around it."""
+    """Return whether a block has a clock offset, or a rate of its own instead of that of the graph around it."""
+    if name in flat.offsets:
+        return True
     graph = flat.root
     head, _, tail = name.partition(".")
     while tail and head in graph.subgraphs:
@@ -164,11 +174,14 @@ def has_own_rate(flat: FlatGraph, name: str) -> bool:
 
 def parts(graph: Graph) -> Iterator[tuple[str, Graph]]:
     """Return all graphs inside, itself first, each with its path and a dot."""
-    return ((path, part) for path, part, _ in _parts(graph, "", None))
+    return ((path, part) for path, part, _, _ in _parts(graph, "", None, Fraction(0)))
 
 
-def _parts(graph: Graph, path: str, rate: Fraction | None) -> Iterator[tuple[str, Graph, Fraction | None]]:
-    """Yield every graph inside with its path and the rate of its blocks, if it differs from the root's."""
-    yield path, graph, rate
+def _parts(
+    graph: Graph, path: str, rate: Fraction | None, later: Fraction
+) -> Iterator[tuple[str, Graph, Fraction | None, Fraction]]:
+    """Yield every graph inside with its path, the rate of its blocks, if it differs from the root's, and offset."""
+    yield path, graph, rate, later
     for name, part in graph.subgraphs.items():
-        yield from _parts(part, f"{path}{name}.", part.rate if part.rate is not None else rate)
+        own = part.rate if part.rate is not None else rate
+        yield from _parts(part, f"{path}{name}.", own, later + graph.offsets.get(name, Fraction(0)))

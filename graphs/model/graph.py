@@ -102,6 +102,7 @@ class Graph:
     blocks: Mapping[str, Block]  # by name
     subgraphs: "Mapping[str, Graph]"  # the blocks that are graphs
     rates: Mapping[str, Fraction]  # Hz, of blocks that have one of their own
+    offsets: Mapping[str, Fraction]  # s, of clocks; those of subgraphs count for all that is inside
     wires: tuple[Wire, ...]  # from outputs to inputs and parameters
     probes: tuple[Probe, ...]  # signals to record
     measures: Mapping[str, Measure]  # that reduce a signal

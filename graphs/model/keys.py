@@ -48,6 +48,7 @@ TOP_KEYS = {
 BLOCK_KEYS = {  # of every block, beside its parameters
     "kind": "Kind of the block; `proofmass blocks` lists them.",
     "rate": "Rate of this block, where it differs from the graph's.",
+    "clock_offset": 'How much later than tick 0 its first tick is, less than its period: "25 us"; 0 unless said.',
 }
 OWN_MEASURE_KEYS = {  # beside the options of its statistic
     "signal": 'Output that is reduced to one number, "block.output".',
@@ -57,6 +58,7 @@ OWN_MEASURE_KEYS = {  # beside the options of its statistic
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',
     "rate": "Rate of the blocks inside that have none of their own.",
+    "clock_offset": "How much later all blocks inside tick, beside their own offsets.",
     "count": "How many there are, named NAME_1, NAME_2 and so on.",
 }
 LOOP_KEYS = {

@@ -83,6 +83,12 @@ def is_value(root: Graph, path: str) -> bool:
     return True
 
 
+def is_rate(flat: FlatGraph, signal: str) -> bool:
+    """Whether a path names the rate of a block that is not continuous."""
+    name, entry = split(signal)
+    return entry == "rate" and name in flat.blocks and not type(flat.blocks[name]).continuous()
+
+
 def _no_block(root: Graph, signal: str, what: str) -> Missing:
     """Report the first part of a path that does not exist, and what exists instead."""
     if "." not in signal:

@@ -12,6 +12,8 @@ Rate = Fraction | int | float | str
 LARGEST_RATIO = 10**6  # base ticks per tick of the slowest block
 LOWEST_RATE, HIGHEST_RATE = Fraction(1, 10**12), Fraction(10**15)
 LONGEST_DURATION = Fraction(10**15)  # seconds
+_ROUNDINGS = Fraction(1, 2**50)  # four of a float, relative
+_SHORTER = 1000  # times, of the denominator
 _LONGEST_INTEGER = 10**80  # above or below the line of a fraction
 
 
@@ -69,6 +71,17 @@ def common_base_rate(rates: Iterable[Fraction]) -> Fraction | None:
     return base
 
 
+def with_offsets(base: Fraction, offsets: Iterable[Fraction]) -> Fraction:
+    """The slowest multiple of a base rate whose ticks meet offsets in seconds.
+
+    >>> with_offsets(Fraction(10_000), [Fraction(25, 10**6)])
+    Fraction(40000, 1)
+    """
+    for offset in offsets:
+        base *= (base * offset).denominator
+    return base
+
+
 def write_rate(rate: Fraction) -> str:
     """A rate as text that reads back to the same fraction.
 
@@ -80,6 +93,41 @@ def write_rate(rate: Fraction) -> str:
         if rate >= factor and Fraction(text) * factor == rate:
             return f"{text} {unit}"
     return f"{rate} Hz"
+
+
+def write_seconds(duration: Fraction) -> str:
+    """A duration as text, in the prefix that makes it a number of few digits.
+
+    >>> write_seconds(Fraction(25, 10**6)), write_seconds(Fraction(1, 3))
+    ('25 us', '1/3 s')
+    """
+    for factor, unit in ((1, "s"), (10**3, "ms"), (10**6, "us"), (10**9, "ns"), (10**12, "ps")):
+        text = f"{float(duration * factor):g}"
+        if duration * factor >= 1 and Fraction(text) == duration * factor:
+            return f"{text} {unit}"
+    return f"{duration} s"
+
+
+def simplest(value: float) -> Fraction:
+    """The fraction of the smallest numbers within four roundings of a number above zero: a formula's rate, exactly.
+
+    A decimal that is about as short is taken as it stands.
+
+    >>> simplest(1.0 / 5e-6), simplest(1e6 / 3.0)
+    (Fraction(200000, 1), Fraction(1000000, 3))
+    """
+    exact, decimal = Fraction(value), Fraction(repr(value))
+    fraction = _between(exact * (1 - _ROUNDINGS), exact * (1 + _ROUNDINGS))
+    return fraction if fraction.denominator * _SHORTER < decimal.denominator else decimal
+
+
+def _between(low: Fraction, high: Fraction) -> Fraction:
+    """The fraction of the smallest numbers between two, by continued fractions (Graham, Knuth and Patashnik, 4.5)."""
+    whole = math.ceil(low)
+    if whole <= high:
+        return Fraction(whole)
+    whole -= 1
+    return whole + 1 / _between(1 / (high - whole), 1 / (low - whole))
 
 
 def _frequency(text: str) -> Fraction:

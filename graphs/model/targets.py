@@ -1,5 +1,6 @@
 """Targets of formulas: parameters, values of subgraphs, rates and the duration; and the numbers for them."""
 
+import math
 from collections.abc import Mapping
 from fractions import Fraction
 from typing import NamedTuple
@@ -13,21 +14,25 @@ from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of
 from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.rates import simplest
 from proofmass.graphs.model.values import Value
 
-RATE, DURATION = "rate", "duration"
+RATE, DURATION, CLOCK_OFFSET = "rate", "duration", "clock_offset"
 LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
 
 
 class Target(NamedTuple):
-    """Target of a formula: its unit, and whether it takes whole numbers only."""
+    """Target of a formula: its unit, and whether it takes whole numbers only, or is a rate."""
 
     unit: str
     whole: bool = False
+    rate: bool = False  # of a block: a frequency, exactly, or a period
 
 
-def number_of(formula: Formula, values: Mapping[str, Value], target: Target) -> float | int:
+def number_of(formula: Formula, values: Mapping[str, Value], target: Target) -> float | int | Fraction:
     """Return the number of a formula in the unit of its target; raises `Refusal`."""
+    if target.rate:
+        return rate_of(formula, values)
     dimensions = {name: value.dimension for name, value in values.items()}
     number = formula.quantity({name: value.number for name, value in values.items()}, dimensions, target.unit)
     if not target.whole:
@@ -41,15 +46,25 @@ def rate_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
     """Return the rate in hertz that a formula of a frequency or a period gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
     if dimension == unit("s").exponents:
-        period = Fraction(repr(number_of(formula, values, Target("s"))))
+        period = _exactly(formula, values, "s")
         return 1 / period if period > 0 else Fraction(0)
-    return Fraction(repr(number_of(formula, values, Target("Hz"))))
+    return _exactly(formula, values, "Hz")
+
+
+def _exactly(formula: Formula, values: Mapping[str, Value], unit: str) -> Fraction:
+    """What a formula gives, without the rounding of its arithmetic."""
+    number = number_of(formula, values, Target(unit))
+    if not 0.0 < number < math.inf:
+        raise Refusal(f"must be above zero, not {float(number):g} {unit}")
+    return simplest(float(number))
 
 
 def target_at(graph: Graph, signal: str) -> Target:
     """Return what a path names, as the target of a formula; raises `Refusal`."""
     name, entry = split(signal)
     if name in graph.blocks:
+        if entry == RATE:
+            return Target("Hz", rate=True)
         return parameter_target(graph.blocks[name], entry)
     if signal in graph.values:
         return Target(coherent_unit(graph.values[signal].dimension))

@@ -21,6 +21,7 @@ from proofmass.graphs.model.keys import (
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
+from proofmass.graphs.model.targets import CLOCK_OFFSET
 from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import Schema, study_schema
 from proofmass.graphs.schema.tune_schema import tune_schema
@@ -129,6 +130,10 @@ def _block(kind: type[Block], rate: Schema) -> Schema:
     properties: dict[str, Schema] = {"kind": {"const": about["kind"], "description": about["doc"]}}
     if not about["continuous"]:
         properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
+        properties[CLOCK_OFFSET] = {
+            "description": BLOCK_KEYS[CLOCK_OFFSET],
+            **_quantity({"type": "number", "minimum": 0}),
+        }
     properties |= {name: _parameter(parameter) for name, parameter in about["parameters"].items()}
     return {
         "title": about["kind"],
@@ -195,6 +200,7 @@ def _parts(rate: Schema) -> dict[str, Schema]:
     values: dict[str, Schema] = {
         "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
         "rate": rate,
+        CLOCK_OFFSET: _quantity({"type": "number", "minimum": 0}),
         "count": {"type": "integer", "minimum": 1, "maximum": BLOCKS},
     }
     inside = {"description": "A parameter that the graph exports, or one inside it by its path."}
@@ -209,7 +215,8 @@ def _parts(rate: Schema) -> dict[str, Schema]:
         },
         "graph": {
             "type": "object",
-            "properties": {key: {"$ref": f"#/properties/{key}"} for key in TOP_KEYS},
+            "properties": {key: {"$ref": f"#/properties/{key}"} for key in TOP_KEYS}
+            | {CLOCK_OFFSET: {"description": PART_KEYS[CLOCK_OFFSET], **values[CLOCK_OFFSET]}},
             "required": ["blocks"],
             "not": {"required": ["samples", "duration"]},
             **_EXPORTS_OF_SIGNALS,

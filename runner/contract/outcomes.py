@@ -204,7 +204,7 @@ def _unlike(sensor: Sensor, rows: Sequence[Array], expected: Sequence[Array]) ->
         different = np.flatnonzero(unlike.any(axis=tuple(range(1, unlike.ndim))))
         if len(different):
             row = different[0]
-            tick = row * probe.stride
+            tick = row * probe.stride + probe.phase
             yield _said(sensor, f"{probe.signal} in tick {tick} is {got[row]!r}, not {wanted[row]!r}")
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.checks.schedule import Beat
 from proofmass.runner.derivatives.dual import dual, slopes_of
 from proofmass.runner.derivatives.dual_functions import quantises, with_quantisers
 from proofmass.runner.derivatives.dual_plan import SIGNALS
@@ -87,10 +88,11 @@ class NoisyTicks(DualTicks):
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         if not isinstance(binding, Deviate) or binding.block not in self._noise:
             return super()._getter(binding)
-        first = self._memory.tick // binding.divisor
+        beat = Beat(binding.divisor, binding.phase)
+        first = beat.before(self._memory.tick)
 
         def deviate(tick: int) -> Any:
-            return self._direction((binding.block, DEVIATE, tick // binding.divisor - first))
+            return self._direction((binding.block, DEVIATE, beat.before(tick) - first))
 
         return deviate
 

@@ -56,8 +56,8 @@ class DualTicks(Interpreter):
             if blocks & set(solver.group.blocks)
         ]
         self._outputs = [
-            (step, stride, compute if isinstance(step, ConstantsOf) else self._wired(step, compute))
-            for step, stride, compute in self._outputs
+            (step, beat, compute if isinstance(step, ConstantsOf) else self._wired(step, compute))
+            for step, beat, compute in self._outputs
             if step[0] in blocks
         ]
         self._updates = [update for update in self._updates if update[0] in blocks]

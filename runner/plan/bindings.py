@@ -43,9 +43,10 @@ class Time:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """Ticks of a block since the start: base ticks over `divisor`, rounded down."""
+    """Ticks of a block since its first one: base ticks after `phase` over `divisor`, rounded down."""
 
     divisor: int
+    phase: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,7 @@ class Deviate:
 
     block: str
     divisor: int
+    phase: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,10 +104,10 @@ def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str,
         case Meaning.TIME:
             return Time()
         case Meaning.TICK:
-            return Tick(schedule.divisors[name])
+            return Tick(*schedule.beat(name))
         case Meaning.DEVIATE:
             node = (name, argument)
-            return Default(node, 0.0) if schedule.without_noise else Deviate(name, schedule.divisors[name])
+            return Default(node, 0.0) if schedule.without_noise else Deviate(name, *schedule.beat(name))
         case Meaning.BUFFER:
             return Buffer((name, argument))
         case Meaning.INPUT:

@@ -9,7 +9,7 @@ from typing import Any
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Schedule
+from proofmass.graphs.checks.schedule import Beat, Schedule
 from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, Wire, split
@@ -44,7 +44,8 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
     They are not in the order of the schedule: nothing reads their outputs before the end of a run.
     """
     blocks, rates, wires = dict(graph.blocks), dict(graph.rates), list(graph.wires)
-    divisors, drivers = dict(scheduled.divisors), dict(scheduled.drivers)
+    divisors, drivers, phases = dict(scheduled.divisors), dict(scheduled.drivers), dict(scheduled.phases)
+    offsets = dict(graph.offsets)
     for measure in graph.measures.values():
         name = _reducer(graph, measure)
         source, port = split(measure.signal)
@@ -55,10 +56,12 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
             rates[name], blocks[name] = rate, block
             wires.append(Wire(measure.signal, f"{name}.input"))
             divisors[name] = _stride(graph, scheduled, (source, port))
+            if source in phases:
+                phases[name], offsets[name] = phases[source], offsets[source]
             drivers[name, "input"] = source, port
-    measured = replace(graph, blocks=blocks, rates=rates, wires=tuple(wires))
+    measured = replace(graph, blocks=blocks, rates=rates, offsets=offsets, wires=tuple(wires))
     in_order = {name: divisors[name] for name in measured.blocks}
-    return measured, replace(scheduled, divisors=in_order, drivers=drivers)
+    return measured, replace(scheduled, divisors=in_order, drivers=drivers, phases=phases)
 
 
 def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block | None:
@@ -80,7 +83,9 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
     for name, measure in graph.measures.items():
         statistic, node = STATISTICS[measure.statistic], split(measure.signal)
         rate = _rate(graph, scheduled, node)
+        late = graph.offsets.get(node[0], Fraction(0))
         first = (math.ceil(measure.start * rate) + measure.least(rate) - 1) * _stride(graph, scheduled, node)
+        first += int(late * scheduled.base_rate)
         read = (_reducer(graph, measure), statistic.output) if statistic.block else node
         block = graph.blocks[node[0]]
         unit = statistic.unit_for(unit_of(block, type(block).outputs[node[1]]))
@@ -129,8 +134,8 @@ def _at_the_end(memory: Memory, binding: Binding) -> Any:
     match binding:
         case State(name):
             return memory.states[name]
-        case Tick(divisor):
-            return -(-memory.tick // divisor)
+        case Tick(divisor, phase):
+            return Beat(divisor, phase).before(memory.tick)
         case _:
             raise ValueError(f"a measure cannot be read from {binding}")
 

@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, size_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.schedule import Schedule
+from proofmass.graphs.checks.schedule import Beat, Schedule
 from proofmass.graphs.model.derived import Derived
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint
@@ -40,10 +40,16 @@ class PlannedProbe:
     unit: str
     doc: str
     format: Fixed | None = None  # of a fixed-point signal: its rows are mantissas
+    phase: int = 0  # base tick of the first row
+
+    @property
+    def beat(self) -> Beat:
+        """When it records."""
+        return Beat(self.stride, self.phase)
 
     def rows(self, first: int, last: int) -> int:
         """Rows recorded in the ticks from `first` up to, not including, `last`."""
-        return -(-last // self.stride) - -(-first // self.stride)
+        return self.beat.before(last) - self.beat.before(first)
 
 
 @dataclass(frozen=True)
@@ -104,6 +110,10 @@ class Wired:
         """Base ticks from one value of an output to its next."""
         block = self.blocks[node[0]]
         return self.schedule.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)
+
+    def beat(self, node: Endpoint) -> Beat:
+        """When an output has a new value."""
+        return Beat(self.stride(node), self.schedule.phases.get(node[0], 0))
 
     def bindings(self, name: str, function: str) -> tuple[Binding, ...]:
         """Return the bindings of a function of a block, named by its role or by its output."""

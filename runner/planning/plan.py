@@ -182,4 +182,5 @@ def _probe(wired: Wired, signal: str, node: Endpoint, every: int) -> PlannedProb
         unit_of(block, port),
         port.doc,
         format_of(block, port.name) if port.dtype is FixedValue else None,
+        wired.beat(node).phase,
     )

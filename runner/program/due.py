@@ -4,25 +4,26 @@ from collections.abc import Callable, Iterable
 from itertools import groupby
 from operator import itemgetter
 
+from proofmass.graphs.checks.schedule import Beat
 from proofmass.runner.program.form import Operand
 from proofmass.runner.program.frame import Frame
 
 Step = Callable[[], object]
 
 
-def due(frame: Frame, stride: int) -> Operand:
-    """Return whether a tick is one of every so many."""
-    left = frame.builder.compute("modulo", frame.tick, stride)
-    return frame.builder.compute("equal_integers", left, 0)
+def due(frame: Frame, beat: Beat) -> Operand:
+    """Return whether a tick is one of a beat."""
+    left = frame.builder.compute("modulo", frame.tick, beat.stride)
+    return frame.builder.compute("equal_integers", left, beat.phase)
 
 
-def when_due(frame: Frame, steps: Iterable[tuple[int, Step]]) -> None:
-    """Write steps, each with the ticks from one time to the next, under the conditions that they are due."""
-    for stride, together in groupby(steps, key=itemgetter(0)):
-        if stride == 1:
+def when_due(frame: Frame, steps: Iterable[tuple[Beat, Step]]) -> None:
+    """Write steps, each with its beat, under the conditions that they are due."""
+    for beat, together in groupby(steps, key=itemgetter(0)):
+        if beat.stride == 1:
             for _, step in together:
                 step()
             continue
-        with frame.builder.when(due(frame, stride)):
+        with frame.builder.when(due(frame, beat)):
             for _, step in together:
                 step()

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, assert_never
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
+from proofmass.graphs.checks.schedule import Beat
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import (
@@ -116,8 +117,8 @@ class Frame:
                 return None  # known to the integer code
             case Time():
                 return self.time
-            case Tick(divisor):
-                return self.ticks(divisor)
+            case Tick(divisor, phase):
+                return self.ticks(Beat(divisor, phase))
             case Deviate(name):
                 return self.now(self.deviates[name])
             case Out(node) | Buffer(node) | Wire(node):
@@ -127,9 +128,10 @@ class Frame:
             case _:
                 assert_never(binding)
 
-    def ticks(self, divisor: int) -> Operand:
-        """Ticks of a block."""
-        return self.builder.compute("floor_divide", self.tick, divisor) if divisor > 1 else self.tick
+    def ticks(self, beat: Beat) -> Operand:
+        """Ticks of a block since its first one."""
+        since = self.builder.compute("subtract_integers", self.tick, beat.phase) if beat.phase else self.tick
+        return self.builder.compute("floor_divide", since, beat.stride) if beat.stride > 1 else since
 
     def driven(self, name: str) -> Called:
         """Compute the constants of a block from its parameters."""

@@ -23,7 +23,7 @@ class ProbeWriter:
                 self._row(number, self.builder.compute("subtract_integers", self.frame.tick, self.first))
                 continue
             row = self.rows[number]
-            with self.builder.when(due(self.frame, probe.stride)):
+            with self.builder.when(due(self.frame, probe.beat)):
                 self._row(number, self.builder.get(row))
                 self.builder.set(row, self.builder.compute("add_integers", self.builder.get(row), 1))
 

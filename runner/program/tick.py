@@ -12,7 +12,7 @@ from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
-from proofmass.graphs.checks.schedule import ConstantsOf, outputs_of
+from proofmass.graphs.checks.schedule import Beat, ConstantsOf, outputs_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
@@ -204,28 +204,28 @@ class TickWriter:
                 total = builder.compute("add", total, number)
             self.look_at(total)
 
-    def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[int, Step]]:
-        """Steps that compute the outputs in order, each with its period in ticks."""
+    def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[Beat, Step]]:
+        """Steps that compute the outputs in order, each with its beat."""
         plan = self.plan
         solved = {loop.tears[0]: loop for loop in self.loops}
         tears = {tear for loop in self.loops for tear in loop.tears}
         for step in plan.schedule.order:
             if isinstance(step, ConstantsOf):
-                yield plan.schedule.divisors[step.block], partial(self.driven, step.block)
+                yield plan.schedule.beat(step.block), partial(self.driven, step.block)
                 continue
             name, port = step
-            block, stride = plan.blocks[name], plan.stride((name, port))
+            block, beat = plan.blocks[name], plan.beat((name, port))
             if draws(type(block).output_functions[port]) and name not in drawn:
                 drawn.add(name)
-                yield stride, partial(self.draw, name)
+                yield beat, partial(self.draw, name)
             if (name, port) in solved:
-                yield stride, partial(solved[name, port].solve, self.frame)
+                yield beat, partial(solved[name, port].solve, self.frame)
             elif (name, port) not in tears:
-                yield stride, partial(self.output, name, port)
+                yield beat, partial(self.output, name, port)
             if type(block).outputs[port].dtype is FixedValue and not type(block).has_formats():
-                yield stride, partial(self.digital.hold, (name, port))
-            if (name, port) in looked_at and stride > 1:
-                yield stride, partial(self._look_at_wire, (name, port))
+                yield beat, partial(self.digital.hold, (name, port))
+            if (name, port) in looked_at and beat.stride > 1:
+                yield beat, partial(self._look_at_wire, (name, port))
 
     def output(self, name: str, port: str) -> None:
         """Compute an output of a block."""
@@ -280,15 +280,15 @@ class TickWriter:
     def draw(self, name: str) -> None:
         """Draw a fresh normal deviate for a block."""
         stream = self.numbers.constant(StreamOf(name), int, self.plan.stream(name))
-        sample = self.frame.ticks(self.plan.schedule.divisors[name])
+        sample = self.frame.ticks(self.plan.schedule.beat(name))
         made = call(self.builder, normal_deviate, (self.seed, self.run, stream, sample))
         self.builder.set(self.frame.deviates[name], made)
 
     def updates(self) -> None:
         """Update the states of discrete blocks."""
-        divisors = self.plan.schedule.divisors
+        beat = self.plan.schedule.beat
         names = (name for name, block in self.plan.blocks.items() if "update" in type(block).functions)
-        when_due(self.frame, ((divisors[name], partial(self.update, name)) for name in names))
+        when_due(self.frame, ((beat(name), partial(self.update, name)) for name in names))
         self.digital.end_tick()
 
     def update(self, name: str) -> None:
@@ -328,10 +328,10 @@ class TickWriter:
         """Compute the measures after the last tick, each in the place of its wire."""
         frame = self.frame
         for name, port in dict.fromkeys(measure.node for measure in self.plan.measures if measure.reduced):
-            divisor = self.plan.schedule.divisors[name]
-            last = self.builder.compute("subtract_integers", 0, self.last)
+            beat = self.plan.schedule.beat(name)
+            last = self.builder.compute("subtract_integers", beat.phase, self.last)
             frame.tick = self.builder.compute(
-                "subtract_integers", 0, self.builder.compute("floor_divide", last, divisor)
+                "subtract_integers", 0, self.builder.compute("floor_divide", last, beat.stride)
             )
             made = frame.called(name, port, type(self.plan.blocks[name]).output_functions[port], self._at_the_end)
             frame.set(frame.wires[name, port], made.value)

@@ -23,7 +23,7 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
     floats = {node for node in order if type(plan.blocks[node[0]]).outputs[node[1]].dtype is float}
     passed, plain = set[Endpoint](), floats - solved
     for node in plain:
-        block, stride = plan.blocks[node[0]], plan.stride(node)
+        block, beat = plan.blocks[node[0]], plan.beat(node)
         if type(block).outputs[node[1]].shape or type(block).has_formats():
             continue
         behaviour = type(block).output_functions[node[1]]
@@ -32,7 +32,7 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
             if (
                 meaning is Meaning.INPUT
                 and driver in plain
-                and plan.stride(driver) == stride
+                and plan.beat(driver) == beat
                 and passes_on(block, node[1], argument, plan.constants[node[0]])
             ):
                 passed.add(driver)

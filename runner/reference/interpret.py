@@ -10,7 +10,7 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflo
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of
-from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf, Step, outputs_of
+from proofmass.graphs.checks.schedule import AlgebraicLoop, Beat, ConstantsOf, Step, outputs_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.plan.bindings import (
@@ -59,7 +59,7 @@ class Outputs:
         steps = {step: self._step(step) for step in plan.schedule.order}
         nodes = {node: steps[node] for node in outputs_of(steps)}
         steps |= {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, nodes)}
-        self._outputs = [(step, self._stride(step), compute) for step, compute in steps.items()]
+        self._outputs = [(step, self._beat(step), compute) for step, compute in steps.items()]
 
     def first_tick(self) -> tuple[dict[str, Any], dict[Endpoint, Any]]:
         """Constants and wires of tick 0; of a block that fails there, what they were before."""
@@ -67,16 +67,16 @@ class Outputs:
             self._compute(0)
         return self._constants, self._memory.wires
 
-    def _stride(self, step: Step) -> int:
+    def _beat(self, step: Step) -> Beat:
         if isinstance(step, ConstantsOf):
-            return self.filled.schedule.divisors[step.block]
-        return self.filled.stride(step)
+            return self.filled.schedule.beat(step.block)
+        return self.filled.beat(step)
 
     def _compute(self, tick: int) -> None:
         """Outputs due in a tick, in their order."""
         wires = self._memory.wires
-        for step, stride, compute in self._outputs:
-            if tick % stride != 0:
+        for step, (stride, phase), compute in self._outputs:
+            if tick % stride != phase:
                 continue
             if isinstance(step, ConstantsOf):
                 self._at = f"{step.block}.constants"
@@ -208,11 +208,11 @@ class Outputs:
                 return lambda tick: memory.wires[node]
             case Time():
                 return lambda tick: tick * period
-            case Tick(divisor):
-                return lambda tick: tick // divisor
-            case Deviate(name, divisor):
+            case Tick(divisor, phase):
+                return lambda tick: (tick - phase) // divisor
+            case Deviate(name, divisor, phase):
                 seed, run, stream = self.seed, self.run, self.filled.stream(name)
-                return lambda tick: normal_deviate(seed, run, stream, tick // divisor)
+                return lambda tick: normal_deviate(seed, run, stream, (tick - phase) // divisor)
             case Buffer(node):
                 buffer = memory.buffers[node]
                 return lambda tick: buffer
@@ -235,7 +235,7 @@ class Interpreter(Outputs):
             for solver in plan.solvers
         ]
         self._updates = [
-            (name, plan.schedule.divisors[name], self._bound(name, "update"))
+            (name, plan.schedule.beat(name), self._bound(name, "update"))
             for name, block in plan.blocks.items()
             if "update" in type(block).functions
         ]
@@ -257,7 +257,7 @@ class Interpreter(Outputs):
             try:
                 self._compute(tick)
                 for i, probe in enumerate(self.plan.probes):
-                    if tick % probe.stride == 0:
+                    if tick % probe.stride == probe.phase:
                         rows[i][counts[i]] = self._memory.wires[probe.node]
                         counts[i] += 1
                 self._move(tick)
@@ -270,8 +270,8 @@ class Interpreter(Outputs):
     def _move(self, tick: int) -> None:
         """Updates due in a tick, then the continuous groups to the next."""
         states = self._memory.states
-        for name, divisor, step in self._updates:
-            if tick % divisor == 0:
+        for name, (divisor, phase), step in self._updates:
+            if tick % divisor == phase:
                 self._at = f"{name}.update"
                 state = step(tick)
                 if state is not None:

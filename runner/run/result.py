@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
@@ -76,7 +77,7 @@ def _scaled_statistics(values: Array, scale: float) -> Statistics:
 
 @dataclass(frozen=True)
 class Trace:
-    """What one probe recorded: a row per tick of the probe, the first at t = 0.
+    """What one probe recorded: a row per tick of the probe, the first at t = 0 or at the clock offset of its block.
 
     >>> from proofmass import read_graph, simulate
     >>> trace = simulate(read_graph("library:template"), duration="1 ms")["sensor.displacement"]
@@ -91,6 +92,7 @@ class Trace:
     base_rate: Fraction  # Hz, of the graph
     values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
     format: Fixed | None = None  # of a fixed-point signal
+    phase: int = 0  # base tick of the first row
 
     @property
     def facts(self) -> dict[str, str]:
@@ -118,9 +120,10 @@ class Trace:
     def times_of(self, first: int, last: int) -> Array:
         """Time of the rows from `first` up to, not including, `last`."""
         ticks, rate = self.stride * self.base_rate.denominator, self.base_rate.numerator
-        if max(last * ticks, rate) <= 1 << EXACT_BITS:
-            return np.arange(first, last, dtype=np.int64) * ticks / rate
-        return np.array([float(Fraction(row * ticks, rate)) for row in range(first, last)])
+        late = self.phase * self.base_rate.denominator
+        if max(last * ticks + late, rate) <= 1 << EXACT_BITS:
+            return (np.arange(first, last, dtype=np.int64) * ticks + late) / rate
+        return np.array([float(Fraction(row * ticks + late, rate)) for row in range(first, last)])
 
     @property
     def entries(self) -> int:
@@ -240,6 +243,7 @@ class Result:
 
     def to_xarray(self) -> "xarray.Dataset":
         """A Dataset with one variable per probe, in its unit; probes of one rate share a time axis."""
+        need("xarray")
         # start-up time: xarray takes 0.4 s
         import xarray
 
@@ -347,7 +351,8 @@ class Recorder:
                     self._write_head(file, self.count)
             values = np.load(self._path, mmap_mode="r")
         probe = self.probe
-        return Trace(probe.signal, probe.unit, probe.doc, probe.stride, base_rate, values, probe.format)
+        facts = probe.signal, probe.unit, probe.doc, probe.stride
+        return Trace(*facts, base_rate, values, probe.format, probe.phase)
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""

@@ -119,7 +119,7 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
         preparation=looped - options.began + waited,
         provenance=provenance(graph, engine.name, integration_of(planned), handed_over),
         overflows=overflows,
-        overflow_ticks={name: -(-done // planned.schedule.divisors[name]) for name in overflows},
+        overflow_ticks={name: planned.schedule.beat(name).before(done) for name in overflows},
         memory=memory if done < run.ticks else None,
     )
     if place is not None:

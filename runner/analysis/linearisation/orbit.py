@@ -139,7 +139,7 @@ def _point_slopes(
     """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
     tick = point.map.tick
     blocks = blocks_of_map(plan, inputs, outputs, everything, noise)[0]
-    near = slopes_near_start(plan, blocks, tick) if tick else None
+    near = slopes_near_start(plan, blocks, tick) if tick and not plan.schedule.phases else None
     if near is not None or not tick:
         return near, ()
     whole = period_map(

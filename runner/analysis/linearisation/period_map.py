@@ -32,6 +32,7 @@ from proofmass.runner.reference.interpret import TickError
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
+HELD = -2  # in the place of the index: what a wire holds as the period begins, of a block with a clock offset
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
 _MANY = 64  # base ticks, from which on the directions of noise are gathered
@@ -54,6 +55,7 @@ class PeriodMap:
     later: "tuple[PeriodMap, ...]" = ()  # maps of later periods, where they differ
     point: tuple[float, ...] = ()  # values of the states there
     end: Memory | None = None  # after the period, in plain numbers
+    late: float = 0.0  # seconds from the first value of the only input to that of the only output
 
     @property
     def order(self) -> int:
@@ -155,6 +157,7 @@ def period_map(
     while True:
         begin = _with_slopes(memory, plan, point_slopes) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted)
+        seeded += _seed_wires(plan, begin, moving | {name for name, _ in inputs})
         values = [_held(begin, entry) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
         many = ticks > _MANY and not by_parameters
@@ -172,7 +175,14 @@ def period_map(
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=_plain(engine.memory()),
+            late=_late(plan, inputs, outputs),
         )
+
+
+def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:
+    if len(inputs) != 1 or len(outputs) != 1:
+        return 0.0
+    return (plan.beat(outputs[0]).phase - plan.beat(inputs[0]).phase) * plan.period
 
 
 def common_period(
@@ -242,6 +252,9 @@ def _with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None) -> Memo
         if isinstance(held, list):
             pairs = zip(held, started.buffers[name, buffer], strict=True)
             begin.buffers[name, buffer] = [moved((name, buffer, i), *pair) for i, pair in enumerate(pairs)]
+    for name, port, index in slopes or ():
+        if index == HELD:
+            begin.wires[name, port] = moved((name, port, HELD), begin.wires[name, port], None)
     return begin
 
 
@@ -266,6 +279,31 @@ def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) ->
                 held = begin.buffers[name, buffer]
                 begin.buffers[name, buffer] = [moved(v, declared.dtype, (name, buffer, i)) for i, v in enumerate(held)]
     return seeded
+
+
+def _seed_wires(plan: Plan, begin: Memory, names: set[str]) -> list[Entry]:
+    """Give what wires still hold as the period begins a direction of its own; raises `ModelError` for a vector."""
+    seeded: list[Entry] = []
+    for name in sorted(names & plan.schedule.phases.keys()):
+        for port, declared in type(plan.blocks[name]).outputs.items():
+            if declared.shape:
+                raise ModelError([plan.graph.placed(_vector_held(name, port))])
+            if declared.dtype is not bool:
+                entry = (name, port, HELD)
+                begin.wires[name, port] = begin.wires[name, port] + dual(0.0, {entry: 1.0}, SIGNALS)
+                seeded.append(entry)
+    return seeded
+
+
+def _vector_held(name: str, port: str) -> Problem:
+    return Problem(
+        message="cannot be linearised: a vector of a block with a clock offset is held from period to period",
+        key=f"blocks.{name}.clock_offset",
+        got=f"{name}.{port}",
+        expected="outputs that are numbers",
+        hint="take the offset out, or open the loop so that this block lies outside",
+        path=("blocks", name, "clock_offset"),
+    )
 
 
 def _read(
@@ -324,6 +362,8 @@ def _plain(memory: Memory) -> Memory:
 
 def _held(memory: Memory, entry: Entry) -> Any:
     name, field, index = entry
+    if index == HELD:
+        return memory.wires[name, field]
     return getattr(memory.states[name], field) if index < 0 else memory.buffers[name, field][index]
 
 

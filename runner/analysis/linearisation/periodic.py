@@ -21,7 +21,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
-from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap, period_map
+from proofmass.runner.analysis.linearisation.period_map import HELD, Array, Entry, PeriodMap, period_map
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan, without_noise
 
@@ -185,7 +185,9 @@ def _moved(memory: Memory, whole: PeriodMap, change: Array) -> Memory:
         if not by:
             continue
         state = moved.states[name]
-        if index < 0:
+        if index == HELD:
+            moved.wires[name, field] += by
+        elif index < 0:
             moved.states[name] = state._replace(**{field: getattr(state, field) + by})
         else:
             buffer: Any = moved.buffers[name, field]

@@ -3,7 +3,9 @@
 A period T has p values of the input and r of the output. H is the matrix of the lifted map; the response at the
 input's own frequency f is what a network analyser measures, with z = exp(2 pi j f T):
 
-    G(f) = 1 / r sum over i, k of exp(-2 pi j f i T / r) H[i, k](z) exp(2 pi j f k T / p)
+    G(f) = 1 / r sum over i, k of exp(-2 pi j f (late + i T / r)) H[i, k](z) exp(2 pi j f k T / p)
+
+where the first value of the output is `late` behind that of the input, by clock offsets.
 """
 
 from collections.abc import Sequence
@@ -46,6 +48,8 @@ class Resonant(Protocol):
 class WireResponse(StateSpace):
     """The map from one wire to another over a period."""
 
+    late: float = 0.0  # s
+
     @classmethod
     def of(cls, whole: PeriodMap) -> Self:
         """Return the response of a map of one input and one output, without modes that do not show."""
@@ -54,7 +58,7 @@ class WireResponse(StateSpace):
         lasting = Lasting(a)
         if not lasting.passes(b, c):
             a, b, c = lasting.without(a, b, c)
-        return cls((a, b, c, d), between.period)
+        return cls((a, b, c, d), between.period, between.late)
 
     @property
     def values(self) -> int:
@@ -85,7 +89,8 @@ class WireResponse(StateSpace):
         """Weights of the values of the output in a period, and what a sine at a frequency is at those of the input."""
         signs = ((self.values, -2j), (self.entries, 2j))
         out, into = (np.exp(sign * np.pi * np.outer(frequencies, np.arange(n)) * self.period / n) for n, sign in signs)
-        return out, into
+        late = np.exp(-2j * np.pi * np.asarray(frequencies) * self.late)
+        return out * late[:, None], into
 
     @cached_property
     def _transfer(self) -> Transfer:

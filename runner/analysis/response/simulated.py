@@ -112,8 +112,8 @@ class _Bench:
         result = simulate(graph, samples=self.ticks, progress=progress)
         if result.interrupted:
             raise KeyboardInterrupt
-        stride = self._period // self.wires.values
-        return np.asarray(result.traces[".".join(self._target)].values[first // stride :], dtype=float)
+        skipped = self._planned.beat(self._target).before(first)
+        return np.asarray(result.traces[".".join(self._target)].values[skipped:], dtype=float)
 
     def _with(self, values: Array) -> Graph:
         flat = flatten(self._planned.graph.root)
@@ -121,11 +121,15 @@ class _Bench:
         name = _free("stimulus", flat.blocks)
         total = _free("stimulated", flat.blocks)
         added = {name: RepeatingSequence(values=values.tolist(), unit=self.unit), total: Sum(unit=self.unit)}
+        offsets = dict(flat.offsets)
+        if self._source[0] in offsets:
+            offsets |= dict.fromkeys((name, total), offsets[self._source[0]])
         wires = [Wire(f"{total}.output" if w.source == signal else w.source, w.target) for w in flat.wires]
         wires += [Wire(signal, f"{total}.first"), Wire(f"{name}.output", f"{total}.second")]
         return flat.as_graph().changed(
             blocks={**flat.blocks, **added},
             rates={**flat.rates, name: rate, total: rate},
+            offsets=offsets,
             wires=tuple(wires),
             probes=(Probe(".".join(self._target)),),
             measures={},

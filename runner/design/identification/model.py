@@ -38,7 +38,7 @@ class Model:
         self.ticks = max(1, int(recording.duration * float(self.plan.schedule.base_rate) * (1.0 + 1e-12) + 1e-6) + 1)
         self.rows = [np.zeros(p.rows(0, self.ticks), dtype=dtype_of(p.dtype)) for p in self.plan.probes]
         self._places = [
-            _places(recording.times, self.plan.period * probe.stride, len(rows))
+            _places(recording.times - probe.phase * self.plan.period, self.plan.period * probe.stride, len(rows))
             for probe, rows in zip(self.plan.probes, self.rows, strict=True)
         ]
         self.runs = 0
@@ -60,7 +60,8 @@ class Model:
 
     def _delayed(self, probe: PlannedProbe, rows: Array, delay: float) -> tuple[Array, Array | None]:
         """Return the places of the recorded times less a delay: straight lines between the rows."""
-        at = np.clip((self.recording.times - delay) / (self.plan.period * probe.stride), 0.0, len(rows) - 1.0)
+        late = delay + probe.phase * self.plan.period
+        at = np.clip((self.recording.times - late) / (self.plan.period * probe.stride), 0.0, len(rows) - 1.0)
         before = np.minimum(at.astype(np.int64), max(len(rows) - 2, 0))
         return before, np.asarray(at - before)
 

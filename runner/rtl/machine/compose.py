@@ -67,9 +67,22 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
         hint = "put a FixedQuantiser behind what is analogue, and blocks whose names begin with Fixed behind that"
         problem = Problem(message="the graph has no digital blocks", key="blocks", hint=hint, path=("blocks",))
         problems.append(planned.graph.placed(problem))
+    paths = sorted({path for paths in chosen.values() for path in paths})
+    problems += [planned.graph.placed(_late(path)) for path in paths if path in planned.schedule.phases]
     if problems:
         raise ModelError(problems)
-    return sorted({path for paths in chosen.values() for path in paths})
+    return paths
+
+
+def _late(path: str) -> Problem:
+    """A clock offset, which hardware of one clock has not."""
+    return Problem(
+        message="has a clock offset, and cannot become hardware",
+        key=f"blocks.{path}.clock_offset",
+        expected="blocks that tick together at tick 0",
+        hint="take the offset out, or delay the samples of the block by a FixedDelay",
+        path=("blocks", path, "clock_offset"),
+    )
 
 
 class _Composer:

@@ -8,7 +8,7 @@ updates it is clocked.
 from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import NamedTuple
 
-from proofmass.graphs.checks.schedule import outputs_of
+from proofmass.graphs.checks.schedule import Beat, outputs_of
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.plan.keys import HardwareModel
 from proofmass.runner.plan.planned import Plan
@@ -70,7 +70,7 @@ class HardwareTickWriter(TickWriter):
     def updates(self) -> None:
         super().updates()
         if self._machine.clocked:
-            when_due(self.frame, [(self._ticks, lambda: self._call("clock", *self._inputs()))])
+            when_due(self.frame, [(Beat(self._ticks), lambda: self._call("clock", *self._inputs()))])
 
     def finish(self) -> None:
         for number, place in enumerate(self._places()):

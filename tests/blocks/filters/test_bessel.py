@@ -5,7 +5,7 @@ import pytest
 from scipy import signal
 
 from proofmass.blocks import Bessel
-from proofmass.blocks.filters.bessel import TABLE
+from proofmass.blocks.arithmetic.prototypes import TABLE
 from tests.by_hand.responses import distance, noise, response
 
 INPUT = noise(500)

@@ -99,7 +99,7 @@ axis.toml:10: exports: not a name
   got:      'Force'
   expected: at most 64 lower-case letters and digits, words joined by single underscores
 axis.toml:11: exports.count: the name is taken
-  hint:     taken are graph, rate, count, kind
+  hint:     taken are graph, rate, clock_offset, count, kind
 axis.toml:12: exports.b: not a port or parameter
   got:      'sensor'
   hint:     write exports = { code = "adc.code" }: a name of its own, and the port or parameter inside""",

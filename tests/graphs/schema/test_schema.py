@@ -43,7 +43,7 @@ def test_every_block_as_it_is_written_is_valid(kind: Any) -> None:
 @pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.__name__)
 def test_every_parameter_has_its_doc_default_and_bounds(kind: Any) -> None:
     properties = SCHEMA["$defs"][kind.__name__]["properties"]
-    assert set(properties) - {"kind", "rate"} == set(kind.parameters)
+    assert set(properties) - {"kind", "rate", "clock_offset"} == set(kind.parameters)
     assert ("rate" in properties) != kind.continuous()
     for name, parameter in facts(kind)["parameters"].items():
         described = properties[name]

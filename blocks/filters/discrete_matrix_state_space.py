@@ -1,0 +1,86 @@
+"""Discrete state space of several inputs and outputs: x[n+1] = A x[n] + B u[n], y[n] = C x[n] + D u[n]."""
+
+from collections.abc import Iterator
+
+from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+
+
+class DiscreteMatrixStateSpace(Block):
+    """Linear digital system by its matrices, from a vector to a vector: an observer, a controller of several loops."""
+
+    order: int = param("1", "Number of states, n.", default=2, at_least=1, at_most=64)
+    input_size: int = param("1", "Number of inputs, m.", default=2, at_least=1, at_most=64)
+    output_size: int = param("1", "Number of outputs, r.", default=1, at_least=1, at_most=64)
+    transition: tuple[float, ...] = param("1", "A, n by n, row after row.", default=(0.9, 0.2, -0.2, 0.9))
+    entry: tuple[float, ...] = param("1", "B, n by m, row after row.", default=(0.05, 0.0, 0.0, 0.1))
+    readout: tuple[float, ...] = param("1", "C, r by n, row after row.", default=(1.0, 0.5))
+    direct: tuple[float, ...] = param("1", "D, r by m, row after row.", default=(0.0, 0.0))
+
+    input = Input("1", "What drives it.", shape=("input_size",))
+
+    matrix = Buffer("A.", float, ("transition",))
+    into = Buffer("B.", float, ("entry",))
+    out_of = Buffer("C.", float, ("readout",))
+    through = Buffer("D.", float, ("direct",))
+    states = Buffer("x, zero in tick 0.", float, ("order",))
+    following = Buffer("x of the next tick, while it is computed.", float, ("order",))
+
+
+@DiscreteMatrixStateSpace.requires
+def requires(p: DiscreteMatrixStateSpace) -> Iterator[tuple[str, str]]:
+    for name, rows, columns in (
+        ("transition", p.order, p.order),
+        ("entry", p.order, p.input_size),
+        ("readout", p.output_size, p.order),
+        ("direct", p.output_size, p.input_size),
+    ):
+        if len(getattr(p, name)) != rows * columns:
+            yield name, f"{rows * columns} numbers, {rows} by {columns}"
+
+
+@DiscreteMatrixStateSpace.start
+def start(
+    p: DiscreteMatrixStateSpace, matrix: list[float], into: list[float], out_of: list[float], through: list[float]
+) -> None:
+    matrix[:], into[:], out_of[:], through[:] = p.transition, p.entry, p.readout, p.direct
+
+
+@DiscreteMatrixStateSpace.output("1", shape=("output_size",), dtype=float)
+def output(
+    p: DiscreteMatrixStateSpace,
+    out_of: list[float],
+    through: list[float],
+    states: list[float],
+    input: list[float],
+    out: list[float],
+) -> None:
+    """C x + D u."""
+    n, m = len(states), len(input)
+    for i in range(len(out)):
+        total = 0.0
+        for j in range(n):
+            total += out_of[i * n + j] * states[j]
+        for j in range(m):
+            total += through[i * m + j] * input[j]
+        out[i] = total
+
+
+@DiscreteMatrixStateSpace.update
+def update(
+    p: DiscreteMatrixStateSpace,
+    matrix: list[float],
+    into: list[float],
+    states: list[float],
+    following: list[float],
+    input: list[float],
+) -> None:
+    n, m = len(states), len(input)
+    for i in range(n):
+        total = 0.0
+        for j in range(n):
+            total += matrix[i * n + j] * states[j]
+        for j in range(m):
+            total += into[i * m + j] * input[j]
+        following[i] = total
+    for i in range(n):
+        states[i] = following[i]

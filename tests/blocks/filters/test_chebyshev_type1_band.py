@@ -1,0 +1,19 @@
+"""Chebyshev bands against scipy.signal, sample by sample."""
+
+import pytest
+from scipy import signal
+
+from proofmass.blocks import ChebyshevType1Band
+from tests.by_hand.responses import distance, noise, response
+
+INPUT = noise(500)
+
+
+@pytest.mark.parametrize("stop", [False, True])
+@pytest.mark.parametrize("order", range(1, 5))
+@pytest.mark.parametrize("edges", [(80.0, 120.0), (20.0, 400.0), (240.0, 260.0)])
+def test_against_scipy(order: int, edges: tuple[float, float], stop: bool) -> None:
+    block = ChebyshevType1Band(order=order, low_frequency=edges[0], high_frequency=edges[1], stop=stop, ripple=0.5)
+    kind = "bandstop" if stop else "bandpass"
+    sections = signal.cheby1(order, 0.5, edges, kind, fs=1000.0, output="sos")
+    assert distance(response(block, INPUT, period=1e-3), signal.sosfilt(sections, INPUT)) < 1e-12
