@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 
-
 _FULL = 85  # letters of a line of a docstring that was broken for want of room
 
 
