@@ -97,16 +97,9 @@ def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
     blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
     problems: list[Problem] = []
     by_block: dict[str, dict[str, object]] = {}
-    rates: dict[str, Fraction] = {}
     for key, value in changes.items():
         signal = graph.exports.get(key, key)
         block, parameter = split(signal)
-        if parameter == RATE and (block in blocks or block in parts):
-            try:
-                rates[block] = read_rate(value)
-            except Refusal as error:
-                problems.append(error.problem(key, value))
-            continue
         if block not in blocks:
             block, _, parameter = signal.partition(".")
         if block not in blocks and block not in parts:
@@ -126,7 +119,7 @@ def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
             problems += [dataclasses.replace(p, key=f"{name}.{_key(p)}", path=()) for p in error.problems]
     if problems:
         raise ModelError(problems)
-    return _with_rates(graph.changed(blocks=blocks, subgraphs=parts), rates)
+    return graph.changed(blocks=blocks, subgraphs=parts)
 
 
 def changed_blocks(blocks: Mapping[str, Block], values: Mapping[str, object]) -> dict[str, Block]:

@@ -14,9 +14,9 @@ CONDA_NAMES = {"matplotlib": "matplotlib-base"}  # where conda-forge has another
 
 def items(key: str) -> list[str]:
     """Return the entries of the list below a key that stands alone in its line."""
-    lists = re.findall(rf"^( *){key}:\n((?:\1  - .+\n)+)", RECIPE, re.MULTILINE)
+    lists = re.findall(rf"^( *){key}:\n((?:\1  [-#] .+\n)+)", RECIPE, re.MULTILINE)
     assert len(lists) == 1, key
-    return re.findall(r"- (.+)", lists[0][1])
+    return re.findall(r"^ *- (.+)", lists[0][1], re.MULTILINE)
 
 
 def as_conda(requirement: str) -> list[str]:
