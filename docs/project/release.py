@@ -68,7 +68,7 @@ def try_wheel(version: str, python: str, wheel: Path, folder: Path) -> Trial:
     begin = time.perf_counter()
     subprocess.run([python, "-m", "venv", str(environment)], check=True)
     subprocess.run(
-        [environment / "bin" / "python", "-m", "pip", "install", "--quiet", str(wheel)],
+        [environment / "bin" / "python", "-m", "pip", "install", "--quiet", f"{wheel}[all]"],
         check=True,
         stderr=subprocess.DEVNULL,
     )
