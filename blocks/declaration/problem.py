@@ -1,4 +1,4 @@
-"""What is wrong with a model, as data; rendered in this one place."""
+"""Problems of a model as data, and their text, written in this one place."""
 
 import difflib
 from collections.abc import Iterable, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 _LISTED = 12  # names in a hint
 _COMPARED = 2000  # names; comparing takes some microseconds each
-_OF_UNITS = frozenset("µμΩ°²³·⋅×√")  # letters and marks that units are written with
+_OF_UNITS = frozenset("µμΩ°²³·⋅×√")  # letters and signs in units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,9 +41,17 @@ class Problem:
         rows = [("got", self.got), ("expected", self.expected), ("hint", self.hint)]
         return "\n".join([_printable(head), *(f"  {name + ':':<9} {_printable(text)}" for name, text in rows if text)])
 
+    @property
+    def code(self) -> str:
+        """The code by which `proofmass explain` tells cause and cure; empty where there is none."""
+        # start-up time: most commands refuse nothing
+        from proofmass.blocks.declaration.explanations import code_of
+
+        return code_of(self.message)
+
     def as_data(self) -> dict[str, str | int | bool]:
         """The problem as plain data, for `--json`."""
-        names = ("file", "line", "key", "message", "got", "expected", "hint", "note")
+        names = ("code", "file", "line", "key", "message", "got", "expected", "hint", "note")
         return {name: getattr(self, name) for name in names}
 
 
@@ -64,7 +72,7 @@ class ModelError(ValueError):
 
 
 class Refusal(ValueError):  # noqa: N818  # a word of its own, as in "raise Refusal(...)"
-    """Why a value is refused: words that follow its name, what was got and expected, how to cure it.
+    """The refusal of a value: words that follow its name, what was got and expected, and a cure.
 
     `key` is the entry of a table that the value stands under.
     """

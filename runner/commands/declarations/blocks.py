@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import blocks_option, file_argument, json_option
+from proofmass.runner.commands.declarations.options import blocks_option, file_argument, json_option
 
 
 @click.command("test-block")
@@ -26,6 +26,21 @@ def test_block(file: Path, kind: tuple[str, ...], as_json: bool) -> int:
     from proofmass.runner.commands.test_block_command import test_blocks  # start-up time
 
     return test_blocks(file, kind, as_json)
+
+
+@click.command()
+@click.argument("code", nargs=-1)
+@json_option
+def explain(code: tuple[str, ...], as_json: bool) -> int:
+    """Explain codes of messages: cause and cure. Without a code it lists all.
+
+    \b
+    proofmass explain P0301
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.explain_command import explain_codes
+
+    return explain_codes(code, as_json)
 
 
 @click.command()
@@ -88,4 +103,4 @@ def new(file: Path, name: str | None) -> int:
     return write_new_graph(file, name)
 
 
-BLOCKS = (blocks, gallery, new, test_block)
+BLOCKS = (blocks, explain, gallery, new, test_block)
