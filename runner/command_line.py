@@ -6,15 +6,15 @@ import sys
 
 import click
 
-from proofmass.runner.commands.analysis_declarations import ANALYSES
-from proofmass.runner.commands.block_declarations import BLOCKS
-from proofmass.runner.commands.comparison_declarations import COMPARISONS
-from proofmass.runner.commands.declarations import cli
-from proofmass.runner.commands.design_declarations import DESIGN
+from proofmass.runner.commands.declarations.analysis import ANALYSES
+from proofmass.runner.commands.declarations.blocks import BLOCKS
+from proofmass.runner.commands.declarations.comparison import COMPARISONS
+from proofmass.runner.commands.declarations.design import DESIGN
+from proofmass.runner.commands.declarations.fit import fit
+from proofmass.runner.commands.declarations.graphs import cli
+from proofmass.runner.commands.declarations.live import live
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
-from proofmass.runner.commands.fit_declarations import fit
-from proofmass.runner.commands.live_declarations import live
 
 __all__ = ["cli", "main"]
 

@@ -18,7 +18,7 @@ _made: "WeakKeyDictionary[types.FunctionType, ast.FunctionDef]" = WeakKeyDiction
 
 
 class SourceError(ValueError):
-    """Why the source of a function cannot be had."""
+    """The source of a function is not available; says why."""
 
 
 def tree_of(function: types.FunctionType) -> ast.FunctionDef:
@@ -47,7 +47,7 @@ def define(tree: ast.FunctionDef, file: str, namespace: dict[str, Any]) -> types
 
 
 def remember(file: str, text: str) -> None:
-    """Keep the text that a file was loaded from, whatever becomes of the file."""
+    """Keep the text from which a file was loaded, even if the file changes."""
     _loaded[file] = text
 
 
@@ -131,7 +131,7 @@ def _same(first: types.CodeType, second: types.CodeType) -> bool:
 
 
 def _content(code: types.CodeType) -> Any:
-    """What the code does; the text of an assertion is put together by tools that test, and says nothing."""
+    """Return what a code object does; texts of assertions, which test tools rewrite, are left out."""
     constants = [
         sorted(map(repr, each))
         if isinstance(each, frozenset)
