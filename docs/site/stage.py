@@ -29,13 +29,16 @@ class BrokenLinkError(Exception):
     """A page links to what is not there."""
 
 
-def stage(target: Path) -> list[str]:
-    """Write the source of the site to a folder and return the names of its pages."""
+def stage(target: Path, responses: bool = True) -> list[str]:
+    """Write the source of the site to a folder and return the names of its pages.
+
+    With `responses` the example of every block is run for its picture, which takes twenty seconds.
+    """
     shutil.rmtree(target, ignore_errors=True)
     pages = {_place(path): path for path in repository_pages()}
     for name, path in pages.items():
         _write(target / name, _rewritten(path, name, target))
-    for name, text in reference_pages():
+    for name, text in reference_pages(responses):
         _write(target / name, text)
     names = sorted(path.relative_to(target).as_posix() for path in target.rglob("*.md"))
     index = target / "index.md"

@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The staged source of the site."""
     folder = tmp_path_factory.mktemp("site") / "source"
-    stage(folder)
+    stage(folder, responses=False)
     return folder
 
 
