@@ -1,21 +1,24 @@
 """The command line: runs a command, turns errors into messages and exit codes."""
 
+import gc
 import os
 import sys
 
 import click
 
-from proofmass.runner.commands.analysis_declarations import ANALYSES
-from proofmass.runner.commands.block_declarations import BLOCKS
-from proofmass.runner.commands.comparison_declarations import COMPARISONS
-from proofmass.runner.commands.declarations import cli
-from proofmass.runner.commands.design_declarations import DESIGN
+from proofmass.runner.commands.declarations.analysis import ANALYSES
+from proofmass.runner.commands.declarations.blocks import BLOCKS
+from proofmass.runner.commands.declarations.comparison import COMPARISONS
+from proofmass.runner.commands.declarations.design import DESIGN
+from proofmass.runner.commands.declarations.fit import fit
+from proofmass.runner.commands.declarations.graphs import cli
+from proofmass.runner.commands.declarations.live import live
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
-from proofmass.runner.commands.fit_declarations import fit
-from proofmass.runner.commands.live_declarations import live
 
 __all__ = ["cli", "main"]
+
+_COLLECTED = 50_000  # new objects between two looks for garbage: most of a command's live to its end
 
 for command in (*ANALYSES, *BLOCKS, *COMPARISONS, fit, *DESIGN, live):
     cli.add_command(command)
@@ -23,7 +26,16 @@ for command in (*ANALYSES, *BLOCKS, *COMPARISONS, fit, *DESIGN, live):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command and return its exit code; errors are messages, tracebacks only with `--traceback`."""
-    words = sys.argv[1:] if arguments is None else arguments
+    if arguments is not None:
+        return _answered(arguments)
+    gc.set_threshold(_COLLECTED)
+    try:
+        return _answered(sys.argv[1:])
+    finally:
+        gc.freeze()  # the process ends: nothing is looked for among what is taken down with it
+
+
+def _answered(words: list[str]) -> int:
     plain = [word for word in words if word != "--traceback"]
     try:
         code = cli.main(plain, prog_name="proofmass", standalone_mode=False)

@@ -1,11 +1,11 @@
-"""What an argument of a block's function means: its name alone says so."""
+"""Meaning of the arguments of a block's functions, which follows from their names alone."""
 
 from collections.abc import Container
 from enum import Enum
 
 
 class Meaning(Enum):
-    """What the runner gives to an argument: a fixed name, or a buffer or input of the block."""
+    """Meaning of an argument: one with a fixed name, or a buffer or input of the block."""
 
     STATE = "x", "the state, an argument of functions"
     PARAMETERS = "p", "the parameters, the first argument of functions"

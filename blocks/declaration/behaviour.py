@@ -1,4 +1,4 @@
-"""A function of a block as it is registered: what it takes by name and what it returns."""
+"""A registered function of a block: the meaning of its arguments and the type of its result."""
 
 import dataclasses
 import dis
@@ -13,13 +13,13 @@ from proofmass.blocks.declaration.problem import did_you_mean
 
 @dataclasses.dataclass(frozen=True)
 class Behaviour:
-    """A registered function, and the names of its arguments after the first with what they mean."""
+    """A registered function, with names and meanings of its arguments after the first."""
 
     function: Callable[..., Any]
     arguments: tuple[str, ...]
     meanings: tuple[Meaning, ...]
     returns: Any
-    reads_constants: bool  # some outputs are a field of the state and nothing else
+    reads_constants: bool  # an output may be just a field of the state
 
 
 def bound(
@@ -46,7 +46,7 @@ def bound(
 
 
 def _returned(function: Callable[..., Any]) -> Any:
-    """The annotation of what is returned, with names in quotes looked up, those of the fields of a tuple too."""
+    """The annotation of the result, with names in quotes resolved, also those of the fields of a tuple."""
     returns = function.__annotations__.get("return")
     if isinstance(returns, str):
         returns = typing.get_type_hints(function)["return"]

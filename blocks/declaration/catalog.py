@@ -16,7 +16,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.source import remember
 
 Own = Mapping[str, type[Block]]
-_OWN = "proofmass_own_"  # what modules of a user's own blocks are called
+_OWN = "proofmass_own_"  # name of the modules of a user's own blocks
 
 
 def find(kind: str, own: Own | None = None) -> type[Block] | None:
@@ -37,9 +37,9 @@ def all_blocks(own: Own | None = None) -> dict[str, type[Block]]:
 
 
 def load_own_blocks(path: Path) -> dict[str, type[Block]]:
-    """The blocks that a user's Python file declares; the file is run, so only the caller may name it.
+    """Return the blocks that a user's Python file declares; the file is run, so only the caller may name it.
 
-    Raises `ModelError` where one has the name of a block of the library, and what the file raises.
+    Raises `ModelError` if one has the name of a library block, and any error that the file raises.
     """
     name = f"{_OWN}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
@@ -49,7 +49,7 @@ def load_own_blocks(path: Path) -> dict[str, type[Block]]:
     sys.modules[name] = module
     text = path.read_text(encoding="utf-8")
     remember(str(module.__file__), text)
-    exec(compile(text, str(module.__file__), "exec"), module.__dict__)  # bytecode kept on disk may be of an older text
+    exec(compile(text, str(module.__file__), "exec"), module.__dict__)  # bytecode on disk may belong to an older text
     kinds = _blocks_of(module)
     taken = [kind for kind in kinds if find(kind) is not None]
     if taken:
@@ -80,14 +80,14 @@ def family_of(kind: type[Block]) -> str:
 
 
 def family_about(family: str) -> str:
-    """What a family of loaded blocks is, by the docstring of its folder."""
+    """Return the description of a family, the docstring of its folder."""
     if family == "own":
         return "Blocks of your own file."
     return (sys.modules[f"proofmass.blocks.{family}"].__doc__ or "").strip()
 
 
 def facts(kind: type[Block]) -> dict[str, Any]:
-    """Everything that is declared of a block, as plain data."""
+    """Return the declaration of a block as plain data."""
     return {
         "kind": kind.__name__,
         "family": family_of(kind),

@@ -1,4 +1,4 @@
-"""What is declared of a kind of block, and what follows from it.
+"""Facts of a kind of block: its declaration, and all that follows from it.
 
 The facts are attributes of the kind, as in `Gain.inputs`, and not of its blocks: an attribute of a block is a parameter
 and nothing else, so that parameters and ports may be called `inputs` or `size`. Of a block, ask `type(block).inputs`.
@@ -74,7 +74,7 @@ class Facts(type):
 
     @property
     def functions(cls) -> dict[str, Behaviour]:
-        """Those of formats, constants, start, update and derivative that there are."""
+        """Registered functions by role: formats, constants, start, update, derivative."""
         return cls.__declaration__.functions
 
     @property
@@ -84,17 +84,17 @@ class Facts(type):
 
     @property
     def events(cls) -> dict[str, tuple[Behaviour, Behaviour]]:
-        """What falls to zero, and what happens then."""
+        """Events: pairs of the clearance that falls to zero and the function that follows."""
         return cls.__declaration__.events
 
     @property
     def corners(cls) -> dict[str, Behaviour]:
-        """What changes its sign where the outputs have a corner or a jump."""
+        """Functions that change sign where the outputs have a corner or a jump."""
         return cls.__declaration__.corners
 
     @property
     def requirements(cls) -> Requirements | None:
-        """What yields the parameters that do not go together."""
+        """The function that yields parameters that do not go together."""
         return cls.__declaration__.requirements
 
     @property
@@ -109,7 +109,7 @@ class Facts(type):
         return "derivative" in cls.functions or bool(cls.events)
 
     def has_formats(cls) -> bool:
-        """Whether its functions work on `FixedValue`: it has formats, and no port carries floating-point numbers."""
+        """Return whether its functions work on `FixedValue`: it has formats, and no floating-point ports."""
         ports = (*cls.inputs.values(), *cls.outputs.values())
         return "formats" in cls.functions and all(port.dtype is not float for port in ports)
 
@@ -124,7 +124,7 @@ class Facts(type):
         return next((typing.cast(type, b.returns) for b in moving if b.returns is not None), None)
 
     def constants_class(cls) -> type:
-        """The NamedTuple that the block's functions get first: its constants, or else its numeric parameters."""
+        """The NamedTuple of the first argument of its functions: the constants, or else the numeric parameters."""
         if "constants" in cls.functions:
             return typing.cast(type, cls.functions["constants"].returns)
         return cls.parameters_class()

@@ -1,11 +1,11 @@
-"""Where each kind of block lives: a kind is the name of its file without underscores, in a folder of its family."""
+"""Home of each kind of block: a file with its name in words joined by underscores, in the folder of its family."""
 
 import pkgutil
 from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOUNDATIONS = ("arithmetic", "declaration", "language")  # folders of what blocks are made of
+FOUNDATIONS = ("arithmetic", "declaration", "language")  # folders of foundations, not of blocks
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Facts of a block that rest on the values of its parameters: units, sizes, formats."""
+"""Facts of a block that depend on the values of its parameters: units, sizes, formats."""
 
 import typing
 

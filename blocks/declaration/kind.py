@@ -45,7 +45,7 @@ class Kind(Registration):
 
 
 def _declaration(kind: Kind, fields: Mapping[str, Any]) -> Declaration:
-    """What the body of a class declares, after what its base does."""
+    """Declaration in the body of a class, added to that of its base."""
     base = next((b.__declaration__ for b in kind.__mro__[1:] if isinstance(b, Kind)), _NOTHING)
     hints = typing.get_type_hints(kind)
     annotated = [n for n in inspect.get_annotations(kind) if typing.get_origin(hints[n]) is not ClassVar]
@@ -67,7 +67,7 @@ def _declaration(kind: Kind, fields: Mapping[str, Any]) -> Declaration:
 
 
 def _fields(kind: Kind) -> "dict[str, dataclasses.Field[Any]]":
-    """What `dataclasses.fields` and `dataclasses.replace` read; the class has no attributes for parameters."""
+    """Fields for `dataclasses.fields` and `dataclasses.replace`; the class has no attributes for parameters."""
     fields = [(p.name, p.kind, dataclasses.field(default=p.default)) for p in kind.parameters.values()]
     values: Any = dataclasses.make_dataclass(kind.__name__, fields, eq=False, repr=False)
     return typing.cast("dict[str, dataclasses.Field[Any]]", values.__dataclass_fields__)
@@ -80,7 +80,7 @@ def _units(kind: Kind) -> Iterator[tuple[str, str]]:
 
 
 def _refuse_hiding(kind: Kind, attribute: str) -> None:
-    """Raise TypeError where an attribute that is neither parameter nor port would hide one that every kind has."""
+    """Raise TypeError if an attribute that is neither parameter nor port would hide one that every kind has."""
     if not attribute.startswith("__") and hasattr(Kind, attribute):
         raise TypeError(
             f"{kind.__name__}.{attribute}: the name is taken; every block has {attribute}, and only a parameter or a "

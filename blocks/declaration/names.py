@@ -1,4 +1,4 @@
-"""Names that a parameter or port cannot have, each with what has it."""
+"""Names that a parameter or port cannot have, each with its present meaning."""
 
 import keyword
 
@@ -17,7 +17,7 @@ MOVING = {  # functions of a block that engines call beside those of its outputs
 
 
 def refuse_taken(owner: type, name: str) -> None:
-    """Raise TypeError where no parameter or port may have a name."""
+    """Raise TypeError if a parameter or port cannot have a name."""
     if name in RESERVED:
         raise taken(owner, name, f"{name} is {RESERVED[name]}")
     if keyword.iskeyword(name):
@@ -27,5 +27,5 @@ def refuse_taken(owner: type, name: str) -> None:
 
 
 def taken(owner: type, name: str, by: str) -> TypeError:
-    """What to raise where something else has a name."""
+    """Return the error for a name that something else has."""
     return TypeError(f"{owner.__name__}.{name}: the name is taken; {by}")

@@ -1,11 +1,11 @@
-"""Kinds of blocks by the names that other tools have for them."""
+"""Kinds of blocks by their names in other tools."""
 
 from collections.abc import Iterable
 from difflib import SequenceMatcher
 
 from proofmass.blocks.declaration.problem import did_you_mean, nearest
 
-_MISSPELT = 0.72  # as like as that, an unknown kind is a known one with a slip
+_MISSPELT = 0.72  # likeness from which on an unknown kind is taken for a misspelt one
 
 _RECORDED = 'signals are recorded by probes: probes = ["block.output"]'
 _ANSWERS: dict[str, str] = dict.fromkeys(

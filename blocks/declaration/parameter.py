@@ -1,4 +1,4 @@
-"""Parameters of a block: declared with unit, bounds, default and doc; read and refused in one place."""
+"""Parameters of a block: declared with unit, bounds, default and doc; read and checked in one place."""
 
 import dataclasses
 import math
@@ -16,7 +16,7 @@ _KINDS = (float, int, bool, str, Fixed, tuple)
 
 @dataclasses.dataclass(frozen=True)
 class Parameter:
-    """What is known of one parameter besides its value."""
+    """Declaration of one parameter."""
 
     name: str
     kind: type  # float, int, bool, str, Fixed, or tuple for a list of floats
@@ -36,7 +36,7 @@ class Parameter:
         return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
 
     def expected(self, unit: str) -> str:
-        """What the parameter takes, in words."""
+        """Return in words what the parameter takes."""
         if self.kind is bool:
             return "true or false"
         if self.kind is str:
@@ -221,7 +221,7 @@ def read_parameters(
 
 
 def fill(template: str, values: Mapping[str, object]) -> str:
-    """A unit with the parameters that it names in braces put in.
+    """Return a unit with the values of the parameters that it names in braces.
 
     >>> fill("{output_unit}/({input_unit})", {"output_unit": "V", "input_unit": "m"})
     'V/(m)'

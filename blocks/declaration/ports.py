@@ -1,4 +1,4 @@
-"""Ports and buffers of a block: how they are declared, and what is known of one."""
+"""Ports and buffers of a block: how they are declared, and their facts."""
 
 import dataclasses
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What is wrong with a model, as data; rendered in this one place."""
+"""Problems of a model as data, and their text, written in this one place."""
 
 import difflib
 from collections.abc import Iterable, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 _LISTED = 12  # names in a hint
 _COMPARED = 2000  # names; comparing takes some microseconds each
-_OF_UNITS = frozenset("µμΩ°²³·⋅×√")  # letters and marks that units are written with
+_OF_UNITS = frozenset("µμΩ°²³·⋅×√")  # letters and signs in units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +64,7 @@ class ModelError(ValueError):
 
 
 class Refusal(ValueError):  # noqa: N818  # a word of its own, as in "raise Refusal(...)"
-    """Why a value is refused: words that follow its name, what was got and expected, how to cure it.
+    """The refusal of a value: words that follow its name, what was got and expected, and a cure.
 
     `key` is the entry of a table that the value stands under.
     """

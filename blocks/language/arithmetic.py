@@ -1,7 +1,7 @@
-"""Operations on 64-bit integers and on numbers, to the last bit as Python has them.
+"""Operations on 64-bit integers and on numbers, with the same bits as in Python.
 
-For each there is a value, and where it can fail a test whether it does: plain Python raises then, and compiled code
-notes it beside its path and goes on with a value that nobody sees. All are straight functions of numbers, which any
+Each has a function for its value and, if it can fail, one that says whether it fails. Plain Python then raises;
+compiled code notes the fault and goes on with a value that is never used. All are plain functions of numbers, which any
 compiler of such functions can take.
 """
 
@@ -10,7 +10,7 @@ import math
 from proofmass.blocks.arithmetic.scaling import mantissa_and_exponent, scaled
 
 HIGHEST, LOWEST = 2**63 - 1, -(2**63)
-MOST_TURNS = 1 << 24  # of one loop in one call
+MOST_TURNS = 1 << 24  # turns of one loop in one call
 _SURELY_FITS, _SURELY_NOT = 9.2e18, 9.3e18  # on both sides of 2^63
 _EXACT = 2**53  # integers up to there are numbers
 _LEADING = 2**55  # a quotient from there on has two bits more than a number
@@ -54,7 +54,7 @@ def multiply_fails(a: int, b: int) -> bool:
 
 
 def negate(a: int) -> int:
-    """The number of the other sign."""
+    """Negative of the number."""
     return -a
 
 
@@ -81,29 +81,29 @@ def floor_divide_fails(a: int, b: int) -> bool:
 
 
 def modulo(a: int, b: int) -> int:
-    """What is left of a division that rounds down."""
+    """Remainder of a division that rounds down."""
     return 0 if b in (0, -1) else a % b
 
 
 def modulo_fails(a: int, b: int) -> bool:
-    """Whether nothing can be left, for a divisor of zero."""
+    """Whether there is no remainder, for a divisor of zero."""
     return b == 0
 
 
 def shift_left(a: int, b: int) -> int:
-    """Times a power of two."""
+    """Product with a power of two."""
     return 0 if b < 0 or b > 63 else a << b
 
 
 def shift_left_fails(a: int, b: int) -> bool:
-    """Whether the shift is negative, or 64 bits do not hold what it gives."""
+    """Whether the shift is negative, or 64 bits do not hold its result."""
     if b < 0 or a == 0:
         return b < 0
     return b > 63 or (a > HIGHEST >> b if a > 0 else a < LOWEST >> b)
 
 
 def shift_right(a: int, b: int) -> int:
-    """Through a power of two, rounded down."""
+    """Quotient by a power of two, rounded down."""
     return 0 if b < 0 else a >> min(b, 63)
 
 
@@ -143,9 +143,10 @@ def power_fails(a: int, k: int) -> bool:
 
 
 def true_divide(a: int, b: int) -> float:
-    """Quotient of integers, rounded once; a division of numbers does that where both are exact as numbers.
+    """Quotient of integers, rounded once; if both are exact as numbers, a division of numbers does that.
 
-    Else bits of the quotient are found one by one, two more than a number has, and one that says whether any is left.
+    Otherwise the bits of the quotient are computed one by one, two more than a number has, and a last bit that says
+    whether there is a remainder.
     """
     if b == 0:
         return 0.0
@@ -179,7 +180,7 @@ def divide(a: float, b: float) -> float:
 
 
 def number_modulo(a: float, b: float) -> float:
-    """What is left of a division of numbers that rounds down; of the sign of the divisor."""
+    """Remainder of a division of numbers that rounds down; it has the sign of the divisor."""
     if b == 0.0:
         return 0.0
     left = c_remainder(a, b)
@@ -205,7 +206,7 @@ def number_floor_divide(a: float, b: float) -> float:
 
 
 def c_power(a: float, b: float) -> float:
-    """A power of numbers, as the C library has it, with NaN or infinity where there is none."""
+    """Power of numbers from the C library; NaN or infinity if there is none."""
     try:
         return math.pow(a, b)
     except ValueError:
@@ -215,16 +216,16 @@ def c_power(a: float, b: float) -> float:
 
 
 def c_remainder(a: float, b: float) -> float:
-    """What is left of a division towards zero, as the C library has it; NaN where there is none."""
+    """Remainder of a division towards zero, from the C library; NaN if there is none."""
     return math.nan if math.isinf(a) or b == 0.0 else math.fmod(a, b)
 
 
 def c_cube_root(a: float) -> float:
-    """The cube root, as the C library has it."""
+    """Cube root from the C library."""
     return math.cbrt(a)
 
 
-OF_C = {"c_power": "pow", "c_remainder": "fmod", "c_cube_root": "cbrt"}  # what compiled code calls there
+OF_C = {"c_power": "pow", "c_remainder": "fmod", "c_cube_root": "cbrt"}  # name of the function that compiled code calls
 
 
 def undefined(value: float, a: float) -> bool:
@@ -253,7 +254,7 @@ def times_power_of_two_fails(value: float, a: float, n: int) -> bool:
 
 
 def is_close(a: float, b: float, relative: float, absolute: float) -> bool:
-    """Whether two numbers differ by no more than a share of either, or than so much."""
+    """Whether two numbers are close, by a relative or an absolute tolerance."""
     if a == b:
         return True
     if math.isinf(a) or math.isinf(b):
@@ -310,7 +311,7 @@ def compare(a: int, b: float) -> int:
 
 
 def place(index: int, length: int) -> int:
-    """The place of an entry, counted from the end where the index is negative; one that exists where it fails."""
+    """Place of an entry, counted from the end if the index is negative; an existing place if it fails."""
     at = index + length if index < 0 else index
     return min(max(at, 0), max(length - 1, 0))
 
@@ -321,27 +322,27 @@ def place_fails(index: int, length: int) -> bool:
 
 
 def next_turn(turns: int) -> int:
-    """How often a loop has turned."""
+    """Number of turns of a loop so far."""
     return turns + 1
 
 
 def next_turn_fails(turns: int) -> bool:
-    """Whether a loop turns for ever, for all that one tick can wait."""
+    """Whether a loop has turned more often than a tick allows."""
     return turns >= MOST_TURNS
 
 
 def range_end(start: int, stop: int, step: int) -> int:
-    """Where a range ends; where it begins, if it is too long."""
+    """End of a range; its beginning if it is too long."""
     return start if range_end_fails(start, stop, step) else stop
 
 
 def range_end_fails(start: int, stop: int, step: int) -> bool:
-    """Whether a range is longer than one tick can wait for."""
+    """Whether a range is longer than a tick allows."""
     return step != 0 and (float(stop) - float(start)) / float(step) > MOST_TURNS
 
 
 def stride_fails(step: int) -> bool:
-    """Whether a range would go on for ever."""
+    """Whether the step of a range is zero."""
     return step == 0
 
 

@@ -1,4 +1,4 @@
-"""Calls in a function: of what Python and `math` have, of named tuples, and of functions of the user's."""
+"""Calls in a function: of functions of Python and `math`, of named tuples, and of a user's functions."""
 
 import ast
 import math
@@ -136,7 +136,7 @@ class Calls(Reductions):
         return None
 
     def _close(self, node: ast.Call) -> Typed:
-        """Whether two numbers are close; the tolerances may be named."""
+        """Write `math.isclose`; the tolerances may be keyword arguments."""
         named = {str(keyword.arg): keyword.value for keyword in node.keywords}
         if len(node.args) != 2 or not set(named) <= set(operations.TOLERANCES):
             raise refuse(node, "math.isclose is of two numbers", "write math.isclose(a, b, rel_tol=..., abs_tol=...)")
@@ -156,7 +156,7 @@ class Calls(Reductions):
         return self.defined(operation, *self._numbers(given))
 
     def _extreme(self, node: ast.Call, target: Any, given: Sequence[Typed]) -> Typed:
-        """The first of the least or greatest, as Python compares them."""
+        """Write `min` or `max`: the first of the least or greatest, compared as Python compares them."""
         values, kind = self.agreed(node, given, f"{target.__name__}() is of")
         if not self.compiled:
             return ast.Call(self.bound(target), values, []), kind
@@ -169,13 +169,13 @@ class Calls(Reductions):
 
 
 def _names_no_number(node: ast.Call) -> bool:
-    """Whether it is float("nan"), or an infinity."""
+    """Return whether a call is float("nan"), or an infinity."""
     text = node.args[0].value if len(node.args) == 1 and isinstance(node.args[0], ast.Constant) else None
     return isinstance(text, str) and text.strip().lower().lstrip("+-") in ("nan", "inf", "infinity")
 
 
 def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
-    """Why something cannot be called, and what to write."""
+    """Return why something cannot be called, and what to write instead."""
     name = getattr(target, "__name__", "it")
     module = str(getattr(target, "__module__", "") or "").partition(".")[0]
     owner = str(getattr(getattr(target, "__self__", None), "__module__", "") or "").partition(".")[0]

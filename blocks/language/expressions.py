@@ -1,4 +1,4 @@
-"""Expressions of a function, but for calls: each typed, and written anew."""
+"""Expressions of a function apart from calls: each is typed and rewritten."""
 
 import ast
 import types
@@ -30,7 +30,7 @@ class Expressions(Writer):
     """Reads expressions."""
 
     def expression(self, node: ast.expr) -> Typed:
-        """An expression and its type; raises `RefusedError`."""
+        """Rewrite an expression and return it with its type; raises `RefusedError`."""
         method = getattr(self, f"_{type(node).__name__.lower()}", None)
         if method is None:
             raise refuse(node, *_not_compiled(node))
@@ -38,7 +38,7 @@ class Expressions(Writer):
         return ast.copy_location(made, node), kind
 
     def test(self, node: ast.expr) -> ast.expr:
-        """A condition."""
+        """Rewrite a condition."""
         if isinstance(node, ast.BoolOp):
             return ast.copy_location(self._joined(node, lambda part: (self.test(part), bool))[0], node)
         made, kind = self.number(node)
@@ -48,7 +48,7 @@ class Expressions(Writer):
         return self.literal(node, node.value)
 
     def literal(self, node: ast.AST, value: Any) -> Typed:
-        """A value that is known: a number, or a tuple of them."""
+        """Write a known value: a number, or a tuple of numbers."""
         if isinstance(value, bool):
             return ast.Constant(value), bool
         if isinstance(value, int):
@@ -125,7 +125,7 @@ class Expressions(Writer):
         return self.operated(node, type(node.op), left, self.number(node.right))
 
     def operated(self, node: ast.AST, operator: type[ast.operator], left: Typed, right: Typed) -> Typed:
-        """Two numbers joined by an operator."""
+        """Apply an operator to two numbers."""
         (a, first), (b, second) = left, right
         if float not in (first, second):
             if operator in operations.BITWISE:
@@ -160,7 +160,7 @@ class Expressions(Writer):
         return self._joined(node, self.number)
 
     def _joined(self, node: ast.BoolOp, read: Callable[[ast.expr], Typed]) -> Typed:
-        """`and` or `or`: the rest is evaluated only where it decides."""
+        """Rewrite `and` or `or`: the rest is evaluated only if it decides."""
         parts = [self.apart(lambda part=part: read(part)) for part in node.values]  # type: ignore[misc]
         values, kind = self.agreed(node, [typed for _, typed in parts], "the value is")
         if not any(lines for lines, _ in parts[1:]):
@@ -206,7 +206,7 @@ class Expressions(Writer):
         return (tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)), bool
 
     def _among(self, node: ast.Compare) -> ast.expr:
-        """Whether a number is one of those of a tuple."""
+        """Rewrite `in`: whether a number is an entry of a tuple."""
         if len(node.ops) > 1:
             raise refuse(node, "in within a chain of comparisons", "join them by `and`")
         left, kind = self.number(node.left)
@@ -223,7 +223,7 @@ class Expressions(Writer):
         return among if isinstance(node.ops[0], ast.In) else ast.UnaryOp(ast.Not(), among)
 
     def _chain(self, node: ast.Compare, left: Typed, rest: list[Typed], lines: list[list[ast.stmt]]) -> ast.expr:
-        """Comparisons in a row, of which the later ones are evaluated only where the earlier hold."""
+        """Rewrite a chain of comparisons: later ones are evaluated only if the earlier hold."""
         all_hold = self.scope.fresh()
         before, later = [self.kept(left[0]), self.kept(rest[0][0])], list[list[ast.stmt]]()
         a: Typed = before[1], rest[0][1]
@@ -244,7 +244,7 @@ class Expressions(Writer):
         return ast.Name(all_hold, ast.Load())
 
     def _compared(self, left: Typed, operator: ast.cmpop, right: Typed) -> ast.expr:
-        """A comparison, exact of integers with numbers."""
+        """Write a comparison, exact also between integers and numbers."""
         if not _apart(left, right) or not self.compiled:
             return ast.Compare(left[0], [operator], [right[0]])
         turned = left[1] is float
@@ -273,7 +273,7 @@ class Expressions(Writer):
         return self.kept(ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load())), self._entry(node, kind)
 
     def index(self, node: ast.Subscript, sequence: ast.expr, kind: Type) -> ast.expr:
-        """The place of an entry that exists."""
+        """Write the place of an entry, checked to exist."""
         self._entry(node, kind)
         place, of = self.number(node.slice)
         if of is float:
@@ -289,7 +289,7 @@ class Expressions(Writer):
         return entry
 
     def sequence(self, node: ast.expr) -> tuple[ast.expr, Type]:
-        """What a loop goes over, and the type of an entry."""
+        """Rewrite the sequence of a loop and return it with the type of its entries."""
         sequence, kind = self.expression(node)
         if not isinstance(kind, TupleOf | ListOf | Vector):
             raise refuse(
@@ -299,7 +299,7 @@ class Expressions(Writer):
 
 
 def _surely_succeeds(operator: type[ast.operator], b: ast.expr) -> bool:
-    """Whether an operation of integers always has a value, since its second operand is written out."""
+    """Return whether an operation of integers never fails because its second operand is a literal."""
     if not isinstance(b, ast.Constant) or not isinstance(b.value, int):
         return False
     shifts = operator is ast.RShift and 0 <= b.value <= 63
@@ -307,7 +307,7 @@ def _surely_succeeds(operator: type[ast.operator], b: ast.expr) -> bool:
 
 
 def _apart(left: Typed, right: Typed) -> bool:
-    """Whether one is an integer and the other a number, so that the integer may not be exact as a number."""
+    """Return whether one is a number and the other an integer, which may be inexact as a number."""
     if float not in (left[1], right[1]) or left[1] is right[1]:
         return False
     whole = left[0] if right[1] is float else right[0]
@@ -324,7 +324,7 @@ def _known(node: ast.expr) -> Any:
 
 
 def _not_compiled(node: ast.AST) -> tuple[str, str]:
-    """Why an expression is refused, and what to write."""
+    """Return why an expression is refused, and what to write instead."""
     return RefusedError.CONSTRUCTS.get(
         type(node).__name__, (f"{type(node).__name__} is not compiled", "write it with numbers")
     )

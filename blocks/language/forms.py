@@ -1,4 +1,4 @@
-"""The functions of a block of the user's own, in the forms that engines run, and all that is wrong with them."""
+"""Functions of a user's own block in the forms that engines run, and their problems."""
 
 import ast
 import builtins
@@ -21,19 +21,19 @@ _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
 
 
 def is_own(kind: type[Block]) -> bool:
-    """Whether a block is not of the library, so that nobody has looked at its functions."""
+    """Return whether a block is a user's own, so that its functions must be checked."""
     return not kind.__module__.startswith("proofmass.blocks.")
 
 
 def form_of(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered | None:
-    """A function of a block as an engine runs it; None where that is the function itself."""
+    """Return a function of a block as an engine runs it; None if that is the function itself."""
     if not is_own(kind) or kind.has_formats():
         return None
     return _form(kind, behaviour, compiled)
 
 
 def constants_form(kind: type[Block], compiled: bool) -> Lowered | None:
-    """The function `constants` for parameters that change; None where that is the function itself."""
+    """Return the function `constants` for parameters that change; None if that is the function itself."""
     behaviour = kind.functions.get("constants")
     if behaviour is None or not is_own(kind) or kind.has_formats():
         return None
@@ -43,7 +43,7 @@ def constants_form(kind: type[Block], compiled: bool) -> Lowered | None:
 
 
 def problems_of(kind: type[Block]) -> list[Problem]:
-    """Everything in the functions of a block that engines would not run to the same bits, or not at all."""
+    """Return everything in the functions of a block that engines cannot run, or not to the same bits."""
     if not is_own(kind):
         return []
     problems = list(_bad_types(kind))
@@ -60,7 +60,7 @@ def problems_of(kind: type[Block]) -> list[Problem]:
 
 
 def driven_problems(kind: type[Block]) -> list[Problem]:
-    """What keeps the constants of a block from being made anew in every tick."""
+    """Return why the constants of a block cannot be computed again in every tick."""
     form = constants_form(kind, compiled=True)
     return [_of(kind, problem) for problem in form.problems] if form else []
 
@@ -87,7 +87,7 @@ def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
 
 
 def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates: bool) -> Type:
-    """The type of what an argument is bound to."""
+    """Return the type of an argument."""
     match meaning:
         case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
             return float
@@ -115,7 +115,7 @@ def _plain(behaviour: Behaviour) -> types.FunctionType:
 
 
 def _bad_types(kind: type[Block]) -> Iterator[Problem]:
-    """Fields of state and constants that no engine holds."""
+    """Yield fields of state and constants of types that engines do not have."""
     for what, record in (("State", kind.state_class()), ("Constants", kind.constants_class())):
         if record is None:
             continue
@@ -141,7 +141,7 @@ def _bad_types(kind: type[Block]) -> Iterator[Problem]:
 
 
 def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[Problem]:
-    """Calls that would make a run another each time, in a function that Python runs and in those that it calls."""
+    """Return calls that give another result each time, in a function of Python and in those that it calls."""
     problems, left, visited = list[Problem](), [function], set[types.FunctionType]()
     while left:
         here = left.pop()
@@ -181,7 +181,7 @@ def _first(node: ast.expr) -> ast.expr:
 
 
 def _looked_up(function: types.FunctionType, node: ast.expr) -> Any:
-    """What a name or a name of a module stands for; None where that is not known."""
+    """Return the object of a name, or of a name in a module; None if it is not known."""
     if isinstance(node, ast.Name):
         return function.__globals__.get(node.id, getattr(builtins, node.id, None))
     if isinstance(node, ast.Attribute):
@@ -203,5 +203,5 @@ def _told(function: types.FunctionType, node: ast.AST, message: str, hint: str) 
 
 
 def _of(kind: type[Block], problem: Problem) -> Problem:
-    """The problem with the block's name before the function's."""
+    """Return the problem with the block's name before the function's."""
     return replace(problem, key=f"{kind.__name__}.{problem.key}" if problem.key else kind.__name__)

@@ -1,4 +1,4 @@
-"""A function with arguments of certain types, written anew for plain Python or for a compiler."""
+"""Lowering: a function with arguments of known types is rewritten for plain Python or for a compiler."""
 
 import ast
 import inspect
@@ -21,9 +21,9 @@ _OURS = "proofmass."
 
 @dataclass
 class Lowered:
-    """A function written anew.
+    """A rewritten function.
 
-    Compiled, one that `fails` returns its value and whether anything in it failed; else it returns its value.
+    In compiled code a function that `fails` returns its value and whether anything in it failed; others, the value.
     """
 
     function: Any
@@ -43,7 +43,7 @@ def lowered(
     compiled: bool,
     within: tuple[types.FunctionType, ...] = (),
 ) -> Lowered:
-    """The function for arguments of these types; what it returns is made of the type `result` where that is given."""
+    """Return the function for arguments of these types; its result is converted to the type `result` if given."""
     key = (function, arguments, result, compiled)
     before = _kept.get(key)
     if before is None or not unchanged(before.reads):  # numbers and functions of the file may have been changed
@@ -125,21 +125,21 @@ def _lowered(
 
 
 def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
-    """The statements, and a return behind them where a function returns nothing."""
+    """The statements, followed by a return if the function returns nothing."""
     lines, ended = reader.block(tree.body)
     if not ended:
         try:
             lines.append(reader.returned(tree, ast.Constant(None), NOTHING))
         except RefusedError as refused:
             if reader.refused:
-                return lines  # what returns was refused
+                return lines  # the statement that returns was refused
             message = f"it does not always return {described(reader.known.result or NOTHING)}"
             reader.refused.append(RefusedError(refused.node, message, "return a value on every path"))
     return lines
 
 
 def _given(reader: Calls, node: ast.Call, target: types.FunctionType) -> list[Typed]:
-    """The arguments of a call in the order of the function's, those that have one filled in."""
+    """Put the arguments of a call into the order of the parameters, and fill in defaults."""
     if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
         raise refuse(node, "* in a call", "write the arguments one by one")
     signature = inspect.signature(target)
@@ -157,7 +157,7 @@ def _given(reader: Calls, node: ast.Call, target: types.FunctionType) -> list[Ty
 
 
 def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, arguments: list[Typed]) -> Typed:
-    """A call of a function of this package, which says its types and means the same everywhere."""
+    """Write a call of a function of this package, which declares its types and is the same everywhere."""
     hints, result = inspect.get_annotations(target, eval_str=True), annotated(target)
     if result is None:
         raise refuse(node, f"{target.__name__}() says no type of what it returns", "write a function of your own")
@@ -172,7 +172,7 @@ def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, arguments: 
 def _defined(
     function: types.FunctionType, tree: ast.FunctionDef, names: list[str], lines: list[ast.stmt], scope: Scope
 ) -> types.FunctionType:
-    """The function of statements; each stands in the line of what it was made from."""
+    """Compile statements into a function; each keeps the line of its source."""
     arguments = ast.arguments([], [ast.arg(name) for name in names], None, [], [], None, [])
     made = ast.copy_location(ast.FunctionDef(tree.name, arguments, lines, [], None), tree)
     if "type_params" in ast.FunctionDef._fields:

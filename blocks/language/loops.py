@@ -1,4 +1,4 @@
-"""Loops: what they go through, how they end, and how often they may turn."""
+"""Loops: their sequences, their ends, and the limit of their turns."""
 
 import ast
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from proofmass.blocks.language.writing import Typed, assign
 class _Loop:
     """A loop that is being read."""
 
-    flag: str  # the variable that says whether it came to its end, "" for one without `else`
-    left: set[str] | None = None  # variables that have a value wherever `break` leaves it; None where nothing does
+    flag: str  # the variable that says whether it ended without `break`; "" for a loop without `else`
+    left: set[str] | None = None  # variables that have a value at every `break`; None without a `break`
 
 
 class Loops(Calls):
@@ -24,14 +24,14 @@ class Loops(Calls):
 
     def __init__(self, scope: Scope, compiled: bool) -> None:
         super().__init__(scope, compiled)
-        self._loops: list[_Loop] = []  # those that are being read, the innermost last
+        self._loops: list[_Loop] = []  # loops that are being read, the innermost last
 
     def block(self, body: list[ast.stmt]) -> tuple[list[ast.stmt], bool]:
-        """Statements written anew, and whether what stands behind them is never reached."""
+        """Rewrite statements, and return whether control never gets past them."""
         raise NotImplementedError
 
     def set(self, target: ast.expr, value: Typed) -> None:
-        """Write what gives a variable, an entry or several of them a value."""
+        """Write an assignment to a variable, an entry, or several of them."""
         raise NotImplementedError
 
     def _for(self, node: ast.For) -> bool:
@@ -56,7 +56,7 @@ class Loops(Calls):
         self._loops.append(_Loop(flag))
 
     def _end_loop(self, node: ast.For | ast.While) -> bool:
-        """Write the statements of `else`; return whether nothing behind the loop is reached."""
+        """Write the statements of `else`; return whether control never gets past the loop."""
         loop, before = self._loops.pop(), set(self.scope.assigned)
         if not loop.flag:
             return False
@@ -77,7 +77,7 @@ class Loops(Calls):
         return self.kept(self.as_integer(made, kind))
 
     def _numbered(self, node: ast.For, turn: Typed, offset: ast.expr) -> Typed:
-        """What enumerate gives when it begins elsewhere than at zero."""
+        """Write the pair of an `enumerate` that does not begin at zero."""
         pair, kind = turn
         assert isinstance(kind, TupleOf)
         place: Typed = ast.Subscript(pair, ast.Constant(0), ast.Load()), int
@@ -85,7 +85,7 @@ class Loops(Calls):
         return ast.Tuple([number, ast.Subscript(pair, ast.Constant(1), ast.Load())], ast.Load()), kind
 
     def _gone_through(self, node: ast.expr) -> Typed:
-        """What a loop goes through, and the type of its variable."""
+        """Rewrite the sequence of a loop and return it with the type of its variable."""
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
             target = self.expression(node.func)[1]
             value = getattr(target, "value", None)
@@ -122,7 +122,7 @@ class Loops(Calls):
         self.lines.append(ast.Assign([ast.Name(turns, ast.Store())], ast.Constant(0)))
         if self.compiled or lines:
             leave: ast.expr = ast.UnaryOp(ast.Not(), test)
-            if self.compiled:  # the first fault ends it: it may turn for ever on what failed
+            if self.compiled:  # the first fault ends it: after a fault it might never end
                 leave = ast.BoolOp(ast.Or(), [leave, ast.Name(self.scope.fault, ast.Load())])
             body, test = [*turn, *lines, ast.If(leave, [ast.Break()], []), *body], ast.Constant(True)
         else:

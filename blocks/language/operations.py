@@ -1,4 +1,4 @@
-"""What operators and functions of Python mean for which types, and what can fail of it."""
+"""Meaning of Python's operators and functions for each type, and the ways in which they fail."""
 
 import ast
 import math
@@ -12,7 +12,7 @@ from proofmass.blocks.language.values import Type
 
 @dataclass(frozen=True)
 class Checked:
-    """An operation that can fail: its value, whether it does, and what Python does instead of giving a value."""
+    """An operation that can fail: its value, its test for failure, and the error that Python raises."""
 
     value: Callable[..., Any]
     fails: Callable[..., bool]
@@ -21,11 +21,11 @@ class Checked:
 
 
 def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callable[..., int]) -> Checked:
-    """An operation of integers: where Python gives an integer of more than 64 bits, the run ends."""
+    """An operation of integers: a result of more than 64 bits ends the run."""
 
     def reference(*operands: int) -> int:
         if fails(*operands):
-            if value in (arithmetic.power, arithmetic.shift_left):  # Python would try, for hours
+            if value in (arithmetic.power, arithmetic.shift_left):  # Python would compute it, for hours
                 if operands[1] < 0:
                     raise ValueError(f"a negative shift or power of an integer: {operands[1]}")
             else:
@@ -68,7 +68,7 @@ OF_NUMBERS: dict[type[ast.operator], Checked] = {
     ast.FloorDiv: _number(arithmetic.number_floor_divide, arithmetic.zero_fails, lambda a, b: a // b),
     ast.Mod: _number(arithmetic.number_modulo, arithmetic.zero_fails, lambda a, b: a % b),
 }
-PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: nothing fails
+PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: none fails
 NEGATE = _fits(arithmetic.negate, arithmetic.negate_fails, lambda a: -a)
 ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, lambda a: abs(a))
 TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)

@@ -1,4 +1,4 @@
-"""One number of all entries of a tuple, list or buffer: the least, the largest, the sum, the product."""
+"""Reductions of a tuple, list or buffer to one number: least, largest, sum, product."""
 
 import ast
 import math
@@ -14,7 +14,7 @@ REDUCED: tuple[Any, ...] = (min, max, sum, math.prod)
 
 
 class Reductions(Expressions):
-    """Reads calls of a function of all entries, which become loops."""
+    """Reads calls that reduce all entries to one number; they become loops."""
 
     def reduced(self, node: ast.Call, target: Any) -> Typed:
         """Return min, max, sum or math.prod of the entries of the one argument."""
@@ -36,13 +36,13 @@ class Reductions(Expressions):
         return ast.Name(total, ast.Load()), kind
 
     def _first(self, entries: str) -> ast.expr:
-        """The first entry, of which there has to be one."""
+        """Write the first entry, which must exist."""
         held = ast.Name(entries, ast.Load())
         place = self.checked(operations.PLACE, ast.Constant(0), self.applied(len, held))
         return ast.Subscript(held, place, ast.Load())
 
     def _better(self, target: Any, best: str, one: str) -> list[ast.stmt]:
-        """The entry in the place of the best so far, where it is less or greater, as Python compares them."""
+        """Write the step that keeps the entry if it is less or greater than the best so far, compared as in Python."""
         entry, before = ast.Name(one, ast.Load()), ast.Name(best, ast.Load())
         test = ast.Compare(entry, [ast.Lt() if target is min else ast.Gt()], [before])
         return [assign(best, ast.IfExp(test, entry, before))]
@@ -50,7 +50,7 @@ class Reductions(Expressions):
     def _more(
         self, node: ast.AST, operator: type[ast.operator], total: tuple[str, Type], one: tuple[str, Type]
     ) -> list[ast.stmt]:
-        """The total with one more entry."""
+        """Write the step that adds one entry to the total."""
         (name, kind), (entry, of) = total, one
         parts: list[Typed] = [(ast.Name(name, ast.Load()), kind), (ast.Name(entry, ast.Load()), of)]
         lines, (made, _) = self.apart(lambda: self.operated(node, operator, *parts))

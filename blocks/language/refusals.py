@@ -1,4 +1,4 @@
-"""What in a function is refused: where, why, what to write instead."""
+"""Refusals of parts of a function: where, why, and what to write instead."""
 
 import ast
 from typing import ClassVar
@@ -7,7 +7,7 @@ from proofmass.blocks.language.values import Type, Unknown
 
 
 class RefusedError(Exception):
-    """Something that cannot be compiled; without a message where it was told before."""
+    """Something cannot be compiled; without a message if it was reported before."""
 
     CONSTRUCTS: ClassVar[dict[str, tuple[str, str]]] = {
         "ListComp": ("a comprehension", "write a loop, into a buffer or a sum"),
@@ -43,5 +43,5 @@ class RefusedError(Exception):
 
 
 def refuse(node: ast.AST, message: str, hint: str = "", known: Type | None = None) -> RefusedError:
-    """The refusal of something; a silent one where what it follows from was refused already."""
+    """Return the refusal of something; a silent one if its cause was refused already."""
     return RefusedError(node, "" if isinstance(known, Unknown) else message, hint)

@@ -1,4 +1,4 @@
-"""The names of a function: its variables with their types, and what it reads from outside."""
+"""Names of a function: its variables with their types, and the values that it reads from outside."""
 
 import ast
 import builtins
@@ -14,15 +14,15 @@ Read = tuple[types.FunctionType | types.ModuleType | type, str, Any]
 
 
 class Scope:
-    """Variables and outer values of one function; names that are made up begin as none of the function's does."""
+    """Variables and outer values of one function; made-up names begin unlike all names of the function."""
 
     def __init__(self, function: types.FunctionType, tree: ast.FunctionDef, arguments: dict[str, Type]) -> None:
         self.function = function
         self.types: dict[str, Type] = dict(arguments)
-        self.assigned = set(arguments)  # for sure, where the reading has come to
-        self.promoted: set[str] = set()  # variables that are numbers although integers are written there
+        self.assigned = set(arguments)  # variables that surely have a value at this point
+        self.promoted: set[str] = set()  # variables that are numbers although integers are assigned to them
         self.namespace: dict[str, Any] = {}
-        self.reads: list[Read] = []  # values from outside, to see later whether they are the same still
+        self.reads: list[Read] = []  # values from outside, to see later whether they have changed
         self._locals = set(function.__code__.co_varnames) | set(function.__code__.co_cellvars)
         used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} | self._locals
         self.prefix = "_"
@@ -85,7 +85,7 @@ class Scope:
 
 
 def unchanged(reads: list[Read]) -> bool:
-    """Whether values from outside are what they were when they were read."""
+    """Return whether values from outside are the same as when they were read."""
     return all(_same(_now(owner, name), value) for owner, name, value in reads)
 
 

@@ -1,4 +1,4 @@
-"""Statements, typed and written anew: what a function assigns, decides, repeats and returns."""
+"""Statements, typed and rewritten: assignments, branches, loops and returns."""
 
 import ast
 import types
@@ -24,11 +24,11 @@ from proofmass.blocks.language.writing import Typed
 
 
 class RestartError(Exception):
-    """Something was learned that concerns what was written already."""
+    """Something new was learned that changes statements already written: start again."""
 
 
 class Statements(Loops):
-    """Reads the statements of a function; `refused` is what cannot be compiled."""
+    """Reads the statements of a function; `refused` has those that cannot be compiled."""
 
     def __init__(self, scope: Scope, compiled: bool, known: "Known", called: Callable[..., Typed]) -> None:
         super().__init__(scope, compiled)
@@ -39,7 +39,7 @@ class Statements(Loops):
         return self._called(self, node, target)
 
     def block(self, body: list[ast.stmt]) -> tuple[list[ast.stmt], bool]:
-        """Statements written anew, and whether what stands behind them is never reached."""
+        """Rewrite statements, and return whether control never gets past them."""
         before, self.lines, ended = self.lines, [], False
         for node in body:
             try:
@@ -60,7 +60,7 @@ class Statements(Loops):
         return lines or [ast.Pass()], ended
 
     def _forget(self, node: ast.stmt) -> None:
-        """Variables of a statement that was refused are of no type that is known."""
+        """Make the types of variables of a refused statement unknown."""
         names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)]
         names += [(part.asname or part.name) for part in ast.walk(node) if isinstance(part, ast.alias)]
         names += [part.name for part in ast.walk(node) if isinstance(part, ast.FunctionDef | ast.ClassDef)]
@@ -135,7 +135,7 @@ class Statements(Loops):
         self.lines.append(ast.Assign([ast.Subscript(vector, place, ast.Store())], entry))
 
     def _into(self, node: ast.Name, expression: ast.expr, kind: Type) -> ast.expr:
-        """A value on its way into a variable, which has one type in the whole function."""
+        """Convert a value for a variable, which has one type in the whole function."""
         name, before = node.id, self.scope.types.get(node.id)
         if kind == NOTHING:
             raise refuse(node, "the function returns nothing", "return a value from it")
@@ -204,7 +204,7 @@ class Statements(Loops):
         return True
 
     def returned(self, node: ast.AST, expression: ast.expr, kind: Type) -> ast.stmt:
-        """A return, of what the function is declared to give."""
+        """Write a return of the declared type."""
         wanted = self.known.result
         if wanted is None:
             self.known.result = wanted = kind
@@ -225,7 +225,7 @@ class Statements(Loops):
         self.note(ast.Constant(True))
         wanted = self.known.result
         if wanted is None:
-            self.known.unsaid = True  # what the function returns is said further down
+            self.known.unsaid = True  # a later statement says what the function returns
             wanted = int
         self.lines.append(self.returned(node, self.nothing(node, wanted), wanted))
         return True
@@ -245,7 +245,7 @@ class Statements(Loops):
         return node
 
     def nothing(self, node: ast.AST, kind: Any) -> ast.expr:
-        """A value of a type, that nobody sees."""
+        """A value of a type that is never used."""
         if kind is float:
             return ast.Constant(float("nan"))
         if kind in (int, bool):
@@ -264,17 +264,17 @@ def _is_value(node: ast.expr | None) -> bool:
 
 
 class Known:
-    """What is known of a function from reading it before: its result, whether it fails, which variables are numbers."""
+    """Facts of a function from earlier passes: its result, whether it fails, which variables are numbers."""
 
     def __init__(self, result: Type | None) -> None:
         self.result = result
         self.fails = self.unsaid = False
         self.promoted: set[str] = set()
-        self.written: dict[str, bool] = {}  # variables: whether only integers that are written out were put into them
+        self.written: dict[str, bool] = {}  # variables: whether only literal integers were assigned to them
 
 
 def annotated(function: types.FunctionType) -> Type | None:
-    """The type that a function says it returns; None where it does not."""
+    """Return the declared type of a function's result; None if it declares none."""
     if "return" not in function.__annotations__:
         return None
     try:

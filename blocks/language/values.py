@@ -1,4 +1,4 @@
-"""Types of what a block's functions work with: numbers, tuples, records, vectors of the runner."""
+"""Types of the values in a block's functions: numbers, tuples, records, vectors of the runner."""
 
 import typing
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Meta:
-    """A function, class or module: what can be called or looked into, and is no value."""
+    """A function, class or module: it can be called or has members, but is not a value."""
 
     value: Any
 
@@ -53,7 +53,7 @@ class Meta:
 
 @dataclass(frozen=True)
 class Unknown:
-    """Of an expression that was refused already: nothing more is said of it."""
+    """Type of an expression that was refused already: no further refusal follows from it."""
 
 
 Type: TypeAlias = (
@@ -64,7 +64,7 @@ NOTHING: Any = type(None)
 
 
 def type_of(annotation: Any) -> Type:
-    """The type that an annotation says."""
+    """Return the type of an annotation."""
     if annotation is FixedValue:
         return int
     if annotation is None or annotation is NOTHING:
@@ -89,7 +89,7 @@ def is_record(kind: Any) -> bool:
 
 
 def entry_of(kind: Type) -> Type | None:
-    """The one type of all entries; None where there is none."""
+    """Return the common type of all entries; None if there is none."""
     if isinstance(kind, ListOf | Vector):
         return kind.entry
     if isinstance(kind, TupleOf) and kind.entries and all(entry == kind.entries[0] for entry in kind.entries):
@@ -98,7 +98,7 @@ def entry_of(kind: Type) -> Type | None:
 
 
 def described(kind: Type) -> str:
-    """A type in words."""
+    """Return a type in words."""
     match kind:
         case TupleOf(entries):
             return f"a tuple of {len(entries)}"

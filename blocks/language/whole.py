@@ -1,4 +1,4 @@
-"""Functions of `math` on integers: divisors, multiples, roots, factorials, where 64 bits hold them."""
+"""Functions of `math` on integers: divisors, multiples, roots, factorials, as far as 64 bits hold them."""
 
 import math
 
@@ -11,7 +11,7 @@ def greatest_divisor(a: int, b: int) -> int:
 
 
 def _divisor_below_zero(a: int, b: int) -> int:
-    """Greatest common divisor less than zero: by Euclid on numbers below zero, of which there is one more."""
+    """Negative of the greatest common divisor, by Euclid on negative numbers, of which there is one more."""
     a, b = min(a, -a), min(b, -b)
     while b != 0:
         a, b = b, modulo(a, b)

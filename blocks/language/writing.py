@@ -1,7 +1,7 @@
-"""Expressions, typed and written anew so that they mean in every engine what Python means.
+"""Expressions, typed and rewritten so that they mean in every engine what they mean in Python.
 
-In plain Python an operation that fails raises. In compiled code its operands are put into variables, whether it fails
-is noted in one more, and it goes on; so what Python evaluates only under a condition stands under an `if`.
+In plain Python an operation that fails raises. Compiled code puts its operands into variables, notes a failure in
+another one, and goes on; so whatever Python evaluates only under a condition stands under an `if`.
 """
 
 import ast
@@ -17,7 +17,7 @@ Typed = tuple[ast.expr, Type]
 
 
 class Writer:
-    """Writes expressions; what has to come before one is put behind the statements of `self.lines`."""
+    """Writes expressions; statements that must come before one are appended to `self.lines`."""
 
     def __init__(self, scope: Scope, compiled: bool) -> None:
         self.scope, self.compiled = scope, compiled
@@ -27,7 +27,7 @@ class Writer:
     # -- what is written -------------------------------------------------------------------------------------------
 
     def kept(self, value: ast.expr) -> ast.expr:
-        """A variable that holds the value, in compiled code."""
+        """Store a value in a variable, in compiled code, and return the variable."""
         if not self.compiled or isinstance(value, ast.Constant):
             return value
         name = self.scope.fresh()
@@ -35,15 +35,15 @@ class Writer:
         return ast.Name(name, ast.Load())
 
     def bound(self, value: Any) -> ast.expr:
-        """The name of a value that is made known to the function."""
+        """Make a value known to the function and return its name."""
         return ast.Name(self.scope.bind(value), ast.Load())
 
     def applied(self, function: Callable[..., Any], *arguments: ast.expr) -> ast.expr:
-        """A call of a function of ours or of Python's."""
+        """Write a call of a function of this package or of Python."""
         return ast.Call(self.bound(function), list(arguments), [])
 
     def checked(self, operation: Checked, *operands: ast.expr) -> ast.expr:
-        """An operation that may fail."""
+        """Write an operation that may fail."""
         if not self.compiled:
             return self.applied(operation.reference, *operands)
         given = [self.kept(operand) for operand in operands]
@@ -51,7 +51,7 @@ class Writer:
         return self.applied(operation.value, *given)
 
     def defined(self, operation: Checked, *operands: ast.expr) -> ast.expr:
-        """A function of numbers that has a value only somewhere."""
+        """Write a function of numbers that may have no value."""
         if not self.compiled:
             return self.applied(operation.reference, *operands)
         given = [self.kept(operand) for operand in operands]
@@ -66,7 +66,7 @@ class Writer:
         self.lines.append(assign(self.scope.fault, ast.BinOp(fault, ast.BitOr(), failed)))
 
     def apart(self, make: Callable[[], Any]) -> tuple[list[ast.stmt], Any]:
-        """What is made, and the statements that have to come before it."""
+        """Call `make`; return the statements that must come before its result, and the result."""
         before, self.lines = self.lines, []
         try:
             made = make()
@@ -75,20 +75,20 @@ class Writer:
         return lines, made
 
     def expression(self, node: ast.expr) -> Typed:
-        """An expression and its type; raises `RefusedError`."""
+        """Rewrite an expression and return it with its type; raises `RefusedError`."""
         raise NotImplementedError
 
     # -- types -----------------------------------------------------------------------------------------------------
 
     def number(self, node: ast.expr) -> Typed:
-        """An expression that is a number, an integer or a truth value."""
+        """Rewrite an expression that must be a number, an integer or a truth value."""
         made, kind = self.expression(node)
         if kind not in NUMBERS:
             raise refuse(node, f"{described(kind)}, where a number is needed", known=kind)
         return made, kind
 
     def as_number(self, expression: ast.expr, kind: Type) -> ast.expr:
-        """A number of an integer, rounded as Python does."""
+        """Convert an integer to a number, rounded as in Python."""
         if kind is float:
             return expression
         if isinstance(expression, ast.Constant):
@@ -96,7 +96,7 @@ class Writer:
         return self.applied(float, expression)
 
     def as_integer(self, expression: ast.expr, kind: Type) -> ast.expr:
-        """An integer of a truth value."""
+        """Convert a truth value to an integer."""
         if kind is not bool:
             return expression
         if isinstance(expression, ast.Constant):
@@ -104,7 +104,7 @@ class Writer:
         return self.applied(int, expression)
 
     def converted(self, node: ast.AST, expression: ast.expr, kind: Type, wanted: Type, what: str) -> ast.expr:
-        """A value as it is declared; nothing is rounded or looked at for truth in silence."""
+        """Convert a value to its declared type; never round or test for truth in silence."""
         if kind == wanted or isinstance(wanted, Unknown) or isinstance(kind, Unknown):
             return expression
         if wanted is float and kind in NUMBERS:
@@ -118,7 +118,7 @@ class Writer:
         raise refuse(node, f"{what} is {described(wanted)}, and is given {described(kind)}", hint)
 
     def agreed(self, node: ast.AST, values: Sequence[Typed], what: str) -> tuple[list[ast.expr], Type]:
-        """Values of which one is taken: all of one type, integers that are written out as numbers where others are."""
+        """Convert alternatives to one type; literal integers become numbers if others are numbers."""
         kinds = [kind for _, kind in values]
         if float in kinds:
             values = [
@@ -138,5 +138,5 @@ class Writer:
 
 
 def assign(name: str, value: ast.expr) -> ast.stmt:
-    """A statement that gives a variable its value."""
+    """Write the assignment of a variable."""
     return ast.Assign([ast.Name(name, ast.Store())], value)

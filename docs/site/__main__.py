@@ -12,7 +12,7 @@ from docs.site.stage import ROOT, stage
 
 def main() -> int:
     source, html = ROOT / "build" / "site" / "source", ROOT / "build" / "site" / "html"
-    pages = stage(source)
+    pages = stage(source, runs=True)
     doctrees = ROOT / "build" / "site" / "doctrees"
     words = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-j", "2", "-b", "html"]
     status = subprocess.call([*words, "-d", str(doctrees), str(source), str(html)], cwd=ROOT)

@@ -4,7 +4,7 @@ import contextlib
 import io
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ _FENCE = re.compile(r"^```(\w+)\n(.*?)^```$(?=(\n\n^```text\n(.*?)^```$)?)", re.
 _FILE = re.compile(r"# (at the end of )?([\w-]+\.(?:toml|py|csv))\n")
 _DATA = re.compile(r"^```text\n((?:(?!^```).)*)^```\n\nSave it as `([\w.-]+)`", re.DOTALL | re.MULTILINE)
 _REJECTED = "# exit code 1"
+Run = Callable[[list[str]], tuple[int, str]]
 
 
 class Command(NamedTuple):
@@ -26,8 +27,11 @@ class Command(NamedTuple):
     promised: str
 
 
-def play(page: Path) -> Iterator[Command]:
-    """Write the files of a page to the working folder and yield its commands as they are run."""
+def play(page: Path, run: Run | None = None) -> Iterator[Command]:
+    """Write the files of a page to the working folder and yield its commands as they are run.
+
+    `run` takes the words after `proofmass` and returns exit code and output; by default they run in this process.
+    """
     whole = page.read_text(encoding="utf-8")
     for text, name in _DATA.findall(whole):
         Path(name).write_text(text, encoding="utf-8")
@@ -37,22 +41,23 @@ def play(page: Path) -> Iterator[Command]:
             with Path(file[2]).open("a" if file[1] else "w", encoding="utf-8") as stream:
                 stream.write(("\n" if file[1] else "") + text)
         elif language == "sh":
-            yield from _commands(text.splitlines(), answer)
+            yield from _commands(text.splitlines(), answer, run or run_here)
 
 
-def _commands(lines: list[str], promised: str) -> Iterator[Command]:
+def _commands(lines: list[str], promised: str, run: Run) -> Iterator[Command]:
     """Yield the commands of one fence; the answer below it is that of all of them together."""
     outputs = []
     for line in lines:
         program, *words = shlex.split(line, comments=True)
         assert program == "proofmass", line
-        status, output = _run(words)
+        status, output = run(words)
         outputs.append(output)
         last = len(outputs) == len(lines)
         yield Command(line, status, int(_REJECTED in line), "".join(outputs), promised if last else "")
 
 
-def _run(words: list[str]) -> tuple[int, str]:
+def run_here(words: list[str]) -> tuple[int, str]:
+    """Run a command of proofmass in this process; return exit code and output."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
         status = main(words)

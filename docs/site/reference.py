@@ -20,7 +20,7 @@ def contents() -> str:
     return "\n".join(table(("page", "has"), rows))
 
 
-def reference_pages(responses: bool = True) -> Iterator[tuple[str, str]]:
+def reference_pages(responses: bool = False) -> Iterator[tuple[str, str]]:
     """Yield the name and the text of each generated page, blocks with pictures of their responses or without."""
     yield from block_pages(responses)
     yield "reference/python.md", python_page()

@@ -22,7 +22,7 @@ def families() -> dict[str, list[type[Block]]]:
     return dict(sorted(by_family.items()))
 
 
-def block_pages(responses: bool = True) -> Iterator[tuple[str, str]]:
+def block_pages(responses: bool = False) -> Iterator[tuple[str, str]]:
     """Yield the index of all blocks and the page of each family."""
     yield "reference/blocks/index.md", _index()
     for family, kinds in families().items():

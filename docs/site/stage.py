@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path, PurePosixPath
 
 from docs.site.alive import live_page, with_frame
+from docs.site.gallery import gallery_pages, gallery_pictures
 from docs.site.reference import contents, reference_pages
 
 ROOT = Path(__file__).parents[2]
@@ -20,31 +21,37 @@ FRONT = {  # pages outside docs/, and the landing page, by their names in the si
     "KNOWN_GAPS.md": "known-gaps.md",
     "SECURITY.md": "security.md",
 }
+_ALL_GRAPHS = (
+    "\n## All others\n\n[All graphs of the library](gallery/index.md) have pages with picture, figures and file.\n"
+)
 _LINK = re.compile(r"(\]\()([^)#\s]+)(#[^)\s]*)?(\))")
 _FENCE = re.compile(r"^(```.*?^```)$", re.DOTALL | re.MULTILINE)
-_ALONE = ("reference/blocks/",)  # pages that an index of their own lists
+_ALONE = ("reference/blocks/", "gallery/", "decisions/")  # pages that an index of their own lists
+_INDEXES = ("reference/blocks/index", "gallery/index", "decisions/README")
 
 
 class BrokenLinkError(Exception):
     """A page links to what is not there."""
 
 
-def stage(target: Path, responses: bool = True) -> list[str]:
+def stage(target: Path, *, runs: bool = False) -> list[str]:
     """Write the source of the site to a folder and return the names of its pages.
 
-    With `responses` the example of every block is run for its picture, which takes twenty seconds.
+    With `runs` the graphs of the library and the examples of blocks are run, and their pages have figures and pictures.
     """
     shutil.rmtree(target, ignore_errors=True)
     pages = {_place(path): path for path in repository_pages()}
     for name, path in pages.items():
         _write(target / name, _rewritten(path, name, target))
-    for name, text in reference_pages(responses):
+    for name, text in (*reference_pages(runs), *gallery_pages(runs=runs)):
         _write(target / name, text)
     names = sorted(path.relative_to(target).as_posix() for path in target.rglob("*.md"))
     index = target / "index.md"
     index.write_text(with_frame(index.read_text(encoding="utf-8")) + "\n" + _toctrees(names), encoding="utf-8")
     live_page(target / "extra")
     shutil.copytree(DOCS / "pictures", target / "pictures")
+    for name, text in gallery_pictures():
+        _write(target / "pictures" / name, text)
     shutil.copytree(HERE / "static", target / "static")
     shutil.copy(HERE / "conf.py", target / "conf.py")
     return names
@@ -64,8 +71,7 @@ def sections() -> list[dict[str, object]]:
 def navigation(names: list[str]) -> dict[str, list[str]]:
     """Return the pages of each section by its caption: those named, then those of its folder, then the rest."""
     left = {name.removesuffix(".md") for name in names} - {"index"}
-    left = {page for page in left if not page.startswith(_ALONE) or page == "reference/blocks/index"}
-    left = {page for page in left if not page.startswith("decisions/") or page == "decisions/README"}
+    left = {page for page in left if not page.startswith(_ALONE) or page in _INDEXES}
     tree: dict[str, list[str]] = {}
     for section in sections():
         pages = [page for page in section["pages"] if page in left]
@@ -98,6 +104,8 @@ def _rewritten(path: Path, name: str, target: Path) -> str:
     )
     if name == "reference/index.md":
         text += "\n" + contents()
+    if name == "gallery.md":
+        text += _ALL_GRAPHS
     if name == "decisions/README.md":
         text += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\n```\n"
     return text

@@ -1,10 +1,10 @@
 """Everything that is wrong with the wiring of a graph, all at once."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, groupby, islice
+from itertools import chain, islice
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
@@ -16,6 +16,7 @@ from proofmass.blocks.declaration.units import Unit, UnitError, unit
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
+from proofmass.graphs.checks.rates import rate_problems
 from proofmass.graphs.checks.requirements import bad_requirements
 from proofmass.graphs.checks.sampling import sampling_notes
 from proofmass.graphs.checks.schedule import Schedule, schedule
@@ -27,9 +28,7 @@ from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.names import Missing, find_output, find_target
-from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, with_offsets, write_rate, write_seconds
 from proofmass.graphs.model.statistics import STATISTICS
-from proofmass.graphs.model.targets import CLOCK_OFFSET
 
 _OF_VALUES = ("the units", "the shapes", "the types", "the formats")  # what problems of parameters change
 
@@ -65,7 +64,7 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
     problems = list(_size(flat))
     if not problems:
         names = chain(_signals(flat), bad_exports(flat), bad_loops(flat), bad_derived(flat), bad_requirements(flat))
-        found = chain(_rates(flat), _Wiring(flat).problems(), names)
+        found = chain(rate_problems(flat), _Wiring(flat).problems(), names)
         problems = list(islice(found, 2 * PROBLEMS))
     if not problems:
         try:
@@ -116,88 +115,6 @@ def _size(graph: FlatGraph) -> Iterator[Problem]:
     for count, largest, key in ((len(graph.blocks), BLOCKS, "blocks"), (len(graph.wires), WIRES, "wires")):
         if count > largest:
             yield Problem(message="too many", key=key, got=str(count), expected=f"at most {largest}", path=(key,))
-
-
-def _rates(graph: FlatGraph) -> Iterator[Problem]:
-    discrete = [name for name, block in graph.blocks.items() if not type(block).continuous()]
-    for name in graph.rates:
-        if name not in discrete:
-            yield Problem(
-                message="a continuous block has no rate: it is integrated from each tick of the graph to the next",
-                key=f"blocks.{name}.rate",
-                hint="leave the rate out, or give it to the blocks that sample this one",
-                path=("blocks", name, "rate"),
-            )
-    without = [name for name in discrete if name not in graph.rates]
-    if graph.rate is None and len(without) == len(discrete):
-        hint = 'add rate = "50 kHz" at the top of the file'
-        yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
-    elif graph.rate is None:
-        yield from _without_rate(graph, without)
-    yield from _offsets(graph)
-    yield from _far_rates(graph, discrete)
-
-
-def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
-    """Rates without a common multiple within reach, each with a block that has it."""
-    owners: dict[Fraction, str] = {}
-    for name in discrete:
-        rate = graph.rates.get(name, graph.rate)
-        if rate is not None:
-            owners.setdefault(rate, name)
-    known = sorted(owners)
-    if not known or common_base_rate(known) is not None:
-        return
-    shown = [f"{owners[rate]} at {write_rate(rate)}" for rate in known]
-    odd = max((rate for rate in known if rate != graph.rate), key=lambda rate: (rate.denominator, rate.numerator))
-    main = graph.rate if graph.rate in owners else next(rate for rate in known if rate != odd)
-    near = main * round(odd / main) if odd > main else main / round(main / odd)
-    yield Problem(
-        message="the rates have no common base rate within reach",
-        key="rate",
-        got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
-        expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
-        hint=f"make the rates ratios of small numbers: {write_rate(near)} for {owners[odd]}, for example",
-        path=("blocks", owners[odd], "rate") if owners[odd] in graph.rates else ("rate",),
-    )
-
-
-def _offsets(graph: FlatGraph) -> Iterator[Problem]:
-    """Clock offsets of blocks without a clock, of a period or more, and those that ask for too many base ticks."""
-    rates = {name: graph.rates.get(name, graph.rate) for name in graph.offsets}
-    for name, offset in graph.offsets.items():
-        key, path, rate = f"blocks.{name}.{CLOCK_OFFSET}", ("blocks", name, CLOCK_OFFSET), rates[name]
-        if type(graph.blocks[name]).continuous():
-            hint = "give the offset to the blocks that sample this one"
-            yield Problem(message="a continuous block has no clock", key=key, hint=hint, path=path)
-        elif rate is not None and offset * rate >= 1:
-            expected = f"less than {write_seconds(1 / rate)}, its period"
-            got, hint = write_seconds(offset), "a delay of whole ticks is a Delay"
-            yield Problem(
-                message="the clock offset is too long", key=key, got=got, expected=expected, hint=hint, path=path
-            )
-        elif rate is not None and with_offsets(rate, [offset]) > LARGEST_RATIO * rate:
-            expected = f"a fraction of the period with at most {LARGEST_RATIO:,} below the line"
-            got, hint = write_seconds(offset), "choose an offset that is a simple part of the period"
-            yield Problem(
-                message="the clock offset meets no tick", key=key, got=got, expected=expected, hint=hint, path=path
-            )
-
-
-def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
-    """Yield blocks without a rate; once for all of a subgraph, at its table: its file may serve other graphs."""
-    for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
-        inside = [name.partition(".")[2] for name in of_own]
-        shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
-        hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
-        yield Problem(
-            message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
-            key=f"blocks.{block}",
-            got=shortened,
-            hint=hint,
-            note=bool(graph.exports),
-            path=("blocks", block),
-        )
 
 
 class _Wiring:

@@ -30,7 +30,7 @@ class Exhibit:
 def exhibits() -> tuple[Exhibit, ...]:
     """Return all graphs and studies of the library by family and name."""
     files = (path for name, path in library_files().items() if path.suffix == ".toml" and name != TEMPLATE)
-    return tuple(sorted(map(_exhibit, files), key=lambda one: (one.family == PARTS, one.family, one.name)))
+    return tuple(sorted(map(exhibit_of, files), key=lambda one: (one.family == PARTS, one.family, one.name)))
 
 
 def exhibit(name: str) -> Exhibit:
@@ -43,7 +43,8 @@ def exhibit(name: str) -> Exhibit:
     raise ModelError([Problem(message="the gallery has no such graph", key=name, hint=hint)])
 
 
-def _exhibit(path: Path) -> Exhibit:
+def exhibit_of(path: Path) -> Exhibit:
+    """Return what the file of a graph or study of the library is."""
     table, _ = read_table(path)
     beside = tuple(dict.fromkeys(_beside(table)))
     studied = next((name for name in beside if name.endswith(".toml")), None)

@@ -12,7 +12,7 @@ from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.values_text import values_text
+from proofmass.runner.commands.texts.values import values_text
 from proofmass.runner.output.counts import count
 
 

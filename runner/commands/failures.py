@@ -11,8 +11,11 @@ from proofmass.runner.output.counts import count
 def explain(error: Exception) -> int:
     """Print an error and return its exit code."""
     # start-up time: `proofmass --help` refuses nothing
+    from proofmass.blocks.declaration.libraries import told
     from proofmass.blocks.declaration.problem import ModelError
 
+    if isinstance(error, ImportError):
+        error = told(error) or error
     if isinstance(error, ModelError):
         for problem in error.problems:
             click.echo(str(problem), err=True)

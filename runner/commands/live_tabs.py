@@ -15,7 +15,7 @@ def margins_tab(graph: Graph) -> Answer:
     # start-up time: analyses and matplotlib, of which a page without this tab needs nothing
     from proofmass.runner.analysis.margins.plot import plot_margins
     from proofmass.runner.analysis.margins.stability import all_margins
-    from proofmass.runner.commands.margins_text import margins_text
+    from proofmass.runner.commands.texts.margins import margins_text
     from proofmass.runner.planning.plan import plan
 
     loops = all_margins(plan(graph))

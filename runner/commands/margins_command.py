@@ -20,11 +20,11 @@ from proofmass.runner.analysis.margins.stability import all_margins, missed
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.margins_text import margins_text, seconds_text
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.sensitivity_text import sensitivities, sensitivity_text
 from proofmass.runner.commands.several_loops import show_over, show_together
+from proofmass.runner.commands.texts.margins import margins_text, seconds_text
+from proofmass.runner.commands.texts.sensitivity import sensitivities, sensitivity_text
 from proofmass.runner.output.plot import save_figure
 from proofmass.runner.plan.planned import Plan, without_noise
 from proofmass.runner.planning.plan import plan
@@ -85,7 +85,7 @@ def show_margins(request: MarginsRequest) -> int:
 
 def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
     # start-up time: only this option needs it
-    from proofmass.runner.commands.limit_cycles_text import limit_cycles, limit_cycles_data, limit_cycles_lines
+    from proofmass.runner.commands.texts.limit_cycles import limit_cycles, limit_cycles_data, limit_cycles_lines
 
     cycles = limit_cycles(graph, request.limit_cycle)
     if request.as_json:

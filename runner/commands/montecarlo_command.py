@@ -1,22 +1,25 @@
 """The command `montecarlo`: run what is left of a study, show and write it; or replay one of its runs."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.answers import print_files, print_interruption, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.progress import progress, time_text, working
+from proofmass.runner.commands.progress import progress, working
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
-from proofmass.runner.commands.study_text import study_text
+from proofmass.runner.commands.texts.study import study_text
+from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -52,6 +55,7 @@ class StudyRequest:
 def run_montecarlo(request: StudyRequest) -> int:
     """Run a study, or replay one of its runs, and return the exit code."""
     study = read_study(request.study, own_blocks(request.own), lambda graph: changed(graph, request.changes))
+    need("scipy", *(_for_files(request) if request.out is not None else ()))
     if request.run is not None:
         study = with_numbers(study, request.runs, request.seed)
         return _show_replay(replay(study, request.run, request.epoch, request.engine), request)
@@ -82,6 +86,15 @@ def run_montecarlo(request: StudyRequest) -> int:
             what = "tables, pictures and report" if request.report else "tables"
             print_text([f"{what}: {time_text(time.perf_counter() - began)}"])
     return DONE
+
+
+def _for_files(request: StudyRequest) -> Iterator[str]:
+    """Libraries that the files of a study take."""
+    yield from ("h5netcdf", "xarray")
+    if request.report:
+        yield "matplotlib"
+    if "parquet" in request.formats:
+        yield "pyarrow"
 
 
 def _show_replay(result: Result, request: StudyRequest) -> int:

@@ -15,8 +15,8 @@ from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.sensitivity_text import sensitivity_text
 from proofmass.runner.commands.series_source import band_of
+from proofmass.runner.commands.texts.sensitivity import sensitivity_text
 from proofmass.runner.output.plot import save_figure
 from proofmass.runner.plan.planned import without_noise
 from proofmass.runner.planning.plan import plan

@@ -7,6 +7,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 
+from proofmass.runner.commands.texts.times import time_text
+
 ROWS = 8  # of results so far, at most
 
 
@@ -131,11 +133,3 @@ def wrapped(note: str, width: int) -> list[str]:
         longer = f"{rows[-1]}, {entry}" if rows[-1] else entry
         rows[-1:] = [longer] if len(longer) <= width or not rows[-1] else [rows[-1], entry]
     return [row[:width] for row in rows if row]
-
-
-def time_text(seconds: float) -> str:
-    """Return a time with a suitable unit."""
-    for unit, size in (("h", 3600.0), ("min", 60.0), ("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
-        if seconds >= size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds / 1e-9:.3g} ns"

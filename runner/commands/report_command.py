@@ -6,7 +6,7 @@ from pathlib import Path
 from proofmass.runner.commands.answers import print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.progress import time_text
+from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.studies.kept.folder import find_folder, kept_result
 from proofmass.runner.studies.shown.report import FILE, save_study_report
 

@@ -15,9 +15,9 @@ from proofmass.runner.analysis.response.step import StepFigures
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.margins_text import seconds_text
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
+from proofmass.runner.commands.texts.margins import seconds_text
 from proofmass.runner.output.plot import save_figure
 
 _ROWS = 8  # of the linear response without a simulation

@@ -13,7 +13,7 @@ from proofmass.runner.commands.answers import print_files, print_interruption, p
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress, working
-from proofmass.runner.commands.run_files import write_run
+from proofmass.runner.commands.run_files import need_for_run, write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.planning.plan import plan
@@ -75,6 +75,9 @@ def run_graph(request: RunRequest) -> int:
         return _show_source(graph)
     if request.swept:
         return _swept(graph, request)
+    formats = request.formats or ("netcdf",)
+    if request.out is not None:
+        need_for_run(formats, budgets=bool(request.budgets))
     result = _simulated(graph, request)
     print_text(map(str, (*notes_of_a_run(flatten(graph)), *saturation_notes(result))), err=True)
     show_run(result, request.as_json)
@@ -83,7 +86,7 @@ def run_graph(request: RunRequest) -> int:
     if request.out is not None:
         with working(request.quiet or request.as_json, "writing traces, plot and report"):
             more, files = _budgets(graph, request.budgets, request.out)
-            names = write_run(result, request.out, request.formats or ("netcdf",), more, live=request.live) + files
+            names = write_run(result, request.out, formats, more, live=request.live) + files
         print_files(request.out, names, request.as_json)
     return DONE
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from proofmass.blocks.declaration.libraries import installed, need
 from proofmass.runner.output import export
 from proofmass.runner.output.page import STILL, LivePart
 from proofmass.runner.output.plot import save_plot
@@ -10,12 +11,18 @@ from proofmass.runner.output.report import save_report
 from proofmass.runner.run.result import Result
 
 
+def need_for_run(formats: Sequence[str], budgets: bool = False) -> None:
+    """Raise `MissingLibraryError` before a run whose files, or noise `budgets`, could not be made behind it."""
+    libraries = {"netcdf": "h5netcdf", "parquet": "pyarrow"}
+    need(*(libraries[form] for form in formats if form in libraries), *(("scipy", "matplotlib") if budgets else ()))
+
+
 def write_run(
     result: Result, out: Path, formats: tuple[str, ...], more: Sequence[tuple[str, str]] = (), live: bool = False
 ) -> list[str]:
     """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files.
 
-    A `live` report carries the loop itself.
+    A `live` report carries the loop itself. Without matplotlib there are no pictures, and the report says so.
     """
     names: list[str] = []
     if result.traces:
@@ -26,8 +33,9 @@ def write_run(
             names += [path.name for path in export.save_csv(result, out)]
         if "parquet" in formats:
             names += [path.name for path in export.save_parquet(result, out)]
-        save_plot(result, out / "plot.svg")
-        names.append("plot.svg")
+        if installed("matplotlib"):
+            save_plot(result, out / "plot.svg")
+            names.append("plot.svg")
     export.save_summary(result, out / "summary.json")
     save_report(result, out / "report.html", more, _live_part(result) if live else STILL)
     return [*names, "summary.json", "report.html"]

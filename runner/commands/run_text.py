@@ -7,7 +7,7 @@ from typing import Any
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.answers import print_json, print_text
-from proofmass.runner.commands.progress import time_text
+from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.plan.measuring import FORMULA

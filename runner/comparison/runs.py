@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.differences import Difference, differences
@@ -146,6 +147,7 @@ def _traces(before: Path, after: Path, tolerance: Tolerance) -> Iterator[TraceCh
             path = before if there[1] else after
             raise _refused(path.parent, f"has no {path.name}", "run it with --out and without --format csv alone")
         return
+    need("h5netcdf")
     # for start-up time: only traces need it
     import h5netcdf
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.model.differences import Difference, differences
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.run.result import Array
@@ -143,6 +144,7 @@ def _mean_change(name: str, unit: str, age: float, first: Array, second: Array, 
 
 def _paired(apart: Array) -> float:
     """Probability of Student's test of differences; certain where they are all the same."""
+    need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import ttest_1samp
 
@@ -154,6 +156,7 @@ def _paired(apart: Array) -> float:
 
 def _independent(first: Array, second: Array) -> tuple[Interval, float]:
     """Interval of the difference of two means and the probability of Welch's test."""
+    need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import ttest_ind
 
@@ -183,6 +186,7 @@ def _kept(result: StudyResult, name: str) -> Array:
 
 def _yield_probability(first: Array, second: Array, *, paired: bool) -> float:
     """McNemar's exact test of sensors that changed sides, or Fisher's of two samples."""
+    need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import binomtest, fisher_exact
 

@@ -14,6 +14,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.run.result import Array, Result, Trace, pieces
 
@@ -38,6 +39,7 @@ def whole_file(path: str | Path) -> Iterator[BinaryIO]:
 
 def save_netcdf(result: Result, path: str | Path) -> Path:
     """One netCDF-4 file: a variable per probe with its unit and doc, on labelled axes of time; xarray opens it."""
+    need("h5netcdf")
     # start-up time: only files in this format need it
     import h5netcdf
 
@@ -82,6 +84,7 @@ def save_parquet(result: Result, folder: str | Path) -> list[Path]:
 
     Each field says its unit and doc as `unit` and `doc` in its metadata; graph, seed and versions are in the schema's.
     """
+    need("pyarrow")
     # start-up time: only files in this format need it
     import pyarrow
     import pyarrow.parquet

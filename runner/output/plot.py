@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.graphs.model.flatten import flatten, inside
@@ -65,6 +66,7 @@ def plot_traces(result: Result) -> "Figure":
 
     A long trace is drawn by the lowest and the highest row of each of its stretches, so that no spike is lost.
     """
+    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, same_dimension
 from proofmass.graphs.model.flatten import FlatGraph
@@ -161,6 +162,7 @@ def _read_csv(path: Path, choice: Choice) -> Columns:
 
 
 def _read_parquet(path: Path, choice: Choice) -> Columns:
+    need("pyarrow")
     # start-up time: only files in this format need it
     import pyarrow.parquet
 
@@ -178,6 +180,7 @@ def _read_parquet(path: Path, choice: Choice) -> Columns:
 
 
 def _read_netcdf(path: Path, choice: Choice) -> Columns:
+    need("h5netcdf")
     # start-up time: only files in this format need it
     import h5netcdf
 

@@ -61,8 +61,11 @@ class DigitalWriter:
         format = format_of(block, node[1])
 
         def fitted(value: Operand) -> Operand:
-            low = builder.likely(builder.compute("less_equal_integers", format.lowest, value), value, format.lowest)
-            held = builder.likely(builder.compute("less_equal_integers", low, format.highest), low, format.highest)
+            low = builder.compute(
+                "select", builder.compute("less_integers", value, format.lowest), format.lowest, value
+            )
+            high = builder.compute("less_integers", format.highest, low)
+            held = builder.compute("select", high, format.highest, low)
             self._note(self.refused, builder.compute("xor", held, value))
             return held
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
@@ -242,6 +243,7 @@ class Result:
 
     def to_xarray(self) -> "xarray.Dataset":
         """A Dataset with one variable per probe, in its unit; probes of one rate share a time axis."""
+        need("xarray")
         # start-up time: xarray takes 0.4 s
         import xarray
 

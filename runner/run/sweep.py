@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
@@ -71,6 +72,7 @@ class Sweep:
 
     def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset with a variable for each measure, over a dimension for each parameter."""
+        need("xarray")
         # for start-up time: only this needs it
         import xarray
 

@@ -131,13 +131,16 @@ class FunctionText:
             self.lines.append(f"br label %{label}")
             self.block = ""
 
-    def _branch(self, condition: str, yes: str, no: str, likely: bool = False) -> None:
-        weights = ""
-        if likely:
-            self._need((_LIKELY,))
-            weights = ", !prof !0"
+    def _branch(self, condition: str, yes: str, no: str, weights: str = "") -> None:
         self.lines.append(f"br i1 {condition}, label %{yes}, label %{no}{weights}")
         self.block = ""
+
+    def _weights(self, condition: form.Operand) -> str:
+        """What LLVM is told of a condition; for one that holds as a rule its last passes choose by branches."""
+        if condition not in self.expected:
+            return ""
+        self._need((_LIKELY,))
+        return ", !prof !0"
 
     # -- statements ------------------------------------------------------------------------------------------------
 
@@ -155,11 +158,8 @@ class FunctionText:
             self.names[s.result] = read[0]
             self.expected.add(s.result)
             return
-        if s.operation == "select" and s.operands[0] in self.expected:
-            self._branch_to_first(s.result, *read)
-            return
         if s.operation == "select":
-            text = _SELECTS[s.result.kind]
+            text = _SELECTS[s.result.kind] + self._weights(s.operands[0])
         elif s.operation in ("floor_divide", "modulo") and (shift := power_of_two(s.operands[1])) is not None:
             text = "%s = ashr i64 %s, %s" if s.operation == "floor_divide" else "%s = and i64 %s, %s"
             read[1] = str(shift) if s.operation == "floor_divide" else str((1 << shift) - 1)
@@ -168,16 +168,6 @@ class FunctionText:
             if needs:
                 self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))
-
-    def _branch_to_first(self, result: form.Value, condition: str, first: str, second: str) -> None:
-        """The first of two numbers, which machine code goes on with before the condition is known."""
-        other, end, begun = self._label(), self._label(), self.block
-        self._branch(condition, end, other, likely=True)
-        self._begin(other)
-        self._jump(end)
-        self._begin(end)
-        kind = TYPES[result.kind]
-        self.lines.append(f"{self._named(result)} = phi {kind} [ {first}, %{begun} ], [ {second}, %{other} ]")
 
     def get(self, s: form.Get) -> None:
         """Get."""
@@ -242,7 +232,7 @@ class FunctionText:
     def if_(self, s: form.If) -> None:
         """If."""
         yes, no, end = self._label(), self._label(), self._label()
-        self._branch(self._operand(s.condition), yes, no if s.otherwise else end, s.condition in self.expected)
+        self._branch(self._operand(s.condition), yes, no if s.otherwise else end, self._weights(s.condition))
         reached = not s.otherwise
         for label, region in ((yes, s.then), (no, s.otherwise)):
             if region or label == yes:

@@ -71,7 +71,10 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("proofmass.runner.host.versions").PROOFMASS
     if name in _HOMES:
-        public = getattr(import_module(f"proofmass.{_HOMES[name]}"), name)
+        try:
+            public = getattr(import_module(f"proofmass.{_HOMES[name]}"), name)
+        except ImportError as error:
+            raise import_module("proofmass.blocks.declaration.libraries").told(error) or error from None
         if "proofmass.graphs.model.build" in modules:
             modules["proofmass.graphs.model.build"].Graph.drawn = _drawn
         return public

@@ -1,7 +1,12 @@
 """The page of the gallery: its pictures are what `draw` makes, and its sensors are those of the library."""
 
+import re
+
 import pytest
 
+from docs.site.gallery import gallery_pages, gallery_pictures
+from proofmass import read_graph, simulate
+from proofmass.graphs.files.library import library_file, library_files
 from tests.documents.pictures import DOCS, PICTURES, drawn
 
 
@@ -13,3 +18,36 @@ def test_there_are_pictures() -> None:
 def test_a_picture_is_what_draw_makes(path: str, name: str) -> None:
     message = "python -m tests.documents.pictures draws it anew"
     assert (DOCS / path).read_text(encoding="utf-8") == drawn(name), message
+
+
+@pytest.fixture(scope="module")
+def pages() -> dict[str, str]:
+    """The pages of the site's gallery, without figures of runs."""
+    return dict(gallery_pages(runs=False))
+
+
+LIBRARY = sorted(path.stem for name, path in library_files().items() if name.endswith(".toml"))
+
+
+def test_every_graph_of_the_library_is_reached_from_the_index(pages: dict[str, str]) -> None:
+    assert sorted(re.findall(r"^\| \[\w+\]\((\w+)\.md\)", pages["gallery/index.md"], re.MULTILINE)) == LIBRARY
+    assert sorted(pages) == sorted(f"gallery/{name}.md" for name in [*LIBRARY, "index"])
+
+
+def test_every_page_has_picture_figures_and_file(pages: dict[str, str]) -> None:
+    pictures = dict(gallery_pictures())
+    for name in LIBRARY:
+        page = pages[f"gallery/{name}.md"]
+        assert library_file(f"{name}.toml").read_text(encoding="utf-8").strip() in page
+        assert "| figure |" in page
+        picture = re.search(r"\]\(\.\./pictures/(library/\w+\.svg)\)", page)
+        if picture:
+            assert pictures[picture[1]].startswith("<svg")
+        else:
+            assert re.search(r"\| graph \| \[\w+\]", page), "a study shows the graph that it runs"
+
+
+def test_figures_are_those_of_a_run() -> None:
+    page = next(text for name, text in gallery_pages(runs=True, only=("template",)) if name == "gallery/template.md")
+    trace = simulate(read_graph("library:template"))["adc.code"]
+    assert f"| `adc.code` | `1` | {trace.values.mean():.6g} |" in page

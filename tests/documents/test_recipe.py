@@ -14,9 +14,9 @@ CONDA_NAMES = {"matplotlib": "matplotlib-base"}  # where conda-forge has another
 
 def items(key: str) -> list[str]:
     """Return the entries of the list below a key that stands alone in its line."""
-    lists = re.findall(rf"^( *){key}:\n((?:\1  - .+\n)+)", RECIPE, re.MULTILINE)
+    lists = re.findall(rf"^( *){key}:\n((?:\1  [-#] .+\n)+)", RECIPE, re.MULTILINE)
     assert len(lists) == 1, key
-    return re.findall(r"- (.+)", lists[0][1])
+    return re.findall(r"^ *- (.+)", lists[0][1], re.MULTILINE)
 
 
 def as_conda(requirement: str) -> list[str]:
@@ -25,14 +25,27 @@ def as_conda(requirement: str) -> list[str]:
     return [f"{CONDA_NAMES.get(name, name)} {bound}", *([extra] if extra else [])]
 
 
-def test_it_needs_what_the_package_needs() -> None:
-    needed = [package for requirement in PROJECT["project"]["dependencies"] for package in as_conda(requirement)]
-    assert items("run") == ["python >=${{ python_min }}", *needed]
+def requirements(extra: str) -> list[str]:
+    """Return what an extra asks for, with the extras of the package that it names; nothing where there is none."""
+    texts = PROJECT["project"]["optional-dependencies"].get(extra, [])
+    own = [re.fullmatch(r"proofmass\[(.+)\]", text) for text in texts]
+    named = [name for match in own if match for name in match[1].split(",")]
+    return [
+        *(text for text, match in zip(texts, own, strict=True) if not match),
+        *(text for name in named for text in requirements(name)),
+    ]
+
+
+def test_it_needs_what_the_package_needs_with_its_extra_all() -> None:
+    """Conda has no extras, so its package is the whole one."""
+    texts = [*PROJECT["project"]["dependencies"], *requirements("all")]
+    needed = [package for text in texts for package in as_conda(text)]
+    assert items("run")[0] == "python >=${{ python_min }}"
+    assert sorted(items("run")[1:]) == sorted(needed)
 
 
 def test_the_workers_of_a_study_are_bounded_alike() -> None:
-    extra = PROJECT["project"]["optional-dependencies"]["dask"]
-    assert items("run_constraints") == [package for requirement in extra for package in as_conda(requirement)]
+    assert items("run_constraints") == [package for text in requirements("dask") for package in as_conda(text)]
 
 
 def test_it_is_built_by_what_the_package_is_built_by() -> None:

@@ -37,6 +37,7 @@ KNOWN = {
     ("blocks/declaration/source.py", "define", "exec"),
     ("blocks/declaration/source.py", "define", "compile"),
     ("blocks/declaration/source.py", "_definitions", "compile"),
+    ("blocks/declaration/source.py", "_alone", "compile"),
 }
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.flatten import inside
@@ -75,6 +76,7 @@ def linearise(
 
 def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
     """Return the map as a StateSpace. Names have colons, since python-control allows no dots: `dac:voltage`."""
+    need("control")
     # start-up time: control takes 0.9 s
     import control
 

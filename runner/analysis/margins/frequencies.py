@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
@@ -160,6 +161,7 @@ def zero_between(function: Callable[[float], float], low: float, high: float) ->
 
 def _optimize() -> Any:
     """scipy.optimize, imported late: half of what the command `margins` would take to start, and few loops want it."""
+    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     import scipy.optimize
 

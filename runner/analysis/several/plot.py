@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.several.over import MarginsOver, finite
 from proofmass.runner.analysis.several.together import Together
@@ -19,6 +20,7 @@ YEAR = 31_557_600.0  # s
 
 def plot_together(together: Together) -> "Figure":
     """Draw the disk margin that each frequency leaves, of all loops at once and of each alone."""
+    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
@@ -44,6 +46,7 @@ def plot_together(together: Together) -> "Figure":
 
 def plot_over(over: MarginsOver) -> "Figure":
     """Draw gain margin, phase margin and sensitivity peak of each loop over the values; unstable ones are left out."""
+    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

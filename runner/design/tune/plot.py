@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.tuning.quantities import LoopFigure
 from proofmass.runner.analysis.linearisation.linearise import one_loop, open_loop, tick_at
 from proofmass.runner.analysis.margins.frequencies import sweep
@@ -21,6 +22,7 @@ _MOST_LOOPS = 2
 
 def plot_tuned(tuned: Tuned) -> "Figure":
     """Draw parameters and goals above, the first loops below."""
+    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -14,11 +14,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
+from proofmass.blocks.declaration.libraries import installed
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_name
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.text.machine_verilog import top_name
-from proofmass.runner.rtl.tools.extra import need
 from proofmass.runner.rtl.tools.programs import need_program, search_path
 
 Simulator = Literal["icarus", "verilator", "cocotb"]
@@ -119,7 +119,9 @@ def _commands(simulator: Simulator, name: str) -> _Commands:
         return _Commands([program, *options, "--top-module", f"{name}_bench", *sources], ["build/bench"])
     compiler, player = need_program("iverilog", **icarus), need_program("vvp", **icarus)
     if simulator == "cocotb":
-        need("cocotb", "benches in Python", "pip install cocotb")
+        if not installed("cocotb"):
+            message = "cocotb is not installed: it makes benches in Python"
+            raise ModelError([Problem(message=message, hint="pip install cocotb")])
         return _Commands((), [sys.executable, cocotb_name(name)])
     return _Commands([compiler, "-g2001", "-o", "bench", *sources], [player, "-n", "bench"])
 

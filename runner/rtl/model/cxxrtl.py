@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.program.form import INTEGER, External
 from proofmass.runner.rtl.machine.reference import Reference
 from proofmass.runner.rtl.machine.words import VerilogPort, Word
-from proofmass.runner.rtl.tools.extra import need
 from proofmass.runner.rtl.tools.yosys import run_yosys
 
 Column = NDArray[np.int64]
@@ -95,7 +95,7 @@ def _loaded(code: bytes) -> ctypes.CDLL:
 
 def _library(reference: Reference, verilog: str) -> tuple[str, ctypes.CDLL]:
     """Return the shared library and its hash; build it if it is not in the cache."""
-    need("pyosys", _PURPOSE)
+    need("pyosys", purpose=_PURPOSE)
     command = compiler()
     if command is None:
         hint = "install g++ or clang++, or name one in CXX"

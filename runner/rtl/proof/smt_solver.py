@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from proofmass.runner.rtl.tools.extra import need
+from proofmass.blocks.declaration.libraries import need
 
 Verdict = Literal["proved", "refuted", "undecided"]
 Term = Any  # of bitwuzla
@@ -24,7 +24,7 @@ class Solver:
     """Makes terms, and proves them for all values of the constants among them."""
 
     def __init__(self, definitions: Sequence[str]) -> None:
-        need(SOLVER, "proofs of Verilog")
+        need(SOLVER)
         # optional: only proofs need it
         import bitwuzla
 

@@ -5,8 +5,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.rtl.tools.extra import need
 
 _PROGRAM = """\
 import sys
@@ -19,7 +19,7 @@ for command in sys.argv[1:]:
 
 def run_yosys(folder: Path, commands: Sequence[str]) -> None:
     """Run commands of Yosys, which name files of the folder; raises `ModelError` with the message of Yosys."""
-    need("pyosys", "proofs, resources and models of Verilog")
+    need("pyosys")
     ended = subprocess.run(
         [sys.executable, "-c", _PROGRAM, *commands], cwd=folder, capture_output=True, text=True, check=False
     )

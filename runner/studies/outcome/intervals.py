@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.run.result import Array
 
 LEVEL = 0.95
@@ -27,6 +28,7 @@ def part_interval(good: int, runs: int) -> Interval:
 
 def halves_of_means(runs: Array, deviations: Array) -> Array:
     """Half of Student's intervals of means, t s / sqrt(n), each of two values or more."""
+    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit
 
@@ -59,6 +61,7 @@ def percentile_interval(values: Array, percent: float) -> Interval:
 
     The number of values below the percentile is binomial (David and Nagaraja, "Order statistics", 3rd ed. (2003), 7.1).
     """
+    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import bdtr, bdtrik
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
@@ -132,6 +133,7 @@ class StudyResult:
 
         A parameter that drifts has a value for each run and epoch, one that does not a value for each run.
         """
+        need("xarray")
         # start-up time: xarray takes 0.4 s
         import xarray
 

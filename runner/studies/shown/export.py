@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.studies.draws.factors import parameters_of
 from proofmass.runner.studies.outcome.result import RECALIBRATION, StudyResult
@@ -46,6 +47,7 @@ def columns(result: StudyResult) -> list[Column]:
 
 def save_study_netcdf(result: StudyResult, path: str | Path) -> Path:
     """One netCDF-4 file, as `to_xarray` labels it; put together in memory, since HDF5 does not survive a full disk."""
+    need("h5netcdf", "xarray")
     # start-up time: only files in this format need it
     import h5netcdf
     from xarray.backends import H5NetCDFStore
@@ -73,6 +75,7 @@ def save_study_csv(result: StudyResult, path: str | Path) -> Path:
 
 def save_study_parquet(result: StudyResult, path: str | Path) -> Path:
     """One Parquet file; unit and doc of each column in its metadata, study, seed and versions in those of the file."""
+    need("pyarrow")
     # start-up time: only files in this format need it
     import pyarrow
     import pyarrow.parquet

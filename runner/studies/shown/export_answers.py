@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import StudyInfluences, index_rows
@@ -62,6 +63,7 @@ def _save_csv(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> No
 
 
 def _save_parquet(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    need("pyarrow")
     # start-up time: only files in this format need it
     import pyarrow
     import pyarrow.parquet
@@ -72,6 +74,7 @@ def _save_parquet(result: StudyResult, rows: list[dict[str, Any]], path: Path) -
 
 
 def _save_netcdf(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
+    need("h5netcdf", "xarray")
     # start-up time: only files in this format need it
     import h5netcdf
     import xarray

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from proofmass.blocks.declaration.libraries import cure
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.runner.run.faults import RunError
 
@@ -58,9 +59,8 @@ def _local_cluster(distributed: Any, count: int) -> Any:
     try:
         security = distributed.Security.temporary()
     except ImportError:
-        hint = 'pip install "proofmass[dask]"'
         message = "cryptography is not installed; local workers need it to refuse strangers"
-        raise RunError(Problem(message=message, key="dask", hint=hint)) from None
+        raise RunError(Problem(message=message, key="dask", hint=cure("cryptography"))) from None
     return distributed.LocalCluster(
         security=security,
         n_workers=count or None,
@@ -92,8 +92,7 @@ def _distributed() -> Any:
         # start-up time: distributed takes 0.2 s
         import distributed
     except ImportError:
-        hint = 'pip install "proofmass[dask]"'
-        raise RunError(Problem(message="Dask is not installed", key="dask", hint=hint)) from None
+        raise RunError(Problem(message="Dask is not installed", key="dask", hint=cure("distributed"))) from None
     return distributed
 
 

@@ -29,8 +29,9 @@ def test_the_library_is_read_with_its_place(path: Path) -> None:
     assert graph.place.file == str(path)
     assert graph.place.folder == str(path.parent)
     for name in graph.blocks:
-        table = f"[blocks.{name}]"
-        assert graph.place.line(("blocks", name)) == line_of(text, table if table in text else f"{name} = {{ kind")
+        header = f"[blocks.{name}]"
+        written = header if header in text else f"\n{name} = {{ kind"  # the line before the inline table ends there
+        assert graph.place.line(("blocks", name)) == line_of(text, written) + (written != header)
     for wire in graph.wires:
         assert graph.place.line(("wires", str(wire))) == line_of(text, f'"{wire}"')
 

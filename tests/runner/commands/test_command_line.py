@@ -143,3 +143,15 @@ def test_piped_output_has_no_progress_bar() -> None:
     assert done.stderr == ""
     assert "\r" not in done.stdout
     assert "\x1b" not in done.stdout
+
+
+def test_a_command_hardly_looks_for_garbage_and_one_called_from_python_as_python_does() -> None:
+    script = (
+        "import gc, sys; from proofmass.runner.command_line import main; before = gc.get_threshold()\n"
+        "main(['--version']); assert gc.get_threshold() == before and not gc.get_freeze_count()\n"
+        "sys.argv = ['proofmass', 'check', 'library:closed_loop_accelerometer']\n"
+        "seen = []; gc.callbacks.append(lambda phase, info: seen.append(phase))\n"
+        "code = main(); print(code, seen.count('start') < 10, gc.get_freeze_count() > 10_000)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "0 True True", done.stderr

@@ -1,6 +1,7 @@
 """Programs as PTX: a kernel without fused arithmetic; what a GPU has not is refused."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from proofmass.runner.targets.gpu import KERNEL, ptx_text
 from proofmass.runner.targets.lane_text import LanesOf
 from tests.by_hand.hostile_operations import operations_program
 from tests.by_hand.programs import Writer, program
+from tests.by_hand.ptxas import assembled, needs_ptxas
 from tests.by_hand.random_programs import RandomProgram
 from tests.by_hand.small_programs import SMALL
 
@@ -40,6 +42,19 @@ def test_random_programs(seed: int) -> None:
     made = RandomProgram(seed)
     text = ptx_text(made.program, LanesOf(frozenset({made.number}), frozenset({made.table}), {}))
     assert not FUSED.search(text)
+
+
+@needs_ptxas
+@pytest.mark.parametrize("made", [operations_program, *(lambda c=c: c()[0] for c in SMALL.values())])
+def test_nvidia_assembles_it(made: object, tmp_path: Path) -> None:
+    assert assembled(ptx_text(made(), NOTHING), tmp_path).startswith(b"\x7fELF")  # type: ignore[operator]
+
+
+@needs_ptxas
+def test_the_assembler_refuses_what_is_no_ptx(tmp_path: Path) -> None:
+    text = ptx_text(operations_program(), NOTHING).replace("add.rn.f64", "add.rn.s64", 1)
+    with pytest.raises(AssertionError, match="error"):
+        assembled(text, tmp_path)
 
 
 def test_functions_of_libm_are_refused_with_their_line() -> None:

@@ -13,7 +13,7 @@ from proofmass.graphs.model.exports import runs_alone
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.form import Array, Value
+from proofmass.runner.program.form import Array, Program, Value
 from proofmass.runner.program.listing import listing
 from proofmass.runner.program.verify import verify
 from proofmass.runner.targets.gpu import ptx_text
@@ -24,6 +24,7 @@ from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
 from tests.by_hand.graph_texts import OF_SAME_PARTS
 from tests.by_hand.node import needs_node, run_in_node
+from tests.by_hand.ptxas import assembled, needs_ptxas
 
 TICKS = 500
 SEED, RUN = 5, 2
@@ -107,13 +108,27 @@ def test_webassembly_has_the_bits_of_machine_code(name: str, plans: dict[str, Co
     assert same(arrays, behind(made))
 
 
-@pytest.mark.parametrize("name", GRAPHS)
-def test_ptx_can_be_written(name: str, plans: dict[str, CompiledPlan]) -> None:
-    program, planned = compiled(name, plans).written.program, compiled(name, plans).plan
+def runs_of(made: CompiledPlan) -> tuple[Program, LanesOf]:
+    """The program of a plan, and what is another for each run."""
+    program, planned = made.written.program, made.plan
     run = next(p for p in program.entry.parameters if isinstance(p, Value) and p.name == "run")
     recorded = {f"{block}__{port}" for block, port in planned.recorded}
     shared = frozenset(p for p in program.entry.parameters if isinstance(p, Array) and p.name in recorded)
-    of_entry = LanesOf(frozenset({run}), shared, {})
+    return program, LanesOf(frozenset({run}), shared, {})
+
+
+@needs_ptxas
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", GRAPHS)
+def test_ptx_can_be_assembled(name: str, plans: dict[str, CompiledPlan], tmp_path: Path) -> None:
+    program, of_entry = runs_of(compiled(name, plans))
+    if not externals(program):
+        assert assembled(ptx_text(program, of_entry), tmp_path).startswith(b"\x7fELF")
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_ptx_can_be_written(name: str, plans: dict[str, CompiledPlan]) -> None:
+    program, of_entry = runs_of(compiled(name, plans))
     called = {external.symbol for external in externals(program).values()}
     if called:
         with pytest.raises(ModelError, match=f"a GPU has no function {sorted(called)[0]}"):

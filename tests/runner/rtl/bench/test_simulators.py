@@ -149,7 +149,7 @@ def test_it_is_told_what_to_install(
 
 def test_cocotb_is_told_to_be_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("proofmass.runner.rtl.tools.programs.shutil.which", lambda name, path: name)
-    monkeypatch.setattr("proofmass.runner.rtl.tools.extra.find_spec", lambda package: None)
+    monkeypatch.setattr("proofmass.runner.rtl.bench.simulators.installed", lambda package: False)
     with pytest.raises(ModelError, match="cocotb is not installed") as caught:
         need_simulator("cocotb")
     assert "pip install cocotb" in str(caught.value)

@@ -218,6 +218,6 @@ def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         patched.setattr(cxxrtl.shutil, "which", lambda name: None)
         with pytest.raises(ModelError, match=r"there is no C\+\+ compiler: it makes compiled models of Verilog"):
             simulate(through_both(), samples=10, engine="cxxrtl")
-    monkeypatch.setattr("proofmass.runner.rtl.tools.extra.installed", lambda package: False)
+    monkeypatch.setattr("proofmass.blocks.declaration.libraries.installed", lambda package: False)
     with pytest.raises(ModelError, match=r"pyosys is not installed: it makes compiled models of Verilog"):
         simulate(through_both(), samples=10, engine="cxxrtl")

@@ -203,11 +203,11 @@ def test_the_command_proves_and_writes_what_it_found(capsys: pytest.CaptureFixtu
 def test_without_the_extra_the_command_says_what_to_install(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("proofmass.runner.rtl.tools.extra.installed", lambda package: False)
+    monkeypatch.setattr("proofmass.blocks.declaration.libraries.installed", lambda package: False)
     assert main(["rtl", str(CALIBRATION), "--block", "counter", "-o", str(tmp_path), "--ticks", "3", "--prove"]) == 1
     text = capsys.readouterr().err
     assert "pyosys is not installed: it makes proofs, resources and models of Verilog" in text
-    assert "pip install proofmass[rtl]" in text
+    assert 'pip install "proofmass[rtl]"' in text
 
 
 def test_the_command_ends_with_1_on_a_counter_example(

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import (
+from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
     duration_option,
@@ -64,13 +64,13 @@ _GRAPH_OPTIONS = (
         "--free",
         multiple=True,
         metavar="PARAMETER[=LOW..HIGH]",
-        help='Find this parameter, within bounds if given, as "100 N/m..200 N/m"; repeatable.',
+        help='Fit this parameter, within bounds if given, as "100 N/m..200 N/m"; repeatable.',
     ),
     click.option(
-        "--free-offset", "offsets", multiple=True, metavar="SIGNAL", help="Find a constant of this output too."
+        "--free-offset", "offsets", multiple=True, metavar="SIGNAL", help="Also fit a constant offset of this output."
     ),
-    click.option("--free-delay", "delays", multiple=True, metavar="SIGNAL", help="Find a delay of this output."),
-    click.option("--free-noise", "levels", multiple=True, metavar="PARAMETER", help="Find this level of noise."),
+    click.option("--free-delay", "delays", multiple=True, metavar="SIGNAL", help="Also fit a delay of this output."),
+    click.option("--free-noise", "levels", multiple=True, metavar="PARAMETER", help="Also fit this level of noise."),
     click.option(
         "--loss",
         type=click.Choice(["linear", "robust", "outliers"]),
@@ -79,7 +79,13 @@ _GRAPH_OPTIONS = (
         help="Count large residuals fully, less, or hardly at all.",
     ),
     click.option("--tries", type=Whole(1, 1000), default=1, show_default=True, help="Start from this many points."),
-    click.option("--skip", default="0 s", show_default=True, metavar="TIME", help="Compare from this time on."),
+    click.option(
+        "--skip",
+        default="0 s",
+        show_default=True,
+        metavar="TIME",
+        help="Compare outputs from this time on, not before.",
+    ),
     click.option(
         "--gaps",
         type=click.Choice(["refuse", "split"]),
@@ -103,11 +109,15 @@ def _options(command: Any) -> Any:
 @click.command()
 @file_argument("source", library=True)
 @click.option(
-    "--output", "outputs", multiple=True, metavar="COLUMN|SIGNAL[=COLUMN]", help="Name what was measured; repeatable."
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="COLUMN|SIGNAL[=COLUMN]",
+    help="Name the measured quantity; repeatable.",
 )
 @_options
 @plot_option("plot", "Draw readings, fits and residuals")
-@click.option("--write", "target", type=_FILE, metavar="FILE", help="Write what was found into this graph file.")
+@click.option("--write", "target", type=_FILE, metavar="FILE", help="Write the fitted parameters into this graph file.")
 @set_option
 @seed_option("the graph")
 @blocks_option

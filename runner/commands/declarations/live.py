@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import blocks_option, graph_argument, probe_option, set_option
+from proofmass.runner.commands.declarations.options import blocks_option, graph_argument, probe_option, set_option
 
 
 @click.command()

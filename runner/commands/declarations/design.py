@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from proofmass.graphs.model.limits import LARGEST_SEED
-from proofmass.runner.commands.options import (
+from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
     file_argument,
@@ -56,23 +56,51 @@ def tune(**options: Any) -> int:
 @click.command()
 @file_argument("source", library=True)
 @click.option(
-    "--figure", "figures", multiple=True, metavar="LOOP:FIGURE", help="Look at this, as main:phase_margin; repeatable."
+    "--figure",
+    "figures",
+    multiple=True,
+    metavar="LOOP:FIGURE",
+    help="Find the worst case of this figure, as main:phase_margin; repeatable.",
 )
-@click.option("--noise", "noises", multiple=True, metavar="BLOCK.PORT", help="Look at the noise of this output.")
-@click.option("--scale-factor", "scale_factors", multiple=True, metavar="BLOCK.PORT", help="Look at its scale factor.")
-@click.option("--bias", "biases", multiple=True, metavar="BLOCK.PORT", help="Look at its value at zero input.")
-@click.option("--measure", "measures", multiple=True, metavar="NAME", help="Look at this measure; repeatable.")
-@click.option("--input", "source_signal", default="", metavar="BLOCK.PORT", help="Scale factors start at this output.")
-@click.option("--band", nargs=2, metavar="FROM TO", help='Count noise from "1 Hz" to "100 Hz" (default: all).')
+@click.option("--noise", "noises", multiple=True, metavar="BLOCK.PORT", help="Find the worst noise of this output.")
+@click.option(
+    "--scale-factor",
+    "scale_factors",
+    multiple=True,
+    metavar="BLOCK.PORT",
+    help="Find the worst scale factor of this output.",
+)
+@click.option(
+    "--bias", "biases", multiple=True, metavar="BLOCK.PORT", help="Find the worst value of this output at zero input."
+)
+@click.option(
+    "--measure", "measures", multiple=True, metavar="NAME", help="Find the worst case of this measure; repeatable."
+)
+@click.option(
+    "--input",
+    "source_signal",
+    default="",
+    metavar="BLOCK.PORT",
+    help="Count scale factors from this output of a source.",
+)
+@click.option(
+    "--band", nargs=2, metavar="FROM TO", help='Count noise within this band, as "1 Hz" "100 Hz" (default: all).'
+)
 @click.option(
     "--tolerance",
     "tolerances",
     multiple=True,
     metavar="PARAMETER=WIDTH",
-    help='Let it vary by "5 %", by "0.1 V", or in a range "4.9 V..5.2 V"; repeatable.',
+    help='Vary a parameter by "5 %", by "0.1 V", or within "4.9 V..5.2 V"; repeatable.',
 )
 @click.option("--at", default="", metavar="TIME", help='Linearise at this time, or "settled" (default: the start).')
-@click.option("--corners", type=Whole(0, 2**20), default=256, show_default=True, help="Try all if there are no more.")
+@click.option(
+    "--corners",
+    type=Whole(0, 2**20),
+    default=256,
+    show_default=True,
+    help="Try all corners if there are no more than this.",
+)
 @click.option("--samples", type=Whole(1, 10**6), default=100, show_default=True, help="Try this many random points.")
 @click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed the random points (default: 0).")
 @plot_option("picture", "Draw what each parameter does alone, and all together")

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import (
+from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
     duration_option,
@@ -70,7 +70,7 @@ def cli(traceback: bool) -> None:
     type=click.Choice(["netcdf", "csv", "parquet"]),
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
-@click.option("--live", is_flag=True, help="Put the loop itself into the report, with a slider for each parameter.")
+@click.option("--live", is_flag=True, help="Add the running model to the report, with a slider for each parameter.")
 @click.option(
     "--noise",
     "budgets",
@@ -87,7 +87,12 @@ def cli(traceback: bool) -> None:
     metavar="NAME=VALUE,VALUE",
     help="Run once for each of these values, for example adc.bits=10,12,14, and show the measures; repeatable.",
 )
-@click.option("--zip", "zipped", is_flag=True, help="Take the values of all --sweep together, the first ones first.")
+@click.option(
+    "--zip",
+    "zipped",
+    is_flag=True,
+    help="Combine the values of all --sweep in order, instead of trying all combinations.",
+)
 @click.option("--measure", "measures", multiple=True, metavar="NAME", help="Show this measure of a sweep; repeatable.")
 @click.option(
     "--show-source",
@@ -145,7 +150,7 @@ def check(graph: Path, changes: tuple[str, ...], own: Path | None, as_json: bool
     "--sensitivity",
     nargs=2,
     metavar="INPUT OUTPUT",
-    help="Rank what each parameter does to scale factor and bias between two outputs, and to the margins.",
+    help="Rank parameters by their effect on scale factor and bias between two outputs, and on the margins.",
 )
 @click.option(
     "--gain",
@@ -243,9 +248,7 @@ def draw(graph: Path, output: Path | None, form: str | None, changes: tuple[str,
     type=click.Choice(["csv", "parquet"]),
     help="Write tables in this format beside netCDF; repeatable.",
 )
-@click.option(
-    "--report/--no-report", default=True, show_default=True, help="Write pictures, influences and report.html."
-)
+@click.option("--report/--no-report", default=True, show_default=True, help="Write plots, influences and report.html.")
 @click.option("--run", type=Whole(0), help="Replay this run with the traces of all probes, instead.")
 @click.option(
     "--epoch",

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import (
+from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
     engine_option,

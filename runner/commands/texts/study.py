@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.commands.progress import time_text
+from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.studies.outcome.intervals import concise

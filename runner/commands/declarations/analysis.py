@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import (
+from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
     duration_option,
@@ -53,11 +53,16 @@ def _signal(options: dict[str, Any]) -> Any:
 @click.option(
     "--segment",
     type=Whole(0),
-    help="Values of a segment of the density, 0 for all (default: about an eighth).",
+    help="Use segments of this many values; 0 for one of all (default: about an eighth).",
 )
-@click.option("--band", nargs=2, metavar="FROM TO", help='Count rms, noise and slope from "1 Hz" to "100 Hz".')
 @click.option(
-    "--tone", default="", metavar="FREQUENCY", help="Look for the tone here (default: the largest in the band)."
+    "--band", nargs=2, metavar="FROM TO", help='Compute rms, noise and slope within this band, as "1 Hz" "100 Hz".'
+)
+@click.option(
+    "--tone",
+    default="",
+    metavar="FREQUENCY",
+    help="Look for a tone at this frequency (default: the largest in the band).",
 )
 @plot_option("picture", "Draw the density")
 @_signal_options
@@ -80,9 +85,9 @@ def spectrum(**options: Any) -> int:
 @click.command()
 @file_argument("source", library=True)
 @plot_option("picture", "Draw the deviation")
-@click.option("--tau", metavar="TIME", help="Say how long to record to know the deviation at this averaging time.")
+@click.option("--tau", metavar="TIME", help="Show how long to record for the deviation at this averaging time.")
 @click.option(
-    "--confidence", default="10 %", show_default=True, help="Know it to this standard error, as a part of itself."
+    "--confidence", default="10 %", show_default=True, help="Aim at this standard error, relative to the deviation."
 )
 @_signal_options
 def allan(**options: Any) -> int:
@@ -104,11 +109,13 @@ def allan(**options: Any) -> int:
 
 @click.command()
 @graph_argument
-@click.option("--output", required=True, metavar="BLOCK.PORT", help="Say what the noise of this output is made of.")
-@click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer it to this output of a source.")
-@click.option("--band", nargs=2, metavar="FROM TO", help='Count from "0.1 Hz" to "100 Hz" (default: all).')
+@click.option("--output", required=True, metavar="BLOCK.PORT", help="Show the sources of the noise of this output.")
+@click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer the noise to this output of a source.")
+@click.option(
+    "--band", nargs=2, metavar="FROM TO", help='Count noise within this band, as "0.1 Hz" "100 Hz" (default: all).'
+)
 @click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
-@click.option("--derivatives", is_flag=True, help="Show by which parameters the rms changes, and how much.")
+@click.option("--derivatives", is_flag=True, help="Show how much each parameter changes the rms.")
 @plot_option("picture", "Draw the budget")
 @set_option
 @blocks_option
@@ -162,11 +169,14 @@ def noise_model(**options: Any) -> int:
     "--simulate",
     "stimulus",
     type=click.Choice(["sine", "multitone", "chirp", "prbs"]),
-    help="Run the graph with this on top of the input too, and compare.",
+    help="Also run the graph with this stimulus added to the input, and compare.",
 )
 @click.option("--amplitude", metavar="QUANTITY", help='Peak value of the stimulus, as "10 mV".')
 @click.option(
-    "--band", nargs=2, metavar="FROM TO", help='Let it lie in "1 Hz" to "100 Hz" (default: about the bandwidth).'
+    "--band",
+    nargs=2,
+    metavar="FROM TO",
+    help='Keep the stimulus within this band, as "1 Hz" "100 Hz" (default: about the bandwidth).',
 )
 @click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
 @plot_option("picture", "Draw it")

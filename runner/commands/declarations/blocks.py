@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from proofmass.runner.commands.options import blocks_option, file_argument, json_option
+from proofmass.runner.commands.declarations.options import blocks_option, file_argument, json_option
 
 
 @click.command("test-block")

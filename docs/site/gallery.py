@@ -1,0 +1,133 @@
+"""The gallery of the site: a page for every graph and study of the library, with picture, figures and file."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+from docs.site.markdown import code, fence, plain, table
+from proofmass.blocks.declaration.catalog import all_blocks, family_of
+from proofmass.graphs.drawing.diagram import svg
+from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit_of, exhibits
+from proofmass.graphs.files.library import library_file
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.run.simulate import simulate
+
+TICKS = 100_000  # of a run whose figures are on a page; longer ones are left to the reader
+
+
+def all_exhibits() -> tuple[Exhibit, ...]:
+    """Return everything in the library that is a graph or a study, the template of `proofmass new` first."""
+    return (exhibit_of(library_file(TEMPLATE)), *exhibits())
+
+
+def gallery_pages(*, runs: bool, only: Sequence[str] = ()) -> Iterator[tuple[str, str]]:
+    """Yield the index and the page of each graph, or of some; without `runs` no graph is run for its figures."""
+    yield "gallery/index.md", _index()
+    for item in all_exhibits():
+        if only and item.name not in only:
+            continue
+        yield f"gallery/{item.name}.md", _page(item, runs=runs)
+
+
+def gallery_pictures() -> Iterator[tuple[str, str]]:
+    """Yield name and text of the diagram of each graph."""
+    for item in all_exhibits():
+        if not item.study:
+            yield f"library/{item.name}.svg", svg(read_graph(item.path))
+
+
+def _index() -> str:
+    lines = ["# All graphs of the library", "", "Each page has the diagram, the figures and the file.", ""]
+    lines += ["```{toctree}", ":hidden:", "", *(item.name for item in all_exhibits()), "```", ""]
+    for family, members in groupby(all_exhibits(), key=lambda item: item.family):
+        rows = [(f"[{item.name}]({item.name}.md)", plain(item.title)) for item in members]
+        lines += [f"## {_heading(family)}", "", *table(("graph", "what it is"), rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _heading(family: str) -> str:
+    if family == PARTS:
+        return "Parts for graphs of your own"
+    return family.replace("_", " ").capitalize() or "To start from"
+
+
+def _page(item: Exhibit, *, runs: bool) -> str:
+    lines = [f"# {plain(item.title[0].upper() + item.title[1:])}", "", plain(item.description), ""]
+    if item.study:
+        lines += _study(item, read_study(item.path))
+    else:
+        lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg)", ""]
+        lines += _graph(read_graph(item.path), runs=runs)
+    lines += ["## File", "", f"`proofmass new sensor.toml --from {item.name}` copies it.", ""]
+    lines += fence("toml", item.path.read_text(encoding="utf-8"))
+    return "\n".join(lines) + "\n"
+
+
+def _graph(graph: Graph, *, runs: bool) -> Iterator[str]:
+    flat = flatten(graph)
+    facts = [
+        ("rate", write_rate(graph.rate) if graph.rate else ""),
+        ("length of a run", f"{float(graph.duration):g} s" if graph.duration else ""),
+        ("blocks, with those of its parts", str(len(flat.blocks))),
+        ("wires", str(len(flat.wires))),
+        ("control loops", ", ".join(map(code, graph.loops))),
+        ("has outside, as a part", ", ".join(map(code, graph.exports))),
+    ]
+    yield from ("## Figures", "")
+    yield from table(("", "figure"), [fact for fact in facts if fact[1]])
+    if runs and 0 < _ticks(graph) <= TICKS:
+        yield from _run(graph)
+    kinds = Counter(type(block) for block in flat.blocks.values())
+    known = all_blocks()
+    rows = [
+        (_reference(kind) if kind.__name__ in known else code(kind.__name__), str(count))
+        for kind, count in sorted(kinds.items(), key=lambda entry: entry[0].__name__)
+    ]
+    yield from ("## Blocks", "")
+    yield from table(("kind", "how many"), rows)
+
+
+def _ticks(graph: Graph) -> float:
+    """Return the base ticks of a run by the graph's own rate; 0 of a part, which says no length."""
+    return graph.samples or float((graph.duration or 0) * (graph.rate or 0))
+
+
+def _run(graph: Graph) -> Iterator[str]:
+    """Yield the tables of a run: its signals and its measures."""
+    result = simulate(graph)
+    rows = [
+        (code(row["signal"]), code(row["unit"]), *(_number(row[key]) for key in ("mean", "std", "min", "max", "last")))
+        for row in result.summary()
+    ]
+    yield from table(("signal", "unit", "mean", "std", "min", "max", "last"), rows)
+    measures = [(code(name), _number(one.value), code(one.unit)) for name, one in result.measures.items()]
+    yield from table(("measure", "value", "unit"), measures)
+
+
+def _study(item: Exhibit, study: Study) -> Iterator[str]:
+    graph = next(name for name in item.beside if name.endswith(".toml")).removesuffix(".toml")
+    facts = [
+        ("graph", f"[{graph}]({graph}.md)"),
+        ("sensors", str(study.runs)),
+        ("design", study.design),
+        ("ages", str(len(study.epochs)) if len(study.epochs) > 1 else ""),
+        ("points of its sweep", str(len(next(iter(study.sweep.values())))) if len(study.sweep) == 1 else ""),
+        ("spread parameters", ", ".join(map(code, study.spread))),
+        ("drifting parameters", ", ".join(map(code, study.drift))),
+        ("limits on", ", ".join(map(code, study.limits))),
+    ]
+    yield from ("## Figures", "")
+    yield from table(("", "figure"), [fact for fact in facts if fact[1]])
+
+
+def _reference(kind: type) -> str:
+    return f"[{kind.__name__}](../reference/blocks/{family_of(kind)}.md#{kind.__name__.lower()})"
+
+
+def _number(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float | int) else str(value)

@@ -1,0 +1,93 @@
+"""Rates and clock offsets of a flat graph."""
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import groupby
+
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, with_offsets, write_rate, write_seconds
+from proofmass.graphs.model.targets import CLOCK_OFFSET
+
+
+def rate_problems(graph: FlatGraph) -> Iterator[Problem]:
+    """Yield what is wrong with rates and clock offsets: missing, of blocks without a clock, or too far apart."""
+    discrete = [name for name, block in graph.blocks.items() if not type(block).continuous()]
+    for name in graph.rates:
+        if name not in discrete:
+            yield Problem(
+                message="a continuous block has no rate: it is integrated from each tick of the graph to the next",
+                key=f"blocks.{name}.rate",
+                hint="leave the rate out, or give it to the blocks that sample this one",
+                path=("blocks", name, "rate"),
+            )
+    without = [name for name in discrete if name not in graph.rates]
+    if graph.rate is None and len(without) == len(discrete):
+        hint = 'add rate = "50 kHz" at the top of the file'
+        yield Problem(message="the graph has no rate", key="rate", hint=hint, note=bool(graph.exports))
+    elif graph.rate is None:
+        yield from _without_rate(graph, without)
+    yield from _offsets(graph)
+    yield from _far_rates(graph, discrete)
+
+
+def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
+    """Rates without a common multiple within reach, each with a block that has it."""
+    owners: dict[Fraction, str] = {}
+    for name in discrete:
+        rate = graph.rates.get(name, graph.rate)
+        if rate is not None:
+            owners.setdefault(rate, name)
+    known = sorted(owners)
+    if not known or common_base_rate(known) is not None:
+        return
+    shown = [f"{owners[rate]} at {write_rate(rate)}" for rate in known]
+    odd = max((rate for rate in known if rate != graph.rate), key=lambda rate: (rate.denominator, rate.numerator))
+    main = graph.rate if graph.rate in owners else next(rate for rate in known if rate != odd)
+    near = main * round(odd / main) if odd > main else main / round(main / odd)
+    yield Problem(
+        message="the rates have no common base rate within reach",
+        key="rate",
+        got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
+        expected=f"at most {LARGEST_RATIO:,} ticks of their least common multiple in one tick of the slowest",
+        hint=f"make the rates ratios of small numbers: {write_rate(near)} for {owners[odd]}, for example",
+        path=("blocks", owners[odd], "rate") if owners[odd] in graph.rates else ("rate",),
+    )
+
+
+def _offsets(graph: FlatGraph) -> Iterator[Problem]:
+    """Clock offsets of blocks without a clock, of a period or more, and those that ask for too many base ticks."""
+    rates = {name: graph.rates.get(name, graph.rate) for name in graph.offsets}
+    for name, offset in graph.offsets.items():
+        key, path, rate = f"blocks.{name}.{CLOCK_OFFSET}", ("blocks", name, CLOCK_OFFSET), rates[name]
+        if type(graph.blocks[name]).continuous():
+            hint = "give the offset to the blocks that sample this one"
+            yield Problem(message="a continuous block has no clock", key=key, hint=hint, path=path)
+        elif rate is not None and offset * rate >= 1:
+            expected = f"less than {write_seconds(1 / rate)}, its period"
+            got, hint = write_seconds(offset), "a delay of whole ticks is a Delay"
+            yield Problem(
+                message="the clock offset is too long", key=key, got=got, expected=expected, hint=hint, path=path
+            )
+        elif rate is not None and with_offsets(rate, [offset]) > LARGEST_RATIO * rate:
+            expected = f"a fraction of the period with at most {LARGEST_RATIO:,} below the line"
+            got, hint = write_seconds(offset), "choose an offset that is a simple part of the period"
+            yield Problem(
+                message="the clock offset meets no tick", key=key, got=got, expected=expected, hint=hint, path=path
+            )
+
+
+def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
+    """Yield blocks without a rate; once for all of a subgraph, at its table: its file may serve other graphs."""
+    for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
+        inside = [name.partition(".")[2] for name in of_own]
+        shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
+        hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
+        yield Problem(
+            message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
+            key=f"blocks.{block}",
+            got=shortened,
+            hint=hint,
+            note=bool(graph.exports),
+            path=("blocks", block),
+        )

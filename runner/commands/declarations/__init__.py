@@ -1,0 +1,1 @@
+"""Arguments and options of the commands, by subject; what a command does is imported when it is called."""

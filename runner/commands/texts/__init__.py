@@ -1,0 +1,1 @@
+"""Texts that commands print: results as lines for people."""
