@@ -212,6 +212,7 @@ from proofmass.blocks.sources.temperature_profile import TemperatureProfile as T
 from proofmass.blocks.statistics.allan_deviation import AllanDeviation as AllanDeviation
 from proofmass.blocks.statistics.band_meter import BandMeter as BandMeter
 from proofmass.blocks.statistics.density_meter import DensityMeter as DensityMeter
+from proofmass.blocks.statistics.last_value import LastValue as LastValue
 from proofmass.blocks.statistics.linear_trend import LinearTrend as LinearTrend
 from proofmass.blocks.statistics.mean_absolute import MeanAbsolute as MeanAbsolute
 from proofmass.blocks.statistics.running_percentile import RunningPercentile as RunningPercentile

@@ -41,9 +41,17 @@ class Problem:
         rows = [("got", self.got), ("expected", self.expected), ("hint", self.hint)]
         return "\n".join([_printable(head), *(f"  {name + ':':<9} {_printable(text)}" for name, text in rows if text)])
 
+    @property
+    def code(self) -> str:
+        """The code by which `proofmass explain` tells cause and cure; empty where there is none."""
+        # start-up time: most commands refuse nothing
+        from proofmass.blocks.declaration.explanations import code_of
+
+        return code_of(self.message)
+
     def as_data(self) -> dict[str, str | int | bool]:
         """The problem as plain data, for `--json`."""
-        names = ("file", "line", "key", "message", "got", "expected", "hint", "note")
+        names = ("code", "file", "line", "key", "message", "got", "expected", "hint", "note")
         return {name: getattr(self, name) for name in names}
 
 

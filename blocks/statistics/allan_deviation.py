@@ -15,6 +15,7 @@ class AllanDeviation(Block):
 
     averaging: int = param("1", "Samples of an average: averaging time by rate.", default=1, at_least=1, at_most=10**6)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What is averaged: a rate, an acceleration, a voltage.")
@@ -45,7 +46,7 @@ def count(p: AllanDeviation, x: State) -> int:
 
 @AllanDeviation.update
 def update(p: AllanDeviation, x: State, recent: list[float], tick: int, input: float) -> State:
-    if tick < p.skip:
+    if tick < p.skip or 0 < p.until <= tick:
         return x
     first = 1.0 * input if x.samples == 0 else x.first  # measures read codes and bits too
     u = 1.0 * input - first

@@ -21,6 +21,7 @@ class BandMeter(Block):
     low: float = param("Hz", "Lower end of the band.", default=0.0, at_least=0.0)
     high: float = param("Hz", "Upper end of the band.", default=100.0, above=0.0)
     skip: int = param("1", "Ticks left out at the start, while filters and loops settle.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What is filtered.")
@@ -28,6 +29,7 @@ class BandMeter(Block):
 
 class State(NamedTuple):
     left: int  # ticks that are still left out
+    rest: int  # samples that still count; below 0: all
     samples: int
     squares: float
     s1: float
@@ -48,7 +50,8 @@ def requires(p: BandMeter) -> Iterator[tuple[str, str]]:
 
 @BandMeter.start
 def start(p: BandMeter) -> State:
-    return State(p.skip, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    rest = max(p.until - p.skip, 0) if p.until > 0 else -1
+    return State(p.skip, rest, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @BandMeter.constants
@@ -68,8 +71,11 @@ def rms(c: Sections, x: State) -> float:
 def update(c: Sections, x: State, input: float) -> State:
     d, u = Delays(x.s1, x.t1, x.s2, x.t2, x.s3, x.t3, x.s4, x.t4), 1.0 * input
     y, e = filtered(c, d, u), moved(c, d, u)
-    counts = x.left <= 0
+    counts = x.left <= 0 and x.rest != 0
     return State(
-        x.left - 1 if x.left > 0 else 0, x.samples + 1 if counts else 0, x.squares + y * y if counts else 0.0,
+        x.left - 1 if x.left > 0 else 0,
+        x.rest - 1 if counts and x.rest > 0 else x.rest,
+        x.samples + 1 if counts else x.samples,
+        x.squares + y * y if counts else x.squares,
         e.s1, e.t1, e.s2, e.t2, e.s3, e.t3, e.s4, e.t4,
     )  # fmt: skip

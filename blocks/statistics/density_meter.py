@@ -21,6 +21,7 @@ class DensityMeter(Block):
     frequency: float = param("Hz", "Where the density is taken.", default=10.0, at_least=0.0, not_driven=_KEPT)
     segment: int = param("1", "Samples of a segment.", default=256, at_least=16, at_most=10**7)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "Noise.")
@@ -42,6 +43,7 @@ class Constants(NamedTuple):
     segment: int
     hop: int
     skip: int
+    until: int
     real: float  # the window alone at the frequency
     imaginary: float
     scale: float
@@ -54,7 +56,7 @@ def constants(p: DensityMeter, period: float) -> Constants:
     real = 0.5 * middle[0] - 0.25 * low[0] - 0.25 * high[0]
     imaginary = 0.5 * middle[1] - 0.25 * low[1] - 0.25 * high[1]
     sides = 1.0 if turns == 0.0 or turns == 0.5 else 2.0
-    return Constants(turns, n, n - n // 2, p.skip, real, imaginary, sides * period / (0.375 * n))
+    return Constants(turns, n, n - n // 2, p.skip, p.until, real, imaginary, sides * period / (0.375 * n))
 
 
 @DensityMeter.output("({unit})/sqrt(Hz)")
@@ -65,7 +67,7 @@ def density(c: Constants, x: State) -> float:
 
 @DensityMeter.update
 def update(c: Constants, x: State, tick: int, input: float) -> State:
-    if tick < c.skip:
+    if tick < c.skip or 0 < c.until <= tick:
         return x
     n, u = tick - c.skip, 1.0 * input  # measures read codes and bits too
     i = n % (2 * c.hop)

@@ -12,6 +12,7 @@ class LinearTrend(Block):
     """Pace at which a signal drifts, over all samples before the tick; zero until there are two."""
 
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What drifts.")
@@ -25,12 +26,13 @@ class State(NamedTuple):
 
 class Constants(NamedTuple):
     skip: int
+    until: int
     period: float
 
 
 @LinearTrend.constants
 def constants(p: LinearTrend, period: float) -> Constants:
-    return Constants(p.skip, period)
+    return Constants(p.skip, p.until, period)
 
 
 @LinearTrend.output("({unit})/s")
@@ -48,7 +50,7 @@ def count(c: Constants, x: State) -> int:
 
 @LinearTrend.update
 def update(c: Constants, x: State, tick: int, input: float) -> State:
-    if tick < c.skip:
+    if tick < c.skip or 0 < c.until <= tick:
         return x
     samples = x.samples + 1
     input = 1.0 * input  # measures read codes and bits too

@@ -18,6 +18,7 @@ class RunningPercentile(Block):
 
     percent: float = param("%", "Part of the samples below.", default=50.0, above=0.0, below=100.0, not_driven=_KEPT)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What is sorted.")
@@ -59,7 +60,7 @@ def percentile(p: RunningPercentile, x: State) -> float:
 
 @RunningPercentile.update
 def update(p: RunningPercentile, x: State, tick: int, input: float) -> State:
-    if tick < p.skip:
+    if tick < p.skip or 0 < p.until <= tick:
         return x
     u = 1.0 * input  # measures read codes and bits too
     if x.samples < 5:  # sorted in; the places that are still free hold infinity

@@ -9,6 +9,7 @@ class RunningRange(Block):
     """Smallest and largest of all samples before the tick; zero until there is one."""
 
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What is looked at.")
@@ -39,7 +40,7 @@ def peak_to_peak(p: RunningRange, x: State) -> float:
 
 @RunningRange.update
 def update(p: RunningRange, x: State, tick: int, input: float) -> State:
-    if tick < p.skip:
+    if tick < p.skip or 0 < p.until <= tick:
         return x
     input = 1.0 * input  # measures read codes and bits too
     first = tick == p.skip

@@ -11,6 +11,7 @@ class SettlingTime(Block):
     target: float = param("{unit}", "Where the signal settles.", default=0.0)
     within: float = param("{unit}", "How far from there it may be.", default=1.0, above=0.0)
     skip: int = param("1", "Ticks left out at the start.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What settles.")
@@ -25,12 +26,13 @@ class Constants(NamedTuple):
     target: float
     within: float
     skip: int
+    until: int
     period: float
 
 
 @SettlingTime.constants
 def constants(p: SettlingTime, period: float) -> Constants:
-    return Constants(p.target, p.within, p.skip, period)
+    return Constants(p.target, p.within, p.skip, p.until, period)
 
 
 @SettlingTime.output("s")
@@ -47,7 +49,7 @@ def settled(c: Constants, x: State) -> bool:
 
 @SettlingTime.update
 def update(c: Constants, x: State, tick: int, input: float) -> State:
-    if tick < c.skip:
+    if tick < c.skip or 0 < c.until <= tick:
         return x
     near = -c.within <= 1.0 * input - c.target <= c.within  # measures read codes and bits too
     return State(x.samples + 1, x.settled if near else x.samples + 1)

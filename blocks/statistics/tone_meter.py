@@ -17,6 +17,7 @@ class ToneMeter(Block):
 
     frequency: float = param("Hz", "Frequency of the tone.", default=10.0, above=0.0, not_driven=_KEPT)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
+    until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
     input = Input("{unit}", "What holds the tone.")
@@ -37,11 +38,12 @@ class State(NamedTuple):
 class Constants(NamedTuple):
     turns: float  # in a tick
     skip: int
+    until: int
 
 
 @ToneMeter.constants
 def constants(p: ToneMeter, period: float) -> Constants:
-    return Constants(p.frequency * period, p.skip)
+    return Constants(p.frequency * period, p.skip, p.until)
 
 
 @ToneMeter.output("{unit}")
@@ -73,7 +75,7 @@ def parts(x: State) -> tuple[float, float]:
 
 @ToneMeter.update
 def update(c: Constants, x: State, tick: int, input: float) -> State:
-    if tick < c.skip:
+    if tick < c.skip or 0 < c.until <= tick:
         return x
     first = 1.0 * input if x.samples == 0 else x.first  # measures read codes and bits too
     u, s, k = 1.0 * input - first, sine_of_turns(c.turns * tick), cosine_of_turns(c.turns * tick)

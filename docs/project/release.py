@@ -67,7 +67,11 @@ def try_wheel(version: str, python: str, wheel: Path, folder: Path) -> Trial:
     environment, work = folder / "environment", folder / "work"
     begin = time.perf_counter()
     subprocess.run([python, "-m", "venv", str(environment)], check=True)
-    subprocess.run([environment / "bin" / "python", "-m", "pip", "install", "--quiet", str(wheel)], check=True)
+    subprocess.run(
+        [environment / "bin" / "python", "-m", "pip", "install", "--quiet", f"{wheel}[all]"],
+        check=True,
+        stderr=subprocess.DEVNULL,
+    )
     installed = time.perf_counter()
     work.mkdir()
     report, count, failures = 0.0, 0, []

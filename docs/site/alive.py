@@ -36,4 +36,6 @@ def live_page(folder: Path) -> None:
 
 def with_frame(page: str) -> str:
     """Return a page with the live sensor after its first picture."""
-    return re.sub(r"^(!\[.*\]\(.*\))$", lambda picture: picture[1] + "\n" + FRAME, page, count=1, flags=re.MULTILINE)
+    return re.sub(
+        r"^(!\[.*\]\(.*\)(?:\{.*\})?)$", lambda picture: picture[1] + "\n" + FRAME, page, count=1, flags=re.MULTILINE
+    )

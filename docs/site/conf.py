@@ -17,10 +17,11 @@ nitpicky = False
 default_role = "code"
 smartquotes = False  # texts of TOML are shown with the characters that one types
 
-myst_enable_extensions = ["deflist"]
+myst_enable_extensions = ["attrs_inline", "deflist"]
 myst_heading_anchors = 4
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
+toc_object_entries = False  # headings name them already
 autodoc_member_order = "bysource"
 python_use_unqualified_type_names = True
 maximum_signature_line_length = 80

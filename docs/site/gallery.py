@@ -61,7 +61,7 @@ def _page(item: Exhibit, *, runs: bool) -> str:
     if item.study:
         lines += _study(item, read_study(item.path))
     else:
-        lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg)", ""]
+        lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg){{.diagram}}", ""]
         lines += _graph(read_graph(item.path), runs=runs)
     lines += ["## File", "", f"`proofmass new sensor.toml --from {item.name}` copies it.", ""]
     lines += fence("toml", item.path.read_text(encoding="utf-8"))

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 
+_FULL = 85  # letters of a line of a docstring that was broken for want of room
+
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Return the lines of a table; columns that are empty throughout are left out."""
@@ -26,6 +28,20 @@ def fence(language: str, text: str) -> list[str]:
 def plain(text: str) -> str:
     """Return text of a docstring as Markdown that shows the same characters."""
     return text.replace("\\", "\\\\").replace("*", "\\*").replace("_", "\\_").replace("<", "\\<").replace("[", "\\[")
+
+
+def unwrapped(text: str) -> str:
+    """Return text whose full lines run on into the next one, so that a page breaks them where it has room.
+
+    >>> unwrapped("x = 1\\ny = 2")
+    'x = 1\\ny = 2'
+    """
+    lines = text.splitlines()
+    runs_on = [
+        len(line) > _FULL and bool(after.strip()) and not after.startswith(" ")
+        for line, after in zip(lines, [*lines[1:], ""], strict=True)
+    ]
+    return "".join(line + (" " if joined else "\n") for line, joined in zip(lines, runs_on, strict=True)).rstrip("\n")
 
 
 def _cell(text: str) -> str:

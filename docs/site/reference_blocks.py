@@ -6,7 +6,7 @@ from html import escape
 from importlib import import_module
 from typing import Any
 
-from docs.site.markdown import code, fence, plain, table
+from docs.site.markdown import code, fence, plain, table, unwrapped
 from docs.site.ports import ports_picture
 from docs.site.responses import response_picture
 from proofmass.blocks.declaration.catalog import all_blocks, facts, family_of
@@ -51,7 +51,7 @@ def _block(kind: type[Block], responses: bool) -> Iterator[str]:
     about = facts(kind)
     yield from (f"## {kind.__name__}", "", plain(about["doc"]), "")
     yield from ("```{raw} html", '<div class="ports-frame">', ports_picture(about), "</div>")
-    yield from (f'<pre class="equation">{escape(about["equation"])}</pre>', "```", "")
+    yield from (f'<pre class="equation">{escape(unwrapped(about["equation"]))}</pre>', "```", "")
     if about["continuous"]:
         yield from ("Continuous: it is integrated between ticks.", "")
     response = response_picture(kind) if responses else ""

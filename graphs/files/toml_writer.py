@@ -142,6 +142,7 @@ def _probe(signal: str, every: int) -> str:
 
 def _measure(measure: Measure) -> str:
     begin = f", from = {quoted(f'{measure.start} s')}" if measure.start else ""
+    begin += f", until = {quoted(f'{measure.until} s')}" if measure.until is not None else ""
     options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"

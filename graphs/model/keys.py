@@ -54,6 +54,7 @@ OWN_MEASURE_KEYS = {  # beside the options of its statistic
     "signal": 'Output that is reduced to one number, "block.output".',
     "statistic": "How the signal is reduced to one number.",
     "from": "From which time on; from the start when nothing is said.",
+    "until": "Until which time; to the end when nothing is said.",
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',
@@ -90,6 +91,7 @@ STUDY_KEYS = {
     "changes": 'Changes of measures as measures: bias_drift = { measure = "bias", since = "calibration" }.',
     "missions": "Temperatures that a sensor goes through again and again, for laws of drift: phases, points or a file.",
     "limits": "What a good sensor keeps: bias = { at_least = -1, at_most = 1, change = 1e-3 }.",
+    "variants": 'Designs with names, each with the same sensors: cheap = { set = { "adc.bits" = 12 } }.',
     "stop": 'When it has run enough: bias = "1 uV", half of the 95 % confidence interval of the mean.',
 }
 EPOCH_KEYS = {

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.statistics.last_value import LastValue
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.rates import read_duration
@@ -17,22 +18,40 @@ MEASURE_KEYS = OWN_MEASURE_KEYS | {key: option.doc for key, option in OPTIONS.it
 
 
 class Measure(NamedTuple):
-    """An output port reduced by a statistic over all its ticks from `start` seconds on."""
+    """An output port reduced by a statistic over its ticks from `start` seconds on, until `until` where it is said."""
 
     signal: str
     statistic: str
     start: Fraction = Fraction(0)
     options: tuple[tuple[str, Any], ...] = ()  # of the statistic, as they are written; times in seconds
+    until: Fraction | None = None
+
+    @property
+    def block(self) -> type[Block] | None:
+        """The kind of block that reduces the signal, if the measure takes one."""
+        return LastValue if self.until is not None and self.statistic == LAST else STATISTICS[self.statistic].block
+
+    @property
+    def output(self) -> str:
+        """The output of that block which is the measure."""
+        return STATISTICS[self.statistic].output or "value"
+
+    def end(self, rate: Fraction) -> int:
+        """The first tick that no longer counts; 0 where there is none."""
+        return 0 if self.until is None else max(1, math.ceil(self.until * rate))
 
     def reducer(self, unit: str, rate: Fraction) -> Block | None:
         """The block that reduces a signal of that unit and rate, if it takes one.
 
         Raises `ModelError` for options that do not suit.
         """
-        block = STATISTICS[self.statistic].block
+        block = self.block
         if block is None:
             return None
-        values = {key: value for key, value in self.options if key not in TIMES}
+        if block is LastValue:
+            return LastValue(until=self.end(rate), unit=unit)
+        values: dict[str, Any] = {key: value for key, value in self.options if key not in TIMES}
+        values |= {"until": self.end(rate)} if self.until is not None else {}
         return block(skip=math.ceil(self.start * rate), unit=unit, **values, **self._in_samples(rate))
 
     def least(self, rate: Fraction) -> int:
@@ -62,7 +81,8 @@ def read_measures(table: object) -> dict[str, Measure]:
             options = {key: entries[key] for key in STATISTICS[entries["statistic"]].options}
             options |= {key: read_duration(value) for key, value in options.items() if key in TIMES}
             start = read_duration(entries.get("from", 0))
-            read[name] = Measure(entries["signal"], entries["statistic"], start, tuple(options.items()))
+            until = read_duration(entries["until"]) if "until" in entries else None
+            read[name] = Measure(entries["signal"], entries["statistic"], start, tuple(options.items()), until)
     if problems:
         raise ModelError(problems)
     return dict(sorted(read.items()))
@@ -71,6 +91,7 @@ def read_measures(table: object) -> dict[str, Measure]:
 def _as_table(measure: object) -> Any:
     if isinstance(measure, Measure):
         own = {"signal": measure.signal, "statistic": measure.statistic, "from": measure.start}
+        own |= {"until": measure.until} if measure.until is not None else {}
         return own | dict(measure.options)
     return measure
 
@@ -105,11 +126,14 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
             yield _problem(f"{statistic} needs {key}", name, expected=MEASURE_KEYS[key], hint=add)
     for key in set(table) & OPTIONS.keys() - wanted.keys():
         yield _problem(f"{statistic} has no {key}", name, key, got=shown(table[key]), hint="leave it out")
-    for key in ("from", *TIMES):
+    times = dict[str, Fraction]()
+    for key in ("from", "until", *TIMES):
         try:
-            read_duration(table.get(key, 0))
+            times[key] = read_duration(table.get(key, 0))
         except Refusal as error:
             yield _problem(str(error), name, key, got=shown(table[key]), hint=error.hint)
+    if "until" in table and {"from", "until"} <= times.keys() and times["until"] <= times["from"]:
+        yield _problem("ends before it begins", name, "until", got=shown(table["until"]), expected="after from")
 
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:

@@ -162,6 +162,7 @@ def _measures() -> Schema:
         "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
+        "until": _quantity({"type": "number", "exclusiveMinimum": 0}),
         **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
     measure = {

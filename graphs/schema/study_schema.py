@@ -18,6 +18,7 @@ from proofmass.graphs.studies.changes import CALIBRATION
 from proofmass.graphs.studies.designs import DESIGNS
 from proofmass.graphs.studies.distributions import LEAST_TRUNCATION, NORMAL, SHAPES, SPREAD_KEYS
 from proofmass.graphs.studies.epochs import NEVER
+from proofmass.graphs.studies.variants import KEYS as VARIANT_KEYS
 
 Schema = dict[str, Any]
 
@@ -39,7 +40,7 @@ def study_schema(most_runs: int) -> Schema:
         "design": {"enum": list(DESIGNS), "default": "random"},
         "spread": _by_parameter(_spread()),
         "correlation": _by_parameter(_by_parameter({"anyOf": [_between(-1, 1), _QUANTITY]})),
-        "sweep": _by_parameter(_LIST),
+        "sweep": _by_parameter({"type": "array", "minItems": 1}),
         "epochs": _table(
             {"ages": {"type": "array", "minItems": 1, "items": _WIDTH}, "every": _WIDTH, "until": _WIDTH}, EPOCH_KEYS
         ),
@@ -53,6 +54,9 @@ def study_schema(most_runs: int) -> Schema:
         ),
         "stop": _by_measure(_WIDTH),
     }
+    anything: Schema = {"type": "object"}
+    inner: dict[str, Schema] = {key: values.get(key, anything) for key in VARIANT_KEYS}
+    values["variants"] = {"type": "object", "additionalProperties": _table(inner, VARIANT_KEYS)}
     values["epochs"]["oneOf"] = [{"required": ["ages"]}, {"required": ["every", "until"]}]
     return _table(values, STUDY_KEYS)
 

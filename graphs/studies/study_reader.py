@@ -10,14 +10,14 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
 from proofmass.graphs.studies.build import Study
+from proofmass.graphs.studies.variants import variants_of
 
 STUDY = "study"
-
-
 Change = Callable[[Graph], Graph]  # of the graph of a study, before its study is read
 
 
@@ -27,7 +27,9 @@ def unchanged(graph: Graph) -> Graph:
 
 
 def read_study(path: str | Path, own: Own | None = None, change: Change = unchanged) -> Study:
-    """The study of a file; raises `ModelError` with every problem that can be seen, each with file, line and key.
+    """The study of a file, of variants the first.
+
+    Raises `ModelError` with every problem that can be seen, each with file, line and key.
 
     `path` is a file, or "library:NAME". `own` are the caller's own blocks by name; the study is that of
     its graph after a `change`.
@@ -41,6 +43,16 @@ def read_study(path: str | Path, own: Own | None = None, change: Change = unchan
     return _study_of_file(*read_table(path), own, change, path)
 
 
+def read_variants(path: str | Path, own: Own | None = None, change: Change = unchanged) -> dict[str, Study]:
+    """The variants of the study of a file by name, of its graph after a `change`; one without a name if none.
+
+    Raises `ModelError`.
+    """
+    path = file_of(path)
+    data, place = read_table(path)
+    return studies_of_table(data, place, change(_graph_of(data, place, own, path)))
+
+
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
     """The study of a TOML text; file names in it start from `folder`."""
     return _study_of_file(*parsed(text, file, folder), own, unchanged)
@@ -49,8 +61,11 @@ def read_study_text(text: str, file: str = "<text>", own: Own | None = None, fol
 def _study_of_file(
     data: dict[str, Any], place: Place, own: Own | None, change: Change, path: Path | None = None
 ) -> Study:
-    graph = graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
-    return study_of_table(data, place, change(graph))
+    return study_of_table(data, place, change(_graph_of(data, place, own, path)))
+
+
+def _graph_of(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:
+    return graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
 
 
 def is_study(data: dict[str, Any]) -> bool:
@@ -71,7 +86,12 @@ def graph_of_study(data: dict[str, Any], place: Place, own: Own | None) -> Graph
 
 
 def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
-    """The study in a parsed file, of its graph; raises `ModelError`."""
+    """The study in a parsed file, of its graph, the first of its variants; raises `ModelError`."""
+    return next(iter(studies_of_table(data, place, graph).values()))
+
+
+def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[str, Study]:
+    """The variants of the study in a parsed file, of its graph; raises `ModelError`."""
     table: Any = data
     allowed = set(STUDY_KEYS)
     if not is_study(data):
@@ -86,12 +106,18 @@ def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
         if key not in allowed
     ]
     given = {key: value for key, value in table.items() if key in allowed and key != "graph"}
-    study = None
+    studies = dict[str, Study]()
     try:
-        study = Study(graph, place=place, **given)
+        for name, variant in variants_of(given, graph).items():
+            changed = with_parameters(graph, variant.parameters) if variant.parameters else graph
+            studies[name] = Study(changed, place=place, **variant.tables)
     except ModelError as error:
         problems += error.problems
-    if problems or study is None:
+    except Refusal as error:
+        key, got, expected = error.key, error.got, error.expected
+        path = tuple(key.split(".", 1))
+        problems.append(Problem(message=str(error), key=key, got=got, expected=expected, hint=error.hint, path=path))
+    if problems:
         placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
         raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line))[:PROBLEMS])
-    return study
+    return studies

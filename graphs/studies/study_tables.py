@@ -63,7 +63,7 @@ def _decibels(table: Mapping[str, Any], key: str) -> float:
 def _fixed(key: str, parameter: Parameter) -> Refusal:
     """Why a parameter that is no floating-point number cannot vary."""
     kind = {int: "an integer", bool: "true or false", str: "a text"}.get(parameter.kind, "no single number")
-    hint = "it may decide over sizes and over what is compiled, which all runs of a study share: make a study of each"
+    hint = "sweep it: each of its values is compiled anew, a variant of the study"
     return Refusal(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
 
 

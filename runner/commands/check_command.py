@@ -10,6 +10,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.tuning.check_file import check_file
 from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.failures import print_codes
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.texts.values import values_text
@@ -36,6 +37,7 @@ def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json:
     for problem in problems:
         click.echo(str(problem), err=not problem.note)
     if graph is None or wrong:
+        print_codes(wrong)
         click.echo(f"{count(len(wrong), 'problem')} in {path}", err=True)
         return WRONG_MODEL
     ready = "ready to run" if alone else "ready to be a part of other graphs"

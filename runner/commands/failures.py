@@ -1,11 +1,16 @@
 """Errors in the words of the user: a message on standard error and an exit code."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from proofmass.runner.commands.exit_codes import FAILED, WRONG_MODEL
 from proofmass.runner.output.counts import count
+
+if TYPE_CHECKING:
+    from proofmass.blocks.declaration.problem import Problem
 
 
 def explain(error: Exception) -> int:
@@ -19,10 +24,18 @@ def explain(error: Exception) -> int:
     if isinstance(error, ModelError):
         for problem in error.problems:
             click.echo(str(problem), err=True)
+        print_codes(error.problems)
         click.echo(count(len(error.problems), "problem"), err=True)
         return WRONG_MODEL
     click.echo(_message(error), err=True)
     return FAILED
+
+
+def print_codes(problems: "Sequence[Problem]") -> None:
+    """Say by which codes the problems are explained."""
+    codes = sorted({problem.code for problem in problems if problem.code})
+    if codes:
+        click.echo(f"more: proofmass explain {' '.join(codes)}", err=True)
 
 
 def _message(error: Exception) -> str:

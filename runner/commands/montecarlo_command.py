@@ -1,14 +1,15 @@
 """The command `montecarlo`: run what is left of a study, show and write it; or replay one of its runs."""
 
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.graphs.studies.study_reader import read_study
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_variants
 from proofmass.runner.commands.answers import print_files, print_interruption, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
@@ -20,6 +21,14 @@ from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
 from proofmass.runner.commands.texts.study import study_text
 from proofmass.runner.commands.texts.times import time_text
+from proofmass.runner.commands.variants_command import (
+    compared,
+    comparison_data,
+    comparison_tables,
+    folder_of,
+    write_comparison,
+)
+from proofmass.runner.comparison.tables import text_of
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -45,6 +54,7 @@ class StudyRequest:
     epoch: int
     quiet: bool
     own: Path | None
+    variant: str | None
     as_json: bool
 
     def __post_init__(self) -> None:
@@ -54,11 +64,44 @@ class StudyRequest:
 
 def run_montecarlo(request: StudyRequest) -> int:
     """Run a study, or replay one of its runs, and return the exit code."""
-    study = read_study(request.study, own_blocks(request.own), lambda graph: changed(graph, request.changes))
+    studies = read_variants(request.study, own_blocks(request.own), lambda graph: changed(graph, request.changes))
+    studies = {name: study for name, study in studies.items() if request.variant in (None, name)}
+    if not studies:
+        raise click.UsageError(f"--variant {request.variant}: the study has no such variant")
     need("scipy", *(_for_files(request) if request.out is not None else ()))
     if request.run is not None:
-        study = with_numbers(study, request.runs, request.seed)
+        if len(studies) > 1:
+            raise click.UsageError(f"--run: name one of its variants: --variant {next(iter(studies))!r}")
+        study = with_numbers(next(iter(studies.values())), request.runs, request.seed)
         return _show_replay(replay(study, request.run, request.epoch, request.engine), request)
+    if len(studies) == 1:
+        return _run_one(request, next(iter(studies.values())))[0]
+    return _run_variants(request, studies)
+
+
+def _run_variants(request: StudyRequest, studies: Mapping[str, Study]) -> int:
+    """Run each variant in a folder of its own, and compare them with the first."""
+    results = dict[str, StudyResult]()
+    for name, study in studies.items():
+        out = None if request.out is None else folder_of(request.out, name)
+        if not request.as_json:
+            print_text([f"variant {name}", ""])
+        code, results[name] = _run_one(replace(request, out=out), study, alone=False)
+        if code != DONE:
+            return code
+    comparisons = compared(results)
+    if request.as_json:
+        variants = {name: study_data(result) for name, result in results.items()}
+        print_json({"variants": variants, "compared": comparison_data(comparisons)})
+    else:
+        print_text(["", *text_of(comparison_tables(results, comparisons))])
+    if request.out is not None:
+        print_files(request.out, write_comparison(results, comparisons, request.out), request.as_json)
+    return DONE
+
+
+def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[int, StudyResult]:
+    """Run one study, show and write it; return the exit code and the result."""
     with progress(request.quiet or request.as_json, "run") as bar:
         result = run_study(
             study,
@@ -71,12 +114,12 @@ def run_montecarlo(request: StudyRequest) -> int:
             folder=request.out,
             progress=bar,
         )
-    if request.as_json:
-        print_json(study_data(result))
-    else:
+    if not request.as_json:
         print_text([study_text(result)])
+    elif alone:
+        print_json(study_data(result))
     if result.interrupted:
-        return _interrupted(result, request.out)
+        return _interrupted(result, request.out), result
     if request.out is not None:
         began = time.perf_counter()
         with working(request.quiet or request.as_json, "writing tables, pictures and report"):
@@ -85,7 +128,7 @@ def run_montecarlo(request: StudyRequest) -> int:
         if not request.as_json:
             what = "tables, pictures and report" if request.report else "tables"
             print_text([f"{what}: {time_text(time.perf_counter() - began)}"])
-    return DONE
+    return DONE, result
 
 
 def _for_files(request: StudyRequest) -> Iterator[str]:

@@ -17,7 +17,8 @@ what is multiplied by exactly 0 has lost it again.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 Slopes = Mapping[Any, Any]  # by direction
@@ -25,6 +26,35 @@ _NONE: Slopes = {}
 UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
 NO_SLOPE = "it has a corner here, or an infinite slope"
 _BITS = "is an operation on the bits of a number that signals move"
+
+
+def _variance(rule: Callable[[int], int], parts: int) -> float:
+    """Return the variance of what a rule of rounding adds, in steps, where all parts of a step are as likely.
+
+    Of the nearest step (1 - 1/n^2) / 12 for n parts, and (1 + 2/n^2) / 12 where ties go either way; of a magnitude that
+    is cut its mean square, as the sign turns with the number.
+    """
+    if rule(parts - 1) == 1 and rule(parts // 2) == 0:  # to the nearest, ties to even
+        return (1.0 + 2.0 * float(parts) ** -2) / 12.0
+    if rule(parts - 1) == 0 and rule(-1) == 0:  # towards zero
+        return (1.0 - 1.0 / parts) * (2.0 - 1.0 / parts) / 6.0
+    return (1.0 - float(parts) ** -2) / 12.0
+
+
+class _Errors:
+    """What adds the error of a rounding, of some variance, to a number in steps."""
+
+    of: Callable[[Any, float], Any] | None = None
+
+
+@contextmanager
+def with_errors(of: Callable[[Any, float], Any]) -> Iterator[None]:
+    """Call `of(value, variance)` for what integers drop, in steps."""
+    before, _Errors.of = _Errors.of, of
+    try:
+        yield
+    finally:
+        _Errors.of = before
 
 
 class Dual:
@@ -87,7 +117,8 @@ class Dual:
         return self * (1 << _plain_integer(bits, "<<"))
 
     def __rshift__(self, bits: Any) -> Any:
-        return self / (1 << _plain_integer(bits, ">>"))
+        parts = 1 << _plain_integer(bits, ">>")
+        return self._dropping(parts, (1.0 - float(parts) ** -2) / 12.0)
 
     def __rlshift__(self, other: Any) -> Any:
         raise TypeError(f"<< {_BITS}")
@@ -113,8 +144,13 @@ class Dual:
     # one, and a register holds what is in its range.
 
     def monotone(self, rule: Callable[[int], int]) -> Any:
-        """What a rule of rounding makes of it, unrounded."""
-        return self * (rule(1 << 200) / (1 << 200))
+        """What a rule of rounding makes of it, unrounded, with its error where errors are followed."""
+        parts = (1 << 200) // rule(1 << 200)
+        return self._dropping(parts, _variance(rule, parts))
+
+    def _dropping(self, parts: int, variance: float) -> Any:
+        value, err = self / parts, _Errors.of
+        return err(value, variance) if err and parts > 1 else value
 
     def held(self, low: int, high: int, expected: str) -> Any:
         """Itself, where the register can hold it."""

@@ -2,15 +2,18 @@
 
 Standard normal deviates are zero with the slope one. A quantiser passes on its input and adds an error, zero with the
 slope one, counted in steps of the rounding.
+In fixed point that is what integers drop.
 """
 
+import math
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Beat
-from proofmass.runner.derivatives.dual import dual, slopes_of
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of, with_errors
 from proofmass.runner.derivatives.dual_functions import quantises, with_quantisers
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import DualTicks
@@ -23,11 +26,17 @@ _MOVING = (Deviate, State, Buffer, Time, Tick)
 
 
 def noise_blocks(plan: Plan) -> list[str]:
-    """The blocks that draw random numbers, or round what is not always the same."""
+    """The blocks that draw random numbers, or round what is not always the same: in fixed point, what noise reaches."""
     drawing = given(plan, (Deviate,))
     steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
     rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}
-    return sorted((drawing | (rounding & changing(plan, _MOVING))) - plan.digital.keys())
+    sources = (drawing | (rounding & changing(plan, _MOVING))) - plan.digital.keys()
+    return sorted(sources | (reached(plan, set(sources)) & plan.digital.keys()))
+
+
+def rounds(part: str) -> bool:
+    """Return whether the error of a rounding is meant, of a quantiser or of one place in a fixed-point block."""
+    return part.startswith(ROUNDING)
 
 
 def changing(plan: Plan, by: tuple[type, ...]) -> set[str]:
@@ -73,6 +82,8 @@ class NoisyTicks(DualTicks):
         self._owner, self._noise = "", noise
         self._known: set[tuple[str, str, int]] = set()
         self._last: dict[str, tuple[int, Any, tuple[str, str, int]]] = {}
+        self._dropped: dict[str, tuple[int, list[tuple[Any, tuple[str, str, int]]]]] = {}  # in a tick, by block
+        self._counts: Counter[tuple[str, str]] = Counter()
         super().__init__(*arguments)
 
     def _bound(self, name: str, function: str) -> Callable[[int], Any]:
@@ -84,6 +95,34 @@ class NoisyTicks(DualTicks):
         if owner not in self._noise:
             return super()._callable(block, behaviour)
         return with_quantisers(behaviour.function, lambda rule, value: self._rounded(owner, value, rule))  # type: ignore[no-any-return]
+
+    def _counted(self, name: str, function: str) -> Callable[..., Any]:
+        reference = super()._counted(name, function)
+        if name not in self._noise:
+            return reference
+
+        def call(*arguments: Any) -> Any:
+            with with_errors(lambda value, variance: self._drop(name, value, variance)):
+                return reference(*arguments)
+
+        return call
+
+    def _drop(self, owner: str, value: Any, variance: float) -> Any:
+        """The value with the error of the bits that it loses, uniform over them; the same where it is made twice."""
+        tick, seen = self._dropped.get(owner, (-1, []))
+        if tick != self._memory.tick:
+            seen = []
+            self._dropped[owner] = self._memory.tick, seen
+        slopes = slopes_of(value, SIGNALS)
+        same = (k for before, k in seen if plain(before) == plain(value) and slopes_of(before, SIGNALS) == slopes)
+        key = next(same, None)
+        if key is None:
+            part = f"{ROUNDING} {len(seen)}"
+            key = (owner, part, self._counts[owner, part])
+            self._counts[owner, part] += 1
+            self.quantised[key] = value
+            seen.append((value, key))
+        return value + math.sqrt(12.0 * variance) * self._direction(key)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         if not isinstance(binding, Deviate) or binding.block not in self._noise:

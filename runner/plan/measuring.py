@@ -66,6 +66,11 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
 
 def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block | None:
     """Return the hidden block, if the measure takes one; raises `ModelError` if the rate is too high for it."""
+    if measure.until is not None and measure.end(rate) < math.ceil(measure.start * rate) + measure.least(rate):
+        got, expected = f"until {float(measure.until):g} s", f"{measure.least(rate)} or more samples"
+        path = (MEASURES, name.removeprefix(f"{MEASURES}."), "until")
+        problem = Problem(message="too short", key=".".join(path), got=got, expected=expected, path=path)
+        raise ModelError([graph.placed(problem)])
     try:
         return measure.reducer(unit, rate)
     except ModelError as error:
@@ -86,10 +91,10 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
         late = graph.offsets.get(node[0], Fraction(0))
         first = (math.ceil(measure.start * rate) + measure.least(rate) - 1) * _stride(graph, scheduled, node)
         first += int(late * scheduled.base_rate)
-        read = (_reducer(graph, measure), statistic.output) if statistic.block else node
+        read = (_reducer(graph, measure), measure.output) if measure.block else node
         block = graph.blocks[node[0]]
         unit = statistic.unit_for(unit_of(block, type(block).outputs[node[1]]))
-        reduced = statistic.block is not None
+        reduced = measure.block is not None
         measures.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reduced, first))
     return tuple(measures)
 
@@ -165,7 +170,7 @@ def _reducer(graph: FlatGraph, measure: Measure) -> str:
 
 
 def _kind(measure: Measure) -> tuple[object, ...]:
-    return STATISTICS[measure.statistic].block, measure.signal, measure.start, measure.options
+    return measure.block, measure.signal, measure.start, measure.until, measure.options
 
 
 def _rate(graph: FlatGraph, scheduled: Schedule, node: Endpoint) -> Fraction:

@@ -3,8 +3,8 @@
 First it is looked up: the program is written, which tells its place in the cache. Only when someone wants it then is
 it compiled. LLVM works without holding Python's lock; writing the program holds it.
 
-The end of the process does not wait for machine code: a thread stops at the next step of the work, which LLVM must
-finish, since its memory is taken away behind.
+The end of the process does not wait for machine code, but for LLVM to end the step that it is at, since its memory is
+taken away behind. No other step begins then.
 """
 
 import atexit
@@ -12,8 +12,8 @@ import threading
 from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
-from weakref import WeakSet
 
+from proofmass.runner.host.llvm_lock import AT_WORK
 from proofmass.runner.plan.planned import Plan
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from proofmass.runner.targets.machine_code import Module
     from proofmass.runner.targets.native import CompiledPlan
 
-_at_work: "WeakSet[threading.Thread]" = WeakSet()
 _leaving = threading.Event()  # the process is about to end
 
 
@@ -65,8 +64,9 @@ class Compiling:
         from proofmass.runner.targets.native import settings
 
         written = write_tick(self.plan)
-        _go_on()
-        self._prepared = written, Module.of(written.program, settings(written))
+        with AT_WORK:
+            _go_on()
+            self._prepared = written, Module.of(written.program, settings(written))
         if is_cached(self._prepared[1].key):
             self._compile()
         with self._looking:
@@ -97,9 +97,7 @@ class Compiling:
                 self.looked.set()
 
         _stop_at_exit()
-        thread = threading.Thread(target=done, name="proofmass compiling", daemon=True)
-        _at_work.add(thread)
-        thread.start()
+        threading.Thread(target=done, name="proofmass compiling", daemon=True).start()
 
 
 def _go_on() -> None:
@@ -110,11 +108,11 @@ def _go_on() -> None:
 
 @cache
 def _stop_at_exit() -> None:
-    """Have threads stopped before Python and LLVM are taken down, once in a process."""
+    """Have LLVM left alone before it is taken down, once in a process."""
     atexit.register(_leave)
 
 
 def _leave() -> None:
+    """Wait for the step that LLVM is at; a thread that writes a program is in Python, which stops it by itself."""
     _leaving.set()
-    for thread in list(_at_work):
-        thread.join()
+    AT_WORK.acquire()  # for good

@@ -8,8 +8,6 @@ to fused multiply-add, no vector library: the code computes the same bits as pla
 import ctypes
 import ctypes.util
 import hashlib
-import os
-import threading
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, NamedTuple
@@ -17,6 +15,7 @@ from typing import Any, NamedTuple
 import llvmlite.binding as llvm
 
 from proofmass.runner.host.cache import keep, kept
+from proofmass.runner.host.llvm_lock import AT_WORK
 from proofmass.runner.host.versions import version
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program, Value
 from proofmass.runner.program.listing import listing
@@ -27,9 +26,6 @@ from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
 _C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
 _LARGE = 40_000  # lines of a module, from which on some passes of the highest level take too long
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
-_loading = threading.Lock()
-if hasattr(os, "register_at_fork"):  # no child finds it held by a thread that it does not have
-    os.register_at_fork(before=_loading.acquire, after_in_parent=_loading.release, after_in_child=_loading.release)
 
 
 class Settings(NamedTuple):
@@ -78,7 +74,8 @@ def _nothing() -> None:
 def load_module(module: Module, between: Callable[[], None] = _nothing) -> Callable[..., Any]:
     """The function of a module; `between` is called between the steps of compiling, and may end it by raising."""
     key = module.key
-    with _loading:
+    with AT_WORK:
+        between()
         if key not in _loaded:
             _name_externals(externals(module.program))
             code = kept(f"{key}.o")

@@ -7,6 +7,7 @@ import pytest
 
 import proofmass
 from docs.site.alive import NAME
+from docs.site.markdown import unwrapped
 from docs.site.offline import outside_addresses
 from docs.site.reference_commands import commands_page
 from docs.site.reference_keys import keys_page
@@ -114,3 +115,13 @@ def test_every_written_page_has_one_title() -> None:
     for path in repository_pages():
         text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
         assert len(re.findall(r"^# ", text, re.MULTILINE)) == 1, path
+
+
+def test_full_lines_run_on_and_equations_keep_theirs() -> None:
+    full = "a word " * 13
+    assert unwrapped(f"x = 1\ny = 2\n\n{full}\nand more.\nz = 3") == f"x = 1\ny = 2\n\n{full} and more.\nz = 3"
+
+
+def test_diagrams_are_shown_unscaled_and_plots_are_not(source: Path) -> None:
+    assert "pictures/tutorial_loop.svg){.diagram}" in (source / "index.md").read_text(encoding="utf-8")
+    assert "tutorial_margins.svg)\n" in (source / "tutorial" / "4-margins.md").read_text(encoding="utf-8")

@@ -31,6 +31,7 @@ class Forward:
         self._compiled = _Latest.compiled if _Latest.plan is plan else None
         self._engine = self._python(begin) if self._compiled is None else self._machine_code(begin)
         self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
+        self._asked = 0  # ticks for which an engine was chosen
 
     @property
     def engine(self) -> str:
@@ -39,8 +40,10 @@ class Forward:
 
     def to(self, last: int, of: int = 0) -> Memory:
         """Run to the start of the tick `last` and return the memory there; raises `TickError` if a tick fails."""
-        if self._engine.name == "python" and choose(self._plan, last - self.tick, "auto") == "compiled":
-            self._compile()
+        if self._engine.name == "python" and last - self.tick > self._asked:
+            self._asked = last - self.tick  # to ask costs as much as some ticks: not for each of many short parts
+            if choose(self._plan, self._asked, "auto") == "compiled":
+                self._compile()
         while self.tick < last:
             if self._progress:
                 self._progress(self.tick, max(of, last))

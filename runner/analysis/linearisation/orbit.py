@@ -269,7 +269,8 @@ class _Search:
         """Return the number of periods after which all switches do as before, if there is one."""
         longest = min(LONGEST_ORBIT // self._ticks, MOST_SWITCHED)
         run = Forward(self._quiet, self._after(0).copy())
-        found = self._waiting.repetition(lambda period: run.to(self._first + period * self._ticks), longest)
+        ticks = self._ticks
+        found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks), longest, self._memories)
         return [found] if found else []
 
     def _map(self, memory: Memory, periods: int = 1) -> PeriodMap:

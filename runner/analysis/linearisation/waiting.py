@@ -24,7 +24,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter
 
 _CHANGES, _LOOKS = 3, 8  # of one number that are compared, and of all
-_SHORT = 1024  # base ticks of the first look
+_SHORT, _SHORT_TURN = 1024, 32  # base ticks, and periods, that are looked at first
 _ROUNDING = 1e-9  # of the size of a number, below which a change is none
 
 
@@ -58,7 +58,7 @@ class Waiting:
 
     def counts(self, after: Callable[[int], Memory]) -> bool:
         """Return whether an integer or a truth value of a block that signals reach changes in a period."""
-        return any(self._integers(after(1))[key] != value for key, value in self._integers(after(0)).items())
+        return self._integers(after(1)) != self._integers(after(0))
 
     def changes(self, after: Callable[[int], Memory], periods: int) -> list[int]:
         """Return the numbers of periods, up to some, after which the map is to be compared; none if nothing waits."""
@@ -78,24 +78,57 @@ class Waiting:
         values = self.sources(periods + 1)
         return np.abs(np.diff(values, axis=0)) > _ROUNDING * np.maximum(np.abs(values[1:]), np.abs(values[:-1]))
 
-    def repetition(self, run: Callable[[int], Memory], periods: int) -> int:
-        """Return the number of periods, up to some, after which all switches do as before; 0 if there is none."""
-        values = self.sources(2 * periods)
-        if self._integers(self._begin):
-            rows = [list(self._integers(run(period)).values()) for period in range(2 * periods)]
-            values = np.hstack([values, np.array(rows, dtype=float)])
-        steps = np.diff(values, axis=0)
-        values = values[:, (steps > 0.0).any(axis=0) & (steps < 0.0).any(axis=0)]  # not what only counts, or settles
-        if not values.shape[1]:
-            return 0
-        near = _ROUNDING * np.max(np.abs(values), axis=0)
-        for number in np.flatnonzero((np.abs(values[1:] - values[0]) <= near).all(axis=1)) + 1:
-            if number <= periods and (np.abs(values[number:] - values[:-number]) <= near).all():
-                return int(number)
+    def repetition(self, run: Callable[[int], Memory], periods: int, known: Mapping[int, Memory]) -> int:
+        """Return the number of periods, up to some, after which all switches do as before; 0 if there is none.
+
+        A short one is taken where it also says what is `known` of later periods.
+        """
+        rows: list[list[int]] = []
+        told = self.sources(2 * periods)
+        for longest in dict.fromkeys((min(_SHORT_TURN, periods), periods)):
+            rows += [self._integers(run(period)) for period in range(len(rows), 2 * longest)]
+            counts = np.array(rows, dtype=float).reshape(len(rows), -1)
+            number = _repetition(np.hstack([told[: 2 * longest] if longest < periods else told, counts]), longest)
+            if number and (longest == periods or self._says(rows, number, known, told)):
+                return number
         return 0
 
-    def _integers(self, memory: Memory) -> Mapping[tuple[str, str, int], int]:
-        return {key: value for key, value in states_of(memory, self._others) if isinstance(value, int)}
+    def _says(self, rows: list[list[int]], number: int, known: Mapping[int, Memory], told: Array) -> bool:
+        """Return whether a repetition goes on as it begins."""
+        later = {period: self._integers(memory) for period, memory in known.items()}
+        turning = [i for i, column in enumerate(zip(*rows, strict=True)) if _turns(column)]
+        alike = all(row[i] == rows[period % number][i] for period, row in later.items() for i in turning)
+        return alike and _same_turns(told, number)
+
+    def _integers(self, memory: Memory) -> list[int]:
+        return [value for _, value in states_of(memory, self._others) if isinstance(value, int)]
+
+
+def _turning(values: Array) -> npt.NDArray[np.bool_]:
+    """Return which columns go up and down: not what only counts, or settles."""
+    steps = np.diff(values, axis=0)
+    return np.asarray((steps > 0.0).any(axis=0) & (steps < 0.0).any(axis=0))
+
+
+def _turns(column: tuple[int, ...]) -> bool:
+    return bool(_turning(np.array(column, dtype=float)[:, None])[0])
+
+
+def _repetition(values: Array, longest: int) -> int:
+    """Return after how many rows those that turn come again, to the last; 0 if it is more than the longest."""
+    values = values[:, _turning(values)]
+    if not values.shape[1]:
+        return 0
+    near = _ROUNDING * np.max(np.abs(values), axis=0)
+    alike = np.flatnonzero((np.abs(values[1:] - values[0]) <= near).all(axis=1)) + 1
+    return next((n for n in alike.tolist() if n <= longest and _same_turns(values, n)), 0)
+
+
+def _same_turns(values: Array, number: int) -> bool:
+    """Return whether what turns in the rows comes again after some."""
+    values = values[:, _turning(values)]
+    near = _ROUNDING * np.max(np.abs(values), axis=0, initial=0.0)
+    return bool((np.abs(values[number:] - values[:-number]) <= near).all())
 
 
 class _Alone(Interpreter):

@@ -26,14 +26,14 @@ from proofmass.runner.analysis.noise.derivatives import OneMore, one_more, rms_s
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
-from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks
+from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks, rounds
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 _DECADES = 5.0  # below half the rate that are shown
 _TAUS = 8  # a decade
 _LOW = 0.1  # of the rate, up to which coefficients are those of a slow signal
-QUANTISATION = "quantisation"
+QUANTISATION, DROPPED = "quantisation", "rounding"  # of a converter, and of all places in a fixed-point block
 
 
 @dataclass(frozen=True)
@@ -195,19 +195,8 @@ def noise(
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
     densities = to_output.densities(shown)
-    moved = {dither.block: dither for dither in dithers(whole)}
+    sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole)))
     total = float(np.sum(squares))
-    sources_made = [
-        Source(
-            block=name,
-            kind=QUANTISATION if part == ROUNDING else type(planned.blocks[name]).__name__,
-            rms=math.sqrt(square),
-            share=square / total if total else 0.0,
-            density=densities[:, column],
-            dither=moved.get(name) if part == ROUNDING else None,
-        )
-        for column, ((name, part), square) in enumerate(zip(to_output.sources, squares, strict=True))
-    ]
     budget = NoiseBudget(
         output=output,
         unit=_unit(planned, target),
@@ -226,7 +215,7 @@ def noise(
     if not derivatives:
         return budget
     counted = limits if band is not None or not to_output.settles else None
-    rounding = [source.block for source in sources_made if source.kind == QUANTISATION]
+    rounding = [source.block for source in sources_made if source.kind in (QUANTISATION, DROPPED)]
 
     def again(changed: Graph) -> float:
         return noise(changed, output, band=band, at=at, frequencies=shown[:1].tolist()).rms
@@ -236,6 +225,38 @@ def noise(
         derivatives=rms_sensitivity(planned, output, budget.unit, to_output, counted, budget.rms, whole.undefined),
         steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
+
+
+def _sources(
+    planned: Plan, entries: Sequence[Endpoint], squares: Array, densities: Array, moved: Sequence[Dither]
+) -> list[Source]:
+    """Return the sources, all roundings of a fixed-point block as one."""
+    columns: dict[tuple[str, str], list[int]] = {}
+    for column, (name, part) in enumerate(entries):
+        quantiser = QUANTISATION if part == ROUNDING else DROPPED
+        columns.setdefault((name, quantiser if rounds(part) else type(planned.blocks[name]).__name__), []).append(
+            column
+        )
+    total = float(np.sum(squares))
+    made = []
+    for (name, kind), own in columns.items():
+        parts = {entries[column][1] for column in own}
+        square = float(np.sum(squares[own]))
+        made.append(
+            Source(
+                block=name,
+                kind=kind,
+                rms=math.sqrt(square),
+                share=square / total if total else 0.0,
+                density=densities[:, own].sum(axis=1),
+                dither=min((d for d in moved if d.block == name and d.part in parts), key=_least, default=None),
+            )
+        )
+    return made
+
+
+def _least(dither: Dither) -> float:
+    return min(dither.rms, dither.change)
 
 
 def _unit(planned: Plan, node: Endpoint) -> str:
@@ -265,10 +286,6 @@ def _notes(
         for source in sources
         if source.doubtful and source.dither is not None
     ]
-    reached = {name for name, *_ in whole.states} | {entry[0] for entry in whole.inputs}
-    digital = sorted(set(planned.digital) & reached)
-    if digital:
-        notes.append(f"rounding within fixed-point blocks is not counted: {', '.join(digital)}")
     if not to_output.settles and band is None:
         notes.append("the output wanders without bound: its rms is that of the band named above")
     return notes

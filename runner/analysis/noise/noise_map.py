@@ -28,13 +28,17 @@ from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
 from proofmass.runner.analysis.linearisation.state_space import Matrices, StateSpace
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
-from proofmass.runner.derivatives.dual_noise import DEVIATE, ROUNDING
+from proofmass.runner.derivatives.dual_noise import DEVIATE, rounds
 
-VARIANCES = {DEVIATE: 1.0, ROUNDING: 1.0 / 12.0}  # of a rounded value: uniform over one step
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
 _MARGIN = 1e-12  # of the spectral radius below one
 _NEUTRAL = 1e-9  # above one, by which rounding may move a pole on the unit circle
+
+
+def variance(part: str) -> float:
+    """Return the variance of an input: of a deviate, of an error that is uniform over one step, or zero."""
+    return 1.0 if part == DEVIATE else 1.0 / 12.0 if rounds(part) else 0.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class NoiseMap(StateSpace):
     @property
     def sources(self) -> list[Endpoint]:
         """Block and kind of each source."""
-        return list(dict.fromkeys(entry[:2] for entry in self.inputs if entry[1] in VARIANCES))
+        return list(dict.fromkeys(entry[:2] for entry in self.inputs if variance(entry[1])))
 
     def columns(self, source: Endpoint) -> list[int]:
         """The columns of a source, or of an input."""
@@ -62,7 +66,7 @@ class NoiseMap(StateSpace):
     @property
     def variances(self) -> Array:
         """Variance of each column, zero for an input."""
-        return np.array([VARIANCES.get(part, 0.0) for _, part, _ in self.inputs])
+        return np.array([variance(part) for _, part, _ in self.inputs])
 
     @property
     def settles(self) -> bool:

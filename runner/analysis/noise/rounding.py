@@ -12,8 +12,8 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
-from proofmass.runner.analysis.noise.noise_map import VARIANCES, rows_of, summed
-from proofmass.runner.derivatives.dual_noise import ROUNDING
+from proofmass.runner.analysis.noise.noise_map import rows_of, summed, variance
+from proofmass.runner.derivatives.dual_noise import rounds
 
 ENOUGH = 0.5  # steps rms
 
@@ -23,6 +23,7 @@ class Dither:
     """Movement of the input of a quantiser by noise, in steps: rms, and from value to value."""
 
     block: str
+    part: str  # the quantiser, or which rounding of a block
     rms: float
     change: float
 
@@ -34,25 +35,25 @@ class Dither:
 
 def dithers(whole: PeriodMap) -> Iterator[Dither]:
     """The motion of each quantiser's input, at its least over the period; infinite where it has no bound."""
-    for block in dict.fromkeys(name for name, part, _ in whole.outputs if part == ROUNDING):
-        rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, ROUNDING)]
-        yield _dither(block, rows_of(whole, rows).between())
+    for block, part in dict.fromkeys(entry[:2] for entry in whole.outputs if rounds(entry[1])):
+        rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, part)]
+        yield _dither(block, part, rows_of(whole, rows).between())
 
 
-def _dither(block: str, whole: PeriodMap) -> Dither:
+def _dither(block: str, part: str, whole: PeriodMap) -> Dither:
     a, b, c, d = whole.parts()
     lasting = Lasting(a)
     if lasting.passes(b, c):  # a random walk
-        return Dither(block, math.inf, math.inf)
+        return Dither(block, part, math.inf, math.inf)
     a, b, c = lasting.without(a, b, c)
-    variances = np.array([VARIANCES.get(part, 0.0) for _, part, _ in whole.inputs])
+    variances = np.array([variance(name) for _, name, _ in whole.inputs])
     p = summed(a, b * variances @ b.T)
     following = np.vstack([c[1:], c[:1] @ a]), np.vstack([d[1:], c[:1] @ b])
     squares = _squares(c, d, p, variances)
     changes = _squares(following[0] - c, following[1] - d, p, variances)
     if len(c) == 1 or len(d):  # the last change has errors of the next period too
         changes[-1] += float(np.sum(d[0] ** 2 * variances))
-    return Dither(block, math.sqrt(float(np.min(squares))), math.sqrt(float(np.min(changes))))
+    return Dither(block, part, math.sqrt(float(np.min(squares))), math.sqrt(float(np.min(changes))))
 
 
 def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:

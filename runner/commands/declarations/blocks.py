@@ -29,6 +29,21 @@ def test_block(file: Path, kind: tuple[str, ...], as_json: bool) -> int:
 
 
 @click.command()
+@click.argument("code", nargs=-1)
+@json_option
+def explain(code: tuple[str, ...], as_json: bool) -> int:
+    """Explain codes of messages: cause and cure. Without a code it lists all.
+
+    \b
+    proofmass explain P0301
+    """
+    # start-up time: a command imports what it needs itself
+    from proofmass.runner.commands.explain_command import explain_codes
+
+    return explain_codes(code, as_json)
+
+
+@click.command()
 @click.argument("kind", required=False)
 @click.option("--find", "words", metavar="WORDS", help="List only blocks that all these words describe.")
 @click.option("--example", is_flag=True, help="Print a small graph around the block that runs, instead.")
@@ -88,4 +103,4 @@ def new(file: Path, name: str | None) -> int:
     return write_new_graph(file, name)
 
 
-BLOCKS = (blocks, gallery, new, test_block)
+BLOCKS = (blocks, explain, gallery, new, test_block)

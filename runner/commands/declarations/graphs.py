@@ -257,6 +257,7 @@ def draw(graph: Path, output: Path | None, form: str | None, changes: tuple[str,
     show_default=True,
     help="Replay the run at this epoch, the first being 0.",
 )
+@click.option("--variant", metavar="NAME", help="Run this variant of the study only.")
 @quiet_option
 @blocks_option
 @json_option
@@ -269,6 +270,7 @@ def montecarlo(**options: Any) -> int:
     \b
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
+    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --set adc.bits=20 --runs 20
     """
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.montecarlo_command import StudyRequest, run_montecarlo

@@ -39,6 +39,7 @@ def test_a_place_is_added_and_never_taken_away() -> None:
 
 def test_as_data() -> None:
     assert Problem(message="m", key="k", line=2).as_data() == {
+        "code": "",
         "file": "",
         "line": 2,
         "key": "k",

@@ -298,7 +298,7 @@ def test_a_change_is_relative_to_the_first_epoch_that_counts(tmp_path: Path) -> 
     ("key", "said"), [("adc.bits", "is an integer, not a number"), ("source.unit", "is a text, not a number")]
 )
 def test_what_cannot_vary_says_why(key: str, said: str, tmp_path: Path) -> None:
-    text = LIMITED.replace("FROM", "").replace('drift = { "source', f'sweep = {{ "{key}" = [1] }}\ndrift = {{ "source')
+    text = LIMITED.replace("FROM", "").replace('"source.value" = { normal = 0.1 }', f'"{key}" = {{ normal = 1 }}')
     with pytest.raises(ModelError, match=said) as caught:
         read_study_text(text)
-    assert "make a study of each" in caught.value.problems[0].hint
+    assert "sweep it" in caught.value.problems[0].hint

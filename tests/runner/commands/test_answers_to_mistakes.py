@@ -215,3 +215,16 @@ def test_a_block_has_the_signature_of_its_parameters() -> None:
     assert signature.bind(amplitude=2.0).arguments == {"amplitude": 2.0}
     with pytest.raises(TypeError):
         signature.bind(ammplitude=2.0)
+
+
+def test_messages_have_codes_that_are_explained(command: Command) -> None:
+    Path("m.toml").write_text(TEMPLATE.replace(DAMPING, '"1 dps"').replace('"Sine"', '"Sinus"'), encoding="utf-8")
+    answer = command("check", "m.toml")
+    assert "more: proofmass explain P0201 P0301\n2 problems in m.toml\n" in answer.err
+    told = command("explain", "P0201", "p0301")
+    assert told.code == 0
+    assert told.out.startswith("P0201: There is no such kind of block\n  cause:")
+    assert "P0301: A unit cannot be read" in told.out
+    assert command("explain", "P9999").code == 2
+    assert "P0404  An algebraic loop" in command("explain").out
+    assert '"code": "P0301"' in command("check", "m.toml", "--json").out

@@ -314,6 +314,19 @@ simulate(graph.changed(probes=()), samples=10**9, progress=progress)
         code, text, _ = ended(script, tmp_path)
         assert (code, text) == (3, "")
 
+    def test_writing_the_program_keeps_no_process(self, tmp_path: Path) -> None:
+        script = """
+from proofmass.runner.program import tick
+tick.write_tick = lambda planned: time.sleep(60.0)
+def progress(done, total):
+    if done >= 16:
+        raise SystemExit(4)
+simulate(graph.changed(probes=()), samples=10**9, progress=progress)
+"""
+        code, text, seconds = ended(script, tmp_path)
+        assert (code, text) == (4, "")
+        assert seconds < 50.0
+
     @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
     def test_a_child_made_while_it_compiles_can_compile(self, tmp_path: Path) -> None:
         script = """

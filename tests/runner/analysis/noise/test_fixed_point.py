@@ -1,0 +1,130 @@
+"""Rounding within fixed-point blocks: its noise against runs in which the same filter has more bits.
+
+White noise goes into a converter of 20 bits, and that into a second-order section of 12. What a section of 40 bits
+makes of the same mantissas differs by the rounding errors of the narrow one alone.
+"""
+
+import math
+from typing import get_args
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from proofmass import Graph, noise, simulate, spectrum
+from proofmass.blocks import (
+    FixedCast,
+    FixedGain,
+    FixedQuantiser,
+    FixedSecondOrderSection,
+    FixedToNumber,
+    WhiteNoise,
+)
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Rounding
+from proofmass.blocks.declaration.declare import Block
+
+RATE = 1000.0
+NARROW, FINE = Fixed(14, 10), Fixed(40, 32)
+COEFFICIENTS = {"b0": 0.02, "b1": 0.04, "b2": 0.02, "a1": -1.5625, "a2": 0.640625}
+OUTPUT = Fixed(12, 7)
+
+
+def graph(state: Fixed, output: Fixed, amplitude: float = 1.0) -> Graph:
+    """A quantised noise through a resonant low-pass filter with these formats."""
+    source = Fixed(20, 12)
+    blocks: dict[str, Block] = {
+        "white": WhiteNoise(density=amplitude * math.sqrt(2.0 / RATE)),
+        "quantiser": FixedQuantiser(output_format=source),
+        "section": FixedSecondOrderSection(
+            **COEFFICIENTS, input_format=source, coefficient_format=Fixed(18, 14), state_format=state,
+            output_format=output,
+        ),
+        "number": FixedToNumber(input_format=output),
+    }  # fmt: skip
+    wires = ["white.output -> quantiser.input", "quantiser.output -> section.input", "section.output -> number.input"]
+    return Graph(name="fixed", rate=RATE, blocks=blocks, wires=wires, probes=["number.output"])
+
+
+def section_rms(of: Graph, **options: object) -> tuple[float, np.ndarray]:
+    found = noise(of, "number.output", **options)  # type: ignore[arg-type]
+    (source,) = [source for source in found.sources if source.block == "section"]
+    assert source.kind == "rounding"
+    assert not source.doubtful
+    return source.rms, source.density
+
+
+def test_closed_form_of_the_rounding_of_a_section() -> None:
+    """The error of y goes through 1 / A(z), that of the output nowhere: 1/12 of a step squared, and more by ties."""
+    rms, _ = section_rms(graph(NARROW, OUTPUT))
+    a1, a2 = COEFFICIENTS["a1"], COEFFICIENTS["a2"]
+    gain = (1.0 + a2) / ((1.0 - a2) * ((1.0 + a2) ** 2 - a1**2))  # sum of squares of the impulse response of 1 / A
+    dropped = 12 + 14 - 10, 10 - 7
+    state, output = (
+        2.0**-fraction * math.sqrt((1.0 + 2.0 * 4.0**-bits) / 12.0)
+        for fraction, bits in zip((10, 7), dropped, strict=True)
+    )
+    assert rms**2 == pytest.approx(state**2 * gain + output**2, rel=1e-9)
+
+
+def test_rounding_is_that_of_a_run() -> None:
+    """The narrow section less the wide one, in rms and in spectrum."""
+    values = 1 << 16
+    narrow, wide = (
+        np.asarray(simulate(graph(*formats), samples=values, seed=5)["number.output"].values)
+        for formats in ((NARROW, OUTPUT), (FINE, FINE))
+    )
+    error = (narrow - wide)[1000:]
+    found = spectrum(error, rate=RATE, segment=256)
+    lines = slice(3, -2)
+    rms, density = section_rms(graph(NARROW, OUTPUT), frequencies=found.frequencies[lines].tolist())
+    assert np.std(error) == pytest.approx(rms, rel=0.01)
+    low, high = chi2.ppf([0.005, 0.995], found.freedom) / found.freedom
+    ratio = found.density[lines] / density
+    assert np.mean((low <= ratio) & (ratio <= high)) > 0.95
+
+
+def test_a_filter_that_noise_hardly_moves_is_doubtful() -> None:
+    """Noise of a hundredth of a step: the error is no noise, which is told."""
+    found = noise(graph(NARROW, Fixed(12, 3), amplitude=1e-3), "number.output")
+    (source,) = [source for source in found.sources if source.block == "section"]
+    assert source.doubtful
+    assert any(note.startswith("section: noise moves its input by") for note in found.notes)
+
+
+def test_bits_that_are_not_dropped_make_no_noise() -> None:
+    """A gain of one bit, and a cast to more bits, are exact."""
+    first, second = Fixed(20, 12), Fixed(30, 20)
+    blocks: dict[str, Block] = {
+        "white": WhiteNoise(density=0.01),
+        "quantiser": FixedQuantiser(output_format=first),
+        "gain": FixedGain(gain=2.0, input_format=first, gain_format=Fixed(4, 0), output_format=Fixed(24, 12)),
+        "cast": FixedCast(input_format=Fixed(24, 12), output_format=second),
+        "number": FixedToNumber(input_format=second),
+    }
+    wires = ["white.output -> quantiser.input", "quantiser.output -> gain.input", "gain.output -> cast.input"]
+    found = noise(
+        Graph(name="", rate=RATE, blocks=blocks, wires=[*wires, "cast.output -> number.input"]), "number.output"
+    )
+    assert {source.block for source in found.sources if source.rms > 0.0} == {"white", "quantiser"}
+
+
+@pytest.mark.parametrize("bits", [1, 3])
+@pytest.mark.parametrize("rounding", get_args(Rounding))
+def test_errors_of_all_rules_of_rounding(rounding: Rounding, bits: int) -> None:
+    """The variance over all mantissas of either sign, counted one by one."""
+    first, second = Fixed(20, 12), Fixed(20, 12 - bits)
+    blocks: dict[str, Block] = {
+        "white": WhiteNoise(density=1.0),
+        "quantiser": FixedQuantiser(output_format=first),
+        "cast": FixedCast(input_format=first, output_format=second, rounding=rounding),
+        "number": FixedToNumber(input_format=second),
+    }
+    wires = ["white.output -> quantiser.input", "quantiser.output -> cast.input", "cast.output -> number.input"]
+    found = noise(Graph(name="", rate=RATE, blocks=blocks, wires=wires), "number.output")
+    (cast,) = [source for source in found.sources if source.block == "cast"]
+    errors = [cast_of(FixedValue(m, 12), second, rounding) - m / 2.0**12 for m in range(-(2**10), 2**10 + 1)]
+    assert cast.rms == pytest.approx(float(np.std(errors)), rel=2e-3)
+
+
+def cast_of(value: FixedValue, format: Fixed, rounding: Rounding) -> float:
+    return float(value.to(format, rounding))

@@ -1,0 +1,110 @@
+"""Variants of a study: named designs, integers and laws of drift swept; each a study with the same sensors."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.studies.study_reader import read_study, read_variants
+from proofmass.runner.command_line import main
+from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.study_texts import STUDY
+
+BASE = STUDY.partition("[study.sweep]")[0] + STUDY[STUDY.index("[study.epochs]") :]
+NAMED = (
+    BASE
+    + """
+[study.variants.fine]
+[study.variants.coarse]
+set = { "adc.bits" = 8 }
+[study.variants.steady]
+drift = { "adc.reference" = { ramp = "1 ppm/year", relative = true } }
+"""
+)
+SWEPT = (
+    BASE
+    + """
+[study.sweep]
+"adc.bits" = [8, 12]
+"drift.adc.reference.ramp" = ["20 ppm/year", "40 ppm/year"]
+"""
+)
+
+
+def written(folder: Path, text: str) -> Path:
+    (folder / "study.toml").write_text(text)
+    return folder / "study.toml"
+
+
+def test_named_designs_are_studies_of_the_same_sensors(tmp_path: Path) -> None:
+    studies = read_variants(written(tmp_path, NAMED))
+    assert list(studies) == ["fine", "coarse", "steady"]
+    assert read_study(tmp_path / "study.toml") == studies["fine"]
+    assert [s.flat.blocks["adc"].bits for s in studies.values()] == [12, 8, 12]  # type: ignore[attr-defined]
+    assert studies["coarse"].drawn(3) == studies["fine"].drawn(3)
+    year = 31557600.0
+    assert studies["steady"].drift["adc.reference"].ramp == pytest.approx(1e-6 / year)
+    assert studies["steady"].drawn(3)[0] == studies["fine"].drawn(3)[0], "new sensors are the same"
+    alone = run_study(read_study(written(tmp_path, BASE.replace("bits = 12", "bits = 8"))), engine="python")
+    assert run_study(studies["coarse"], engine="python").digest == alone.digest
+
+
+def test_a_sweep_over_integers_and_laws_makes_variants(tmp_path: Path) -> None:
+    studies = read_variants(written(tmp_path, SWEPT))
+    assert list(studies)[:2] == [
+        "adc.bits = 8, drift.adc.reference.ramp = 20 ppm/year",
+        "adc.bits = 8, drift.adc.reference.ramp = 40 ppm/year",
+    ]
+    assert len(studies) == 4
+    ramps = [study.drift["adc.reference"].ramp for study in studies.values()]
+    assert ramps[1] == pytest.approx(2.0 * ramps[0])
+    assert [study.sweep for study in studies.values()] == [{}] * 4
+
+
+def test_the_command_runs_and_compares_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = written(tmp_path, NAMED), tmp_path / "out"
+    command = ["montecarlo", str(path), "--engine", "python", "--quiet"]
+    assert main([*command, "--out", str(out), "--no-report"]) == 0
+    said = capsys.readouterr().out
+    assert "variant coarse" in said
+    assert "coarse, after fine: means, compared sensor by sensor" in said
+    data = json.loads((out / "variants.json").read_text())
+    bias = [row for row in data["coarse"]["means"] if row["measure"] == "bias"]
+    results = [run_study(study, engine="python") for study in read_variants(path).values()]
+    assert bias[0]["difference"] == pytest.approx(float(np.mean(results[1]["bias"][:, 0] - results[0]["bias"][:, 0])))
+    assert bias[0]["moved"], "16 times fewer codes"
+    assert (out / "coarse" / "study.toml").is_file()
+    assert (out / "variants.html").is_file()
+    assert main([*command, "--variant", "coarse", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["digest"] == results[1].digest
+    assert main([*command, "--variant", "rough"]) == 2
+    assert main([*command, "--run", "1"]) == 2
+
+
+def test_set_changes_the_graph_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path, BASE)
+    assert main(["montecarlo", str(path), "--engine", "python", "--quiet", "--set", "adc.bits=8", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["digest"]
+    other = read_study(written(tmp_path, BASE.replace("bits = 12", "bits = 8")))
+    assert found == run_study(other, engine="python").digest
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[study.variants]\ncheap = 3", "must be a table"),
+        ("[study.variants.cheap]\nsets = {}", "did you mean set?"),
+        ('[study.variants.cheap]\nset = { "adc.bist" = 8 }', "adc.bist"),
+        ('[study.variants.cheap]\ndrift = { "adc.refrence" = { ramp = 1 } }', "did you mean reference?"),
+        ('[study.sweep]\n"drift.adc.gain.ramp" = [1]', "nothing drifts by that name"),
+        ('[study.sweep]\n"adc.bits" = 8', "must be a list of values"),
+        ('[study.sweep]\n"adc.bits" = [8, 99]', "99"),
+    ],
+)
+def test_a_mistake_is_named(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        read_variants(written(tmp_path, f"{BASE}\n{text}\n"))
+    assert said in str(caught.value)
+    assert "study.toml:" in str(caught.value)
