@@ -5,6 +5,7 @@ summed as the finite response that it is, `order` sums at a time, so that nothin
 numbers as registers that wrap, without their poles at 1.
 """
 
+from proofmass.blocks.arithmetic.decimation import accumulate
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
@@ -47,8 +48,4 @@ def output(p: CascadedIntegratorComb, sums: list[float], taps: list[float]) -> f
 
 @CascadedIntegratorComb.update
 def update(p: CascadedIntegratorComb, sums: list[float], taps: list[float], tick: int, input: float) -> None:
-    phase = tick % p.ratio
-    for i in range(len(sums)):
-        later = 0.0 if i + 1 == len(sums) else sums[i + 1]
-        before = later if phase == 0 else sums[i]
-        sums[i] = before + taps[(i + 1) * p.ratio - 1 - phase] * input
+    accumulate(sums, taps, p.ratio, tick, input)

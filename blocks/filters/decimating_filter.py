@@ -7,6 +7,7 @@ Processing, section 7.5).
 
 import math
 
+from proofmass.blocks.arithmetic.decimation import accumulate
 from proofmass.blocks.arithmetic.elementary import sine
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
@@ -59,8 +60,4 @@ def output(p: DecimatingFilter, sums: list[float], taps: list[float]) -> float:
 
 @DecimatingFilter.update
 def update(p: DecimatingFilter, sums: list[float], taps: list[float], tick: int, input: float) -> None:
-    phase = tick % p.ratio
-    for i in range(len(sums)):
-        later = 0.0 if i + 1 == len(sums) else sums[i + 1]
-        before = later if phase == 0 else sums[i]
-        sums[i] = before + taps[(i + 1) * p.ratio - 1 - phase] * input
+    accumulate(sums, taps, p.ratio, tick, input)

@@ -5,8 +5,8 @@ with x and as large as that of the rate Wq; cxy = 2 k m Wd, anisodamping, cannot
 """
 
 import math
-from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.two_modes import Coupling, Motion, rate_of_change
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -27,59 +27,39 @@ class ModeCoupledGyroscope(Block):
     sense_force = Input("N", "Force on the sense mode, Fy.", default=0.0)
 
 
-class State(NamedTuple):
-    x: float
-    vx: float
-    y: float
-    vy: float
-
-
-class Constants(NamedTuple):
-    mass: float
-    kx: float  # all over the mass
-    cx: float
-    ky: float
-    cy: float
-    kxy: float
-    cxy: float
-    coriolis: float
-
-
 @ModeCoupledGyroscope.constants
-def constants(p: ModeCoupledGyroscope, period: float) -> Constants:
+def constants(p: ModeCoupledGyroscope, period: float) -> Coupling:
     wx, wy = 2.0 * math.pi * p.drive_frequency, 2.0 * math.pi * p.sense_frequency
     twice = 2.0 * p.angular_gain
     kxy, cxy = twice * wx * p.quadrature_rate, twice * p.damping_rate
     cx, cy = wx / p.drive_quality, wy / p.sense_quality
-    return Constants(p.mass, wx * wx, cx, wy * wy, cy, kxy, cxy, twice * p.rotation)
+    return Coupling(p.mass, wx * wx, cx, wy * wy, cy, kxy, cxy, twice * p.rotation)
 
 
 @ModeCoupledGyroscope.output("m")
-def drive_displacement(c: Constants, x: State) -> float:
+def drive_displacement(c: Coupling, x: Motion) -> float:
     """Displacement of the drive mode."""
     return x.x
 
 
 @ModeCoupledGyroscope.output("m/s")
-def drive_velocity(c: Constants, x: State) -> float:
+def drive_velocity(c: Coupling, x: Motion) -> float:
     """Velocity of the drive mode."""
     return x.vx
 
 
 @ModeCoupledGyroscope.output("m")
-def sense_displacement(c: Constants, x: State) -> float:
+def sense_displacement(c: Coupling, x: Motion) -> float:
     """Displacement of the sense mode."""
     return x.y
 
 
 @ModeCoupledGyroscope.output("m/s")
-def sense_velocity(c: Constants, x: State) -> float:
+def sense_velocity(c: Coupling, x: Motion) -> float:
     """Velocity of the sense mode."""
     return x.vy
 
 
 @ModeCoupledGyroscope.derivative(linear=True)
-def derivative(c: Constants, x: State, drive_force: float, sense_force: float) -> State:
-    ax = drive_force / c.mass - c.cx * x.vx - c.kx * x.x - c.kxy * x.y + (c.coriolis - c.cxy) * x.vy
-    ay = sense_force / c.mass - c.cy * x.vy - c.ky * x.y - c.kxy * x.x - (c.coriolis + c.cxy) * x.vx
-    return State(x.vx, ax, x.vy, ay)
+def derivative(c: Coupling, x: Motion, drive_force: float, sense_force: float) -> Motion:
+    return rate_of_change(c, x, drive_force, sense_force)

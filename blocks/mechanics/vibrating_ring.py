@@ -9,9 +9,9 @@ along and across the angle s (Lynch, Vibratory gyro analysis by the method of av
 """
 
 import math
-from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import cosine, sine
+from proofmass.blocks.arithmetic.two_modes import Coupling, Motion, rate_of_change
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -32,26 +32,8 @@ class VibratingRing(Block):
     y_force = Input("N", "Force on the second mode, Fy.", default=0.0)
 
 
-class State(NamedTuple):
-    x: float
-    vx: float
-    y: float
-    vy: float
-
-
-class Constants(NamedTuple):
-    mass: float
-    kx: float  # all over the mass
-    ky: float
-    kxy: float
-    cx: float
-    cy: float
-    cxy: float
-    coriolis: float
-
-
 @VibratingRing.constants
-def constants(p: VibratingRing, period: float) -> Constants:
+def constants(p: VibratingRing, period: float) -> Coupling:
     w = 2.0 * math.pi * p.frequency
     d = w * 2.0 * math.pi * p.frequency_split
     decay = 2.0 / p.time_constant
@@ -59,35 +41,33 @@ def constants(p: VibratingRing, period: float) -> Constants:
     more, between = p.damping_split * cosine(2.0 * p.damping_angle), p.damping_split * sine(2.0 * p.damping_angle)
     coriolis = 2.0 * p.angular_gain * p.rotation
     kx, ky = w * w - d * along, w * w + d * along
-    return Constants(p.mass, kx, ky, -d * across, decay + more, decay - more, between, coriolis)
+    return Coupling(p.mass, kx, decay + more, ky, decay - more, -d * across, between, coriolis)
 
 
 @VibratingRing.output("m")
-def x_displacement(c: Constants, x: State) -> float:
+def x_displacement(c: Coupling, x: Motion) -> float:
     """Displacement of the first mode."""
     return x.x
 
 
 @VibratingRing.output("m/s")
-def x_velocity(c: Constants, x: State) -> float:
+def x_velocity(c: Coupling, x: Motion) -> float:
     """Velocity of the first mode."""
     return x.vx
 
 
 @VibratingRing.output("m")
-def y_displacement(c: Constants, x: State) -> float:
+def y_displacement(c: Coupling, x: Motion) -> float:
     """Displacement of the second mode."""
     return x.y
 
 
 @VibratingRing.output("m/s")
-def y_velocity(c: Constants, x: State) -> float:
+def y_velocity(c: Coupling, x: Motion) -> float:
     """Velocity of the second mode."""
     return x.vy
 
 
 @VibratingRing.derivative(linear=True)
-def derivative(c: Constants, x: State, x_force: float, y_force: float) -> State:
-    ax = x_force / c.mass - c.cx * x.vx - c.kx * x.x - c.kxy * x.y + (c.coriolis - c.cxy) * x.vy
-    ay = y_force / c.mass - c.cy * x.vy - c.ky * x.y - c.kxy * x.x - (c.coriolis + c.cxy) * x.vx
-    return State(x.vx, ax, x.vy, ay)
+def derivative(c: Coupling, x: Motion, x_force: float, y_force: float) -> Motion:
+    return rate_of_change(c, x, x_force, y_force)

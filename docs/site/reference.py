@@ -22,9 +22,9 @@ def contents() -> str:
     return "\n".join(table(("page", "has"), rows))
 
 
-def reference_pages() -> Iterator[tuple[str, str]]:
-    """Yield the name and the text of each generated page."""
-    yield from block_pages()
+def reference_pages(responses: bool = False) -> Iterator[tuple[str, str]]:
+    """Yield the name and the text of each generated page, blocks with pictures of their responses or without."""
+    yield from block_pages(responses)
     yield "reference/python.md", python_page()
     yield "reference/commands.md", commands_page()
     yield "reference/keys.md", keys_page()

@@ -8,6 +8,7 @@ from typing import Any
 
 from docs.site.markdown import code, fence, plain, table, unwrapped
 from docs.site.ports import ports_picture
+from docs.site.responses import response_picture
 from proofmass.blocks.declaration.catalog import all_blocks, facts, family_of
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.output.describe import block_text
@@ -21,11 +22,11 @@ def families() -> dict[str, list[type[Block]]]:
     return dict(sorted(by_family.items()))
 
 
-def block_pages() -> Iterator[tuple[str, str]]:
+def block_pages(responses: bool = False) -> Iterator[tuple[str, str]]:
     """Yield the index of all blocks and the page of each family."""
     yield "reference/blocks/index.md", _index()
     for family, kinds in families().items():
-        yield f"reference/blocks/{family}.md", _family_page(family, kinds)
+        yield f"reference/blocks/{family}.md", _family_page(family, kinds, responses)
 
 
 def _index() -> str:
@@ -39,20 +40,24 @@ def _index() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _family_page(family: str, kinds: list[type[Block]]) -> str:
+def _family_page(family: str, kinds: list[type[Block]], responses: bool) -> str:
     lines = [f"# {_title(family)}", "", plain(_sentence(family)), ""]
     for kind in kinds:
-        lines += _block(kind)
+        lines += _block(kind, responses)
     return "\n".join(lines) + "\n"
 
 
-def _block(kind: type[Block]) -> Iterator[str]:
+def _block(kind: type[Block], responses: bool) -> Iterator[str]:
     about = facts(kind)
     yield from (f"## {kind.__name__}", "", plain(about["doc"]), "")
     yield from ("```{raw} html", '<div class="ports-frame">', ports_picture(about), "</div>")
     yield from (f'<pre class="equation">{escape(unwrapped(about["equation"]))}</pre>', "```", "")
     if about["continuous"]:
         yield from ("Continuous: it is integrated between ticks.", "")
+    response = response_picture(kind) if responses else ""
+    if response:
+        what = f"What the example of `proofmass blocks {kind.__name__} --example` gives:"
+        yield from (what, "", "```{raw} html", f'<div class="ports-frame">{response}</div>', "```", "")
     parameters = [
         (code(name), plain(p["doc"]), code(_default(p["default"])), code(p["unit"]), _bounds(kind, name, p))
         for name, p in about["parameters"].items()

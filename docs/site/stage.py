@@ -38,13 +38,13 @@ class BrokenLinkError(Exception):
 def stage(target: Path, *, runs: bool = False) -> list[str]:
     """Write the source of the site to a folder and return the names of its pages.
 
-    With `runs` the graphs of the library are run, and their pages have the figures.
+    With `runs` the graphs of the library and the examples of blocks are run, and their pages have figures and pictures.
     """
     shutil.rmtree(target, ignore_errors=True)
     pages = {_place(path): path for path in repository_pages()}
     for name, path in pages.items():
         _write(target / name, _rewritten(path, name, target))
-    for name, text in (*reference_pages(), *gallery_pages(runs=runs)):
+    for name, text in (*reference_pages(runs), *gallery_pages(runs=runs)):
         _write(target / name, text)
     names = sorted(path.relative_to(target).as_posix() for path in target.rglob("*.md"))
     index = target / "index.md"

@@ -1,0 +1,14 @@
+"""A filter of taps h that gives one value in some ticks: each input goes into the sums of the outputs to come.
+
+Polyphase form: in phase p of the period the input has the tap h[(i + 1) ratio - 1 - p] in sum i
+(Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.7).
+"""
+
+
+def accumulate(sums: list[float], taps: list[float], ratio: int, tick: int, value: float) -> None:
+    """Add an input to the sums, the nearest output first; at the start of a period they move up by one."""
+    phase = tick % ratio
+    for i in range(len(sums)):
+        later = 0.0 if i + 1 == len(sums) else sums[i + 1]
+        before = later if phase == 0 else sums[i]
+        sums[i] = before + taps[(i + 1) * ratio - 1 - phase] * value
