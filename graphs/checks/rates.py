@@ -43,7 +43,7 @@ def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
         return
     shown = [f"{owners[rate]} at {write_rate(rate)}" for rate in known]
     odd = max((rate for rate in known if rate != graph.rate), key=lambda rate: (rate.denominator, rate.numerator))
-    main = graph.rate if graph.rate in owners else next(rate for rate in known if rate != odd)
+    main = next((rate for rate in known if rate == graph.rate), next(rate for rate in known if rate != odd))
     near = main * round(odd / main) if odd > main else main / round(main / odd)
     yield Problem(
         message="the rates have no common base rate within reach",

@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.model.flatten import inside
-from proofmass.graphs.model.graph import Given, split
+from proofmass.graphs.model.graph import Given, Graph, split
 from proofmass.graphs.model.rates import read_duration, read_rate
 from proofmass.graphs.model.targets import DURATION, RATE, Target, number_of, rate_of, target_at
 from proofmass.graphs.model.values import Value, quantity_of, read_values
@@ -55,7 +55,7 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
     return settled(_with_rates(changed, rates) if rates else changed, numbers)
 
 
-def _is_rate(graph: Given, target: str) -> bool:
+def _is_rate(graph: Graph, target: str) -> bool:
     """Whether a name is the rate of the graph or of a part of it, or the duration of a run."""
     owner, _, entry = target.rpartition(".")
     return target in (RATE, DURATION) or (entry == RATE and (owner in graph.blocks or owner in graph.subgraphs))

@@ -19,9 +19,13 @@ class StateSpace:
     matrices: Matrices
     period: float
 
-    @cached_property
+    @property
     def poles(self) -> Complex:
         """Poles over a period."""
+        return self._poles
+
+    @cached_property
+    def _poles(self) -> Complex:
         return np.linalg.eigvals(self.matrices[0]).astype(complex)
 
     @property

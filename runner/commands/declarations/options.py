@@ -42,10 +42,9 @@ class Whole(click.IntRange):
         """Return the number."""
         try:
             number = Decimal(str(value))
-            whole = number.is_finite() and abs(number) < _LARGEST_DECIMAL and number == number.to_integral_value()
         except InvalidOperation:
-            whole = False
-        if not whole:
+            number = Decimal("NaN")
+        if not number.is_finite() or abs(number) >= _LARGEST_DECIMAL or number != number.to_integral_value():
             self.fail(f"{value!r} is not a whole number, such as 1000000 or 1e6", param, ctx)
         return super().convert(int(number), param, ctx)
 
