@@ -18,4 +18,4 @@ def pipe(value: Any) -> Any:
     """
     if isinstance(value, FixedValue):
         return FixedValue(pipe(value.mantissa), value.fraction)
-    return value if isinstance(value, int) else value.cut()  # a signal of a trace keeps the cut for hardware
+    return value if isinstance(value, int | float) else value.cut()  # a signal of a trace keeps the cut for hardware

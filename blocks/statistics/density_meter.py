@@ -87,8 +87,7 @@ def added(c: Constants, i: int, u: float, total: float, real: float, imaginary: 
     if i >= c.segment:
         return total, real, imaginary
     w = u * (0.5 - 0.5 * cosine_of_turns(i / c.segment))
-    keep = 0.0 if i == 0 else 1.0
-    turns = c.turns * i
+    keep, turns = (0.0 if i == 0 else 1.0), c.turns * i
     return (
         keep * total + u, keep * real + w * cosine_of_turns(turns), keep * imaginary - w * sine_of_turns(turns),
     )  # fmt: skip

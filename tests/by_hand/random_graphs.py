@@ -1,5 +1,6 @@
 """Random graphs of the whole catalogue that are right: several rates, feedback, driven parameters, finite numbers."""
 
+import contextlib
 import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -63,7 +64,7 @@ class _Dealt:
 
     def graph(self, name: str, kinds: Sequence[type[Block]]) -> Graph:
         dice = self.dice
-        self.dealt = {self.new_name(n): random_block(kind, dice, self.folder) for n, kind in enumerate(kinds)}
+        self.dealt = {self.new_name(n): self.drawn(kind) for n, kind in enumerate(kinds)}
         for block_name, block in self.dealt.items():
             for port in type(block).inputs.values():
                 if port.default is None or dice.random() < 0.5:
@@ -88,6 +89,16 @@ class _Dealt:
         for number in range(dice.choice((0, 0, 1, 2))):
             graph = cut(graph, dice, number)
         return graph
+
+    def drawn(self, kind: type[Block]) -> Block:
+        """A block with random parameters whose constants fit their formats."""
+        while True:
+            block = random_block(kind, self.dice, self.folder)
+            constants = kind.functions.get("constants")
+            with contextlib.suppress(OverflowError, ValueError):
+                if constants is not None:
+                    constants.function(block, 1e-3)
+                return block
 
     def new_name(self, number: int) -> str:
         """Names whose alphabetical order is not that of the wiring."""

@@ -63,14 +63,23 @@ def test_reports(tmp_path: Path) -> None:
     run = save_report(mixed_result(), tmp_path / "run.html")
     found, console = seen([save_study_report(study, tmp_path / "study.html"), run], tmp_path)
     assert console == []
-    study_heads = ["Yield", "Measures", "Distributions", "What scatters them", "Sobol indices", "Runs to look at"]
+    study_heads = [
+        "Yield",
+        "Lifetimes",
+        "Measures",
+        "Distributions",
+        "What scatters them",
+        "Sobol indices",
+        "Runs to look at",
+    ]
     run_heads = ["Block diagram", "Signals", "Traces", "Blocks", "Run", "To repeat it"]
     expected = [[*study_heads, "Study", "To repeat it"], run_heads]
     assert [page["headings"] for page in found] == [heads for heads in expected for _ in WIDTHS]
     assert [page["beyond"] for page in found] == [0] * 4
     assert [page["requests"] for page in found] == [[]] * 4
-    assert [len(page["pictures"]) for page in found] == [8, 8, 2, 2]
-    assert all(page["clips"] and len(page["clips"]) == len(set(page["clips"])) for page in found)
+    assert [len(page["pictures"]) for page in found] == [18, 18, 2, 2]
+    assert all(page["clips"] for page in found[2:])
+    assert all(len(page["clips"]) == len(set(page["clips"])) for page in found)
     assert all(min(size) > 100 for page in found for size in page["pictures"])
 
 

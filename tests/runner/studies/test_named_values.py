@@ -141,7 +141,7 @@ def test_a_study_reads_back() -> None:
 @pytest.mark.parametrize(
     ("text", "spread", "message", "hint"),
     [
-        (TEXT, {"bits": {"uniform": 1}}, "adc.bits follows from it, and is an integer", "make a study of each"),
+        (TEXT, {"bits": {"uniform": 1}}, "adc.bits follows from it, and is an integer", "sweep it"),
         (TEXT, {"haf": {"uniform": 0.1}}, "there is no such value", "did you mean half?"),
         (TEXT, {"half": {"uniform": "1 V"}}, "V is m^2*kg/s^3/A, not 1", "give it in 1"),
         (TEXT.replace('"1 kHz"', '"= 1 kHz * half"'), {"half": {"uniform": 0.1}}, "rate follows from it", "durations"),
