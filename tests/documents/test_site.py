@@ -107,8 +107,9 @@ def test_every_key_is_in_the_reference() -> None:
 
 def test_every_public_name_is_in_the_reference() -> None:
     assert sorted(name for names in groups().values() for name in names) == sorted(proofmass.__all__)
+    page = python_page()
     for name in proofmass.__all__:
-        assert f":: proofmass.{name}\n" in python_page()
+        assert f":: proofmass.{name}\n" in page
 
 
 def test_every_written_page_has_one_title() -> None:
