@@ -102,7 +102,8 @@ def block_of(table: int, folder: Path, apart: int = 1) -> Any:
     return load_own_blocks(folder / "examples.py")["Examples"]
 
 
-@pytest.mark.parametrize(("table", "apart"), [(0, 8), pytest.param(0, 1, marks=pytest.mark.exhaustive), (1, 1)])
+@pytest.mark.parametrize("table", [0, 1])
+@pytest.mark.parametrize("apart", [8, pytest.param(1, marks=pytest.mark.exhaustive)])
 def test_expressions_in_every_engine(table: int, apart: int, tmp_path: Path) -> None:
     assert len(examples(table)) > (25 if table else 60)
     report = check_block(block_of(table, tmp_path, apart), sets=1)
