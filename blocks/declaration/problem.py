@@ -127,7 +127,8 @@ def shown(value: object, limit: int = 80) -> str:
         text = repr(value) if not isinstance(value, int) or abs(value) < 10**30 else "an integer of over 30 digits"
     except Exception:  # an integer of thousands of digits inside a list, or an object of the caller's own
         text = f"a {type(value).__name__} that cannot be shown"
-    text = "".join(c if c in _OF_UNITS else c.encode("ascii", "backslashreplace").decode("ascii") for c in text)
+    start = text[: limit + 1]  # of a million characters the rest is not looked at
+    text = "".join(c if c in _OF_UNITS else c.encode("ascii", "backslashreplace").decode("ascii") for c in start)
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 

@@ -219,7 +219,7 @@ def read_wire(text: object) -> Wire:
     """A wire from `"block.port -> block.port"`."""
     if isinstance(text, Wire):
         return text
-    ends = [end.strip() for end in text.split("->")] if isinstance(text, str) else []
+    ends = [end.strip() for end in text.split("->", 2)] if isinstance(text, str) else []
     if len(ends) != 2 or not all(_is_signal(end) for end in ends):
         raise Refusal("not a wire", _lower_case(ends) or 'write "block.output -> block.input"')
     return Wire(*ends)
@@ -245,9 +245,8 @@ def _parameters(block: Block) -> dict[str, Any]:
 
 def _lower_case(ends: Sequence[str]) -> str:
     """A hint where only capital letters keep ends from being names."""
-    meant = [_SMALL_BEFORE.sub(r"_", end).lower() for end in ends]
-    wrong = ", ".join(was for was, now in zip(ends, meant, strict=True) if was != now)
-    fits = len(ends) == 2 and wrong and all(_is_signal(end) for end in meant)
+    meant = [_SMALL_BEFORE.sub(r"_", end).lower() for end in ends] if len(ends) == 2 else []
+    fits = meant and meant != list(ends) and all(_is_signal(end) for end in meant)
     return f'names are lower case: write "{" -> ".join(meant)}"' if fits else ""
 
 
