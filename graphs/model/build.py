@@ -20,6 +20,7 @@ from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_measures
+from proofmass.graphs.model.near_names import with_nearest
 from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
@@ -102,7 +103,7 @@ class Graph(Value):
         integration: Integration | Mapping[str, Any] = DEFAULT_INTEGRATION,
         place: Place = NOWHERE,
     ) -> None:
-        reader = _Reader()
+        reader, wires = _Reader(), wires if isinstance(wires, str) else tuple(wires)
         blocks = {**subgraphs, **blocks}
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
@@ -125,7 +126,7 @@ class Graph(Value):
             for block in sorted(offsets)
         }
         own_rates = {block: reader.value(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
-        reader.problems += _too_many(blocks, parts, tuple(wires) if parts else ())
+        reader.problems += _too_many(blocks, parts, wires if parts else ())
         if not reader.problems:
             parts = {part: _inside(block, own_rates.pop(part, None), place) for part, block in parts.items()}
         own_rate = None if rate is None else reader.value(read_rate, rate, "rate")
@@ -136,7 +137,8 @@ class Graph(Value):
         own_measures = reader.table(lambda: read_measures(given_measures), dict[str, Measure]())
         own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
         if reader.problems:
-            raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in reader.problems])
+            told = with_nearest(reader.problems, blocks, wires)
+            raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in told])
         super().__init__(
             **plain,
             rate=own_rate,

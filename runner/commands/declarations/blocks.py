@@ -90,8 +90,8 @@ def gallery(name: str | None, as_json: bool) -> int:
 def new(file: Path, name: str | None) -> int:
     """Write a graph to start from.
 
-    It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too. A file that
-    exists is not overwritten.
+    It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too, and so is
+    proofmass-graph.json, by which editors complete it. A file that exists is not overwritten.
 
     \b
     proofmass new sensor.toml && proofmass run sensor.toml

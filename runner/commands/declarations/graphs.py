@@ -352,9 +352,9 @@ def rtl(**options: Any) -> int:
 @output_option("the screen")
 @blocks_option
 def schema(output: Path | None, own: Path | None) -> int:
-    """Write the JSON Schema of graph files.
+    """Write the JSON Schema of graphs and studies.
 
-    Editors complete and check graph files by it.
+    Editors complete and check files by it.
 
     \b
     proofmass schema -o proofmass-graph.json
