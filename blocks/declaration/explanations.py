@@ -95,7 +95,7 @@ EXPLANATIONS = (
         "P0302",
         "A quantity of another dimension",
         r" is \S+, not |in decibels|is \{\}, not|takes a plain number|takes \S+ and |has another unit"
-        r"|values are not relative",
+        r"|values are not relative|cannot be shown in",
         "The unit measures something else than what is wanted: a mass is no acceleration.",
         "Give it in the unit that the message expects. g is the gram; standard gravity is g0.",
     ),

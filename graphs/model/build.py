@@ -19,7 +19,7 @@ from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
-from proofmass.graphs.model.measures import Measure, read_measures
+from proofmass.graphs.model.measures import Measure, read_display_unit, read_measures
 from proofmass.graphs.model.near_names import with_nearest
 from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
@@ -228,17 +228,17 @@ def read_wire(text: object) -> Wire:
 
 
 def read_probe(value: object) -> Probe:
-    """A probe from `"block.port"`, or from a table with `signal` and `every`."""
+    """A probe from `"block.port"`, or from a table with `signal`, `every` and `unit`."""
     if isinstance(value, str):
         value = {"signal": value}
     if isinstance(value, Probe):
         value = value._asdict()
-    if not isinstance(value, Mapping) or not set(value) <= {"signal", "every"} or not _is_signal(value.get("signal")):
+    if not isinstance(value, Mapping) or not set(value) <= {*Probe._fields} or not _is_signal(value.get("signal")):
         raise Refusal("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
     every = value.get("every", 1)
     if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= LARGEST_RUN:
         raise Refusal("every must be an integer of at least 1")
-    return Probe(value["signal"], every)
+    return Probe(value["signal"], every, read_display_unit(value.get("unit", "")))
 
 
 def _parameters(block: Block) -> dict[str, Any]:

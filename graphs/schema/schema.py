@@ -37,6 +37,7 @@ _EXPORTS_OF_SIGNALS: Schema = {  # without values there are none to export
     "if": {"not": {"required": ["values"]}},
     "then": {"properties": {"exports": {"additionalProperties": {"pattern": f"^{_SIGNAL}$"}}}},
 }
+_UNIT: Schema = {"type": "string", "maxLength": 200}
 _GRAPH: Schema = {  # what a graph must have, as a file and as a table
     "required": ["blocks"],
     "not": {"required": ["samples", "duration"]},
@@ -174,6 +175,7 @@ def _measures() -> Schema:
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
         "until": _quantity({"type": "number", "exclusiveMinimum": 0}),
+        "unit": _UNIT,
         **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
     measure = {
@@ -303,7 +305,11 @@ def _probe() -> Schema:
     signal = {"type": "string", "pattern": f"^{_SIGNAL}$"}
     table = {
         "type": "object",
-        "properties": {"signal": signal, "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN}},
+        "properties": {
+            "signal": signal,
+            "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN},
+            "unit": _UNIT,
+        },
         "required": ["signal"],
         "additionalProperties": False,
     }

@@ -9,7 +9,7 @@ import click
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_interruption, print_text
+from proofmass.runner.commands.answers import print_files, print_interruption, print_problem, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress, working
@@ -79,7 +79,8 @@ def run_graph(request: RunRequest) -> int:
     if request.out is not None:
         need_for_run(formats, budgets=bool(request.budgets))
     result = _simulated(graph, request)
-    print_text(map(str, (*notes_of_a_run(flatten(graph)), *saturation_notes(result))), err=True)
+    for note in (*notes_of_a_run(flatten(graph)), *saturation_notes(result)):
+        print_problem(note)
     show_run(result, request.as_json)
     if result.interrupted:
         return _interrupted(result, request.out)

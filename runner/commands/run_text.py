@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.answers import print_json, print_text
@@ -37,7 +38,7 @@ def run_lines(result: Result) -> Iterator[str]:
     integration = result.provenance.get("integration")
     if integration:
         yield f"continuous blocks {_shortened(integration)}"
-    rows = [_row(row) for row in result.summary()]
+    rows = [_row(row, result[row["signal"]].shown_in) for row in result.summary()]
     if rows:
         yield from ("", *text_table([_HEAD, *rows], left=(0, 1)), "")
         yield f"SHA-256 of the traces: {result.digest}"
@@ -63,11 +64,13 @@ def run_data(result: Result) -> dict[str, Any]:
     }
 
 
-def _row(row: dict[str, Any]) -> tuple[str, ...]:
-    numbers = [f"{row[key]:.9g}" if key in row else "" for key in _HEAD[3:7]]
+def _row(row: dict[str, Any], shown_in: str) -> tuple[str, ...]:
+    """Numbers of a signal to six digits, in the unit that suits their size or that its probe says."""
+    factor, unit = display(row["unit"], shown_in, max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0))))
+    numbers = [f"{row[key] * factor:.6g}" if key in row else "" for key in _HEAD[3:7]]
     last = row.get("last", "")
-    text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last:.9g}" if last != "" else ""
-    return row["signal"], row["unit"], f"{row['rows']:,}", *numbers, text
+    text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last * factor:.6g}" if last != "" else ""
+    return row["signal"], "" if unit == "1" else unit, f"{row['rows']:,}", *numbers, text
 
 
 def _overflows(result: Result) -> Iterator[str]:
@@ -83,7 +86,6 @@ def _overflows(result: Result) -> Iterator[str]:
 
 def _measures(result: Result) -> Iterator[str]:
     for name, measure in result.measures.items():
-        unit = f" {measure.unit}" if measure.unit != "1" else ""
         derived = measure.statistic == FORMULA
         of = measure.signal if derived else f"{measure.statistic} of {measure.signal}"
         if math.isnan(measure.value) and derived:
@@ -91,7 +93,7 @@ def _measures(result: Result) -> Iterator[str]:
         elif math.isnan(measure.value):
             yield f"{name} has no value: the run is too short for the {of}; run longer, or measure from earlier"
         else:
-            yield f"{name} = {measure.value:.9g}{unit}: {of}"
+            yield f"{name} = {measure.text()}: {of}"
 
 
 def _shortened(text: str) -> str:

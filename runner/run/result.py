@@ -93,6 +93,7 @@ class Trace:
     values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
     format: Fixed | None = None  # of a fixed-point signal
     phase: int = 0  # base tick of the first row
+    shown_in: str = ""  # unit of tables and pictures, such as "deg/h", where its probe says one
 
     @property
     def facts(self) -> dict[str, str]:
@@ -342,7 +343,7 @@ class Recorder:
             self._values[self.count : self.count + len(rows)] = rows
         self.count += len(rows)
 
-    def finish(self, base_rate: Fraction) -> Trace:
+    def finish(self, base_rate: Fraction, shown_in: str = "") -> Trace:
         """The trace of what was kept."""
         values = self._values[: self.count]
         if self._path:
@@ -352,7 +353,7 @@ class Recorder:
             values = np.load(self._path, mmap_mode="r")
         probe = self.probe
         facts = probe.signal, probe.unit, probe.doc, probe.stride
-        return Trace(*facts, base_rate, values, probe.format, probe.phase)
+        return Trace(*facts, base_rate, values, probe.format, probe.phase, shown_in)
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""
