@@ -15,7 +15,7 @@ from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,6 +38,7 @@ from proofmass.runner.analysis.linearisation.period_map import (
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.waiting import Waiting
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, without_noise
 
@@ -71,14 +72,14 @@ def map_at(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
-    noise: Collection[str] = (),
+    noise: Noisy = NOTHING,
     tick: Point = 0,
 ) -> PeriodMap:
     """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
     if isinstance(tick, PeriodicPoint):
         point = _periodic(plan, inputs, outputs, cut, everything, noise, tick)
     else:
-        wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
+        wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise.items()), tick)
         if _Latest.plan is not plan or _Latest.wanted != wanted:
             search = _Search(plan, inputs, outputs, cut, everything, noise, tick)
             _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, search.whole_point()
@@ -110,7 +111,7 @@ def _periodic(
     outputs: Sequence[Endpoint],
     cut: bool,
     everything: bool,
-    noise: Collection[str],
+    noise: Noisy,
     orbit: PeriodicPoint,
 ) -> _Point:
     """Return the map about an orbit that closes."""
@@ -133,7 +134,7 @@ def _point_slopes(
     inputs: Sequence[Endpoint],
     outputs: Sequence[Endpoint],
     everything: bool,
-    noise: Collection[str],
+    noise: Noisy,
     point: "_Point",
 ) -> tuple[PointSlopes | None, tuple[str, ...]]:
     """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
@@ -174,7 +175,7 @@ class _Search:
         outputs: Sequence[Endpoint],
         cut: bool,
         everything: bool,
-        noise: Collection[str],
+        noise: Noisy,
         tick: int,
     ) -> None:
         self._plan, self._inputs, self._outputs = plan, inputs, outputs
