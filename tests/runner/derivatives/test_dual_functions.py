@@ -285,7 +285,7 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
 
 def _half_a_step(block: Any) -> float:
     """Of the levels of a modulator, which may have two of any size."""
-    return float(block.reference / (block.levels - 1)) if hasattr(block, "levels") and hasattr(block, "reference") else 0.0
+    return float(block.reference / (block.levels - 1)) if hasattr(block, "feedback") else 0.0
 
 
 def _flat_results(function: Any, arguments: list[Any]) -> list[Any]:
