@@ -372,8 +372,8 @@ class _Search:
             expected=f"an orbit that closes in {period}, or in up to {longest}"
             if turning
             else "an operating point at rest",
-            hint=f"take --at periodic if the loops have not settled yet; else choose rates so that a whole number of carrier"
-            f" periods fits {period}, or model the loop at baseband"
+            hint=f"take --at periodic if the loops have not settled yet; else choose rates so that a whole number of"
+            f" carrier periods fits {period}, or model the loop at baseband"
             if turning
             else "take a later time, or --at settled",
             path=("blocks", name),

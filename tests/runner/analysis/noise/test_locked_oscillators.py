@@ -1,6 +1,7 @@
 """Oscillators that a mixer locks: their noise by the closed forms of phase-locked loops.
 
-With wn and damping z the noise bandwidth of the loop is wn (z + 1 / (4 z)) / 2 (Gardner, Phaselock Techniques, chapter 2).
+With wn and damping z the noise bandwidth of the loop is wn (z + 1 / (4 z)) / 2 (Gardner, Phaselock Techniques,
+2005, chapter 2).
 """
 
 import math
