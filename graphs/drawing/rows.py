@@ -94,8 +94,8 @@ def _close_up(items: Sequence[Item]) -> None:
 def route(columns: Sequence[Sequence[Item]], within: NetsOf, rows: Rows, room: Room) -> Routed:
     """Set the places of all items, row by row, and return the wires."""
     placed = [_Row(columns, first, last) for first, last in rows]
-    for (name, row, gap), net in within.items():
-        placed[row].nets[gap][name] = net
+    for (name, number, gap), net in within.items():
+        placed[number].nets[gap][name] = net
     for name, joined in _joined(within).items():
         for number in range(min(joined), max(joined) + 1):
             row, gaps = placed[number], joined.get(number, ())
