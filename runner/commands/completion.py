@@ -1,4 +1,4 @@
-"""What a shell may complete: graphs, kinds of blocks, parameters, outputs and codes.
+"""Completion for shells: graphs, kinds of blocks, parameters, outputs and codes.
 
 Nothing of a user's is run for it: parameters of blocks that need `--blocks` are not completed.
 """
