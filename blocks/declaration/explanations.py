@@ -247,7 +247,7 @@ EXPLANATIONS = (
     Explanation(
         "P1001",
         "A run cannot go on, or its traces do not fit",
-        r"checkpoint|resume|do(es)? not fit|too large for memory|too long for CSV|changed since|interrupted",
+        r"checkpoint|resume|timed on|do(es)? not fit|too large for memory|too long for CSV|changed since|interrupted",
         "A folder holds an interrupted run of another graph, seed or length, or a trace is larger than memory or disk.",
         "--restart begins anew; a probe may be thinned by every = 1000.",
     ),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.model.flatten import flatten
@@ -14,16 +14,23 @@ from proofmass.runner.output.text_table import text_table
 from proofmass.runner.plan.measuring import FORMULA
 from proofmass.runner.run.result import Result
 
+if TYPE_CHECKING:
+    from proofmass.runner.run.profile import Profile
+
 _HEAD = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
 _LONGEST = 300  # characters of a line about the integration
 
 
-def show_run(result: Result, as_json: bool) -> None:
-    """Print a run as text, or as JSON."""
+def show_run(result: Result, as_json: bool, profiled: "Profile | None" = None) -> None:
+    """Print a run as text, or as JSON, with its profile if there is one."""
     if as_json:
-        print_json(run_data(result))
-    else:
-        print_text(run_lines(result))
+        print_json(run_data(result) | ({"profile": profiled.as_data()} if profiled else {}))
+        return
+    print_text(run_lines(result))
+    if profiled:
+        from proofmass.runner.commands.texts.profile import profile_lines  # few runs are profiled
+
+        print_text(profile_lines(profiled))
 
 
 def run_lines(result: Result) -> Iterator[str]:

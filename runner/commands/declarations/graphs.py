@@ -102,6 +102,7 @@ def cli(traceback: bool) -> None:
     is_flag=True,
     help="Print the program of the loop, with its lines of Python, instead of running it.",
 )
+@click.option("--profile", is_flag=True, help="Show where the time goes: phases of the run, and each block in a tick.")
 @quiet_option
 @blocks_option
 @json_option
