@@ -10,8 +10,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 ROOMS = (
     "blocks", "graphs", "runner/analysis", "runner/commands", "runner/comparison", "runner/continuous",
-    "runner/contract", "runner/design", "runner/fixed", "runner/host", "runner/output", "runner/plan", "runner/reference",
-    "runner/rtl", "runner/run", "runner/studies",
+    "runner/contract", "runner/design", "runner/fixed", "runner/host", "runner/output", "runner/plan",
+    "runner/reference", "runner/rtl", "runner/run", "runner/studies",
 )  # fmt: skip
 RIDDLES = re.compile(r"(What|Whether|How|Where|Why|Which|Of|By|As|But|In so|The same|Those|These|Some of)\b")
 
