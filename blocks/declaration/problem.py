@@ -105,7 +105,7 @@ def nearest(word: str, names: Iterable[str]) -> str:
 
 
 def _one_slip(wrong: str, right: str) -> bool:
-    """Whether a letter was dropped, added or replaced, or two neighbours swapped, in words of two letters or more."""
+    """Return whether a letter was dropped, added or replaced, or two neighbours swapped, in two words."""
     longer, shorter = (wrong, right) if len(wrong) >= len(right) else (right, wrong)
     if len(shorter) < 2 or len(longer) - len(shorter) > 1:
         return False

@@ -103,6 +103,27 @@ def plot_traces(result: Result) -> "Figure":
     return figure
 
 
+def plot_trace(trace: Trace) -> "Figure":
+    """Return a figure of one signal against time, or of the last row of a vector."""
+    need("matplotlib")
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(_WIDTH, 2.6), facecolor=PAPER)
+        panel = figure.add_axes((_LEFT / _WIDTH, 0.22, 1.0 - (_LEFT + _RIGHT) / _WIDTH, 0.7), facecolor="none")
+        if not len(trace.values):
+            panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
+        elif trace.values.ndim > 1:
+            _draw_vector(panel, trace)
+        else:
+            seconds = prefix("s", float(trace.period) * len(trace.values))
+            _draw_signal(panel, trace, trace.values.dtype.kind in "iub", seconds, _STRETCHES)
+            panel.set_xlabel(f"time [{seconds[1]}]")
+    return figure
+
+
 def save_plot(result: Result, path: str | Path) -> Path:
     """Write the plot; the name ends in .svg, .png or .pdf. Raises `ValueError` for another ending."""
     return save_figure(plot_traces(result), path)

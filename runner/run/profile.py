@@ -1,4 +1,4 @@
-"""What a run spends its time on: checking, planning, compiling, the loop, and each block within a tick.
+"""Profile of a run: the time of checking, planning, compiling and the loop, and of each block within a tick.
 
 The loop is run as ever, and timed. Then its ticks are run again by a program with a clock in it, in many stretches: of
 each part the median over the stretches counts, less the cost of the clock itself. So a part is timed alone. A processor
