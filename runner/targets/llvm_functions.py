@@ -16,7 +16,7 @@ ATTRIBUTES = (
 
 def attributes_of(function: Function) -> str:
     """What LLVM is told of a function that another calls."""
-    return "#1" if function.inline else "#5" if function.apart else "#0"
+    return "#1" if function.inline else "#5"
 
 
 def symbol_of(external: External) -> str:

@@ -19,6 +19,7 @@ from proofmass.runner.targets.llvm_operations import (
     power_of_two,
     select,
 )
+from proofmass.runner.targets.turns import written_out
 
 ENTRY = "proofmass_program"
 STORED = {form.FLOAT: "double", form.INTEGER: "i64", form.TRUTH: "i8"}  # in arrays
@@ -247,6 +248,9 @@ class FunctionText:
         """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
+        if written_out(s):
+            self._turns(s, end)
+            return
         below = "slt" if s.step > 0 else "sgt"
         any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
         self.lines.append(f"{any_turn} = icmp {below} i64 {first}, {last}")
@@ -268,6 +272,19 @@ class FunctionText:
             self.lines.append(f"{left} = sub i64 {high}, {low}")
             self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
         self._branch(more, body, end)
+        self._begin(end)
+
+    def _turns(self, s: form.For, end: str) -> None:
+        """The turns of a loop, written one behind the other."""
+        for number in range(s.first.value, s.last.value, s.step):
+            following = self._label()
+            self.names[s.counter] = str(number)
+            self.loops.append((following, end))
+            self.region(s.body)
+            self.loops.pop()
+            self._jump(following)
+            self._begin(following)
+        self._jump(end)
         self._begin(end)
 
     def _long_region(self, region: form.Region, integer: str) -> None:
