@@ -279,13 +279,16 @@ class FunctionText:
         for number in range(s.first.value, s.last.value, s.step):
             following = self._label()
             self.names[s.counter] = str(number)
-            self.loops.append((following, end))
-            self.region(s.body)
-            self.loops.pop()
-            self._jump(following)
-            self._begin(following)
+            self._one_turn(s, following, end)
         self._jump(end)
         self._begin(end)
+
+    def _one_turn(self, s: form.For, following: str, end: str) -> None:
+        self.loops.append((following, end))
+        self.region(s.body)
+        self.loops.pop()
+        self._jump(following)
+        self._begin(following)
 
     def _long_region(self, region: form.Region, integer: str) -> None:
         """A region in blocks of instructions that LLVM cannot join: it is slow on very long ones.
