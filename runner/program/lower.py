@@ -21,22 +21,16 @@ from proofmass.runner.program.form import Call, Function, Kind, Program, Region
 from proofmass.runner.program.lower_statements import Statements, WiderError
 from proofmass.runner.program.scopes import changing
 from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
-from proofmass.runner.program.walk import statements
 
 _LARGE = "proofmass.runner.continuous."  # solvers are called often and stay functions
-_LARGEST_INLINE = 250  # statements, those of inline functions that it calls included
 
 
 class LoweredFunction(NamedTuple):
-    """A function of a program, the structure of its result by kinds, and all that it read from outside.
-
-    `size` is its number of statements, with those of the inline functions that it calls.
-    """
+    """A function of a program, the structure of its result by kinds, and all that it read from outside."""
 
     function: Function
     result: Lowered
     read: tuple[tuple[Any, str, Any], ...]
-    size: int
 
 
 _kept: dict[Hashable, LoweredFunction] = {}
@@ -128,7 +122,6 @@ class _Reader(Statements):
         self.changing, self.declared = changing(tree), _declared_result(function)
         self.builder.lowered = own
         self.functions: list[str] = []  # names of those that it calls
-        self.size_called = 0
 
     def lowered(self, arguments: tuple[Lowered, ...], shape: str) -> LoweredFunction:
         """The function for arguments like these."""
@@ -147,10 +140,7 @@ class _Reader(Statements):
         digest = hashlib.sha256("\0".join(content).encode("utf-8", "surrogatepass")).hexdigest()[:12]
         plain = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in self.function.__name__)
         self.builder.name = f"{plain}_{digest}"
-        function = self.builder.function()
-        size = self.size_called + sum(1 for _ in statements(function.body))
-        function.inline = function.inline and size <= _LARGEST_INLINE
-        return LoweredFunction(function, self.result, tuple(self.read), size)
+        return LoweredFunction(self.builder.function(), self.result, tuple(self.read))
 
     def _constants(self) -> list[tuple[str, Any]]:
         """Numbers that were read from outside, on which the lowered function depends."""
@@ -162,7 +152,6 @@ class _Reader(Statements):
         lowered = _lowered(function, tuple(arguments), self.within, self.builder.lowered)
         self.read += lowered.read
         self.functions.append(lowered.function.name)
-        self.size_called += lowered.size if lowered.function.inline else 0
         return _called(self.builder, lowered, arguments)
 
 

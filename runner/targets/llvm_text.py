@@ -4,10 +4,11 @@ A variable is a place on the stack, which LLVM's first passes make a value of; a
 away. Nothing is contracted or reordered: no instruction has a flag for that.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 from proofmass.runner.program import form
+from proofmass.runner.program.shared import shared
 from proofmass.runner.targets.llvm_functions import ATTRIBUTES, attributes_of, declared, result_type, symbol_of
 from proofmass.runner.targets.llvm_operations import (
     NATIVE,
@@ -34,8 +35,8 @@ def llvm_text(
 ) -> str:
     """The module of a program; its entry is called `ENTRY`."""
     beside: dict[str, None] = {}  # declarations and helpers
-    entry = program.entry
-    functions = [FunctionText(f, f is entry, beside, operations).text() for f in program.functions.values()]
+    entry, once = program.entry, shared(program)
+    functions = [FunctionText(f, f is entry, beside, operations, once).text() for f in program.functions.values()]
     head = [f'target triple = "{triple}"', f'target datalayout = "{layout}"'] if triple else []
     return "\n".join([*head, *beside, *functions, *ATTRIBUTES, ""])
 
@@ -49,8 +50,10 @@ class FunctionText:
         is_entry: bool,
         beside: dict[str, None],
         operations: Mapping[str, Template] = NATIVE,
+        once: Collection[form.Function] = (),
     ) -> None:
         self.function, self.is_entry, self.beside, self.operations = function, is_entry, beside, operations
+        self.once = once  # functions that are shared
         self.lines: list[str] = []
         self.names: dict[form.Value | form.Variable | form.Array, str] = {}
         self.count = 0
@@ -62,7 +65,7 @@ class FunctionText:
         """Definition of the function."""
         parameters = ", ".join(self._parameter(p) for p in self.function.parameters)
         how = "" if self.is_entry else "internal fastcc "
-        attributes = "#0" if self.is_entry else attributes_of(self.function)
+        attributes = "#0" if self.is_entry else attributes_of(self.function, self.once)
         returned = result_type(self.function.results)
         if self.is_entry and returned == "i1":
             returned = "zeroext i1"  # as C has it
