@@ -27,6 +27,7 @@ STORED = {form.FLOAT: "double", form.INTEGER: "i64", form.TRUTH: "i8"}  # in arr
 BYTES = {form.FLOAT: 8, form.INTEGER: 8, form.TRUTH: 1}
 _SELECTS = {kind: select(kind) for kind in (form.FLOAT, form.INTEGER, form.TRUTH)}
 _LIKELY = '!0 = !{!"branch_weights", i32 2000, i32 1}'
+_SHORT = '!1 = distinct !{!1, !2}\n!2 = !{!"llvm.loop.unroll.disable"}'
 _LONGEST = 1000  # statements of a region in one block of instructions
 
 
@@ -274,8 +275,15 @@ class FunctionText:
             self.lines.append(f"{next_counter} = add i64 {counter}, {s.step}")
             self.lines.append(f"{left} = sub i64 {high}, {low}")
             self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
-        self._branch(more, body, end)
+        self._branch(more, body, end, self._kept_short())
         self._begin(end)
+
+    def _kept_short(self) -> str:
+        """What LLVM is told of a loop in a solver: it is not worth a copy of its body for each turn."""
+        if self.is_entry or self.function.inline:
+            return ""
+        self._need((_SHORT,))
+        return ", !llvm.loop !1"
 
     def _turns(self, s: form.For, end: str) -> None:
         """The turns of a loop, written one behind the other."""
