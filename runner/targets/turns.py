@@ -17,7 +17,7 @@ def written_out(loop: For) -> bool:
     if not (isinstance(loop.first, Constant) and isinstance(loop.last, Constant)):
         return False
     inside = list(statements(loop.body))
-    turns = len(range(int(loop.first.value), int(loop.last.value), loop.step))
+    turns = -(-(int(loop.last.value) - int(loop.first.value)) // loop.step)
     return turns * len(inside) <= _MOST and _carries(inside)
 
 
