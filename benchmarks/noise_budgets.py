@@ -41,9 +41,9 @@ CONFIDENCE, SEED = 0.99, 7
 VALUES, FEWEST, TICKS = 40_000, 1_000, 8_000_000  # of an output in a run, and base ticks
 SEGMENT, SEGMENTS = 256, 40
 RUNS, RUN_VALUES, RUN_TICKS = 1000, 3000, 200_000
-PHASES = 8  # of the period of the schedule at which runs are looked at, at most
+PHASES = 64  # of the period of the schedule at which runs are looked at, at most
 SLOW = 0.01  # of the mean square, below the lowest frequency of a run
-PATIENCE = 60  # seconds for a budget
+PATIENCE = 60  # seconds of processor time for a row
 POINTS = (None, "periodic", "settled")  # operating points, the first that there is
 _LINES = slice(3, -2)  # the mean is taken off, and the window leaks it into those beside
 _FINE = 8  # points of the predicted density from line to line
@@ -119,6 +119,8 @@ def row(case: Case) -> Row:
     seconds = time.process_time() - began
     noise = _noise(graph, case, budget)
     segment = max(32, min(case.segment, len(noise.values) // SEGMENTS))
+    if not np.any(noise.values):
+        raise NothingToCompareError("no random numbers reach it: two runs are the same, and rounding alone is no noise")
     spectrum = proofmass.spectrum(noise, segment=segment)
     expected = _expected(graph, case.output, at, segment, budget.rate)[_LINES]
     return Row(case, budget, at, float(np.std(noise.values)), _inside(expected, spectrum), seconds)
@@ -136,14 +138,19 @@ def budget_of(graph: Graph, output: str) -> tuple[NoiseBudget, str | None]:
 
 
 def _noise(graph: Graph, case: Case, budget: NoiseBudget) -> Series:
-    probed = replace(graph, probes=(read_probe(case.output),), measures={}, duration=None)
-    stride = proofmass.simulate(replace(probed, samples=1))[case.output].stride
+    probed = _probed(graph, case.output)
+    stride = proofmass.simulate(probed, samples=1)[case.output].stride
     values = min(case.values, TICKS // stride)
     if values < FEWEST:
-        raise TimeoutError(f"one value in {stride:,} ticks")
+        raise NothingToCompareError(f"one value in {stride:,} ticks")
     runs = [proofmass.simulate(probed, samples=values * stride, seed=seed)[case.output] for seed in (1, 2)]
     apart = (runs[0].values.astype(float) - runs[1].values) / np.sqrt(2.0)
     return Series(apart, 1.0 / budget.rate, case.output, budget.unit)
+
+
+def _probed(graph: Graph, output: str) -> Graph:
+    """The graph with this probe alone."""
+    return replace(graph, probes=(read_probe(output),), measures={}, derived={}, duration=None)
 
 
 def _expected(graph: Graph, output: str, at: str | None, segment: int, rate: float) -> Any:
@@ -171,8 +178,7 @@ def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
     looks, strides = list[list[Fraction]](), list[int]()
     for found in rows:
         output, budget = found.case.output, found.budget
-        probed = replace(graph, probes=(read_probe(output),), measures={}, duration=None, samples=1)
-        strides.append(proofmass.simulate(probed)[output].stride)
+        strides.append(proofmass.simulate(_probed(graph, output), samples=1)[output].stride)
         last = min(RUN_VALUES, RUN_TICKS // strides[-1])
         phases = min(PHASES, max(1, round(budget.period * budget.rate)))
         step = Fraction(strides[-1]) / graph.rate
@@ -219,12 +225,16 @@ def _increment(graph: Graph, found: Row, span: float) -> float:
     return float(np.trapezoid(density * weight, f)) + float(density[0] * weight[0] * f[0])
 
 
+class NothingToCompareError(Exception):
+    """Runs that say nothing of a budget."""
+
+
 class OutOfTimeError(BaseException):
     """A budget that takes too long; not an `Exception`, which a block that fails raises."""
 
 
 def _out_of_time(*_: Any) -> None:
-    raise OutOfTimeError(f"a budget of more than {PATIENCE} s")
+    raise OutOfTimeError(f"more than {PATIENCE} s of processor time")
 
 
 def main() -> None:
@@ -233,16 +243,16 @@ def main() -> None:
         f"{'graph':<36} {'output':<26} {'predicted':>11} {'of runs':>11} {'inside':>8} {'1,000 runs':>12} {'budget':>8}"
         "  largest source"
     )
-    signal.signal(signal.SIGALRM, _out_of_time)
+    signal.signal(signal.SIGPROF, _out_of_time)
     for path, graph, outputs in noisy_graphs(sys.argv[1] if len(sys.argv) > 1 else ""):
         rows = list[Row]()
         for output in outputs:
-            signal.alarm(PATIENCE)
+            signal.setitimer(signal.ITIMER_PROF, PATIENCE)
             try:
                 rows.append(row(Case(path.name, output)))
-            except (ModelError, TimeoutError, OutOfTimeError) as error:
+            except (ModelError, NothingToCompareError, OutOfTimeError) as error:
                 print(f"{path.stem:<36} {output:<26} {str(error).splitlines()[0][:110]}", flush=True)
-            signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
         for found, many in zip(rows, scatters(graph, rows) if rows else (), strict=True):
             first = found.budget.sources[0]
             print(
