@@ -176,8 +176,8 @@ def _inside(predicted: Any, spectrum: Spectrum) -> float:
 def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
     """Return what many runs show of some outputs of a graph."""
     looks, strides = list[list[Fraction]](), list[int]()
-    for found in rows:
-        output, budget = found.case.output, found.budget
+    for line in rows:
+        output, budget = line.case.output, line.budget
         strides.append(proofmass.simulate(_probed(graph, output), samples=1)[output].stride)
         last = min(RUN_VALUES, RUN_TICKS // strides[-1])
         phases = min(PHASES, max(1, round(budget.period * budget.rate)))
@@ -185,42 +185,42 @@ def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
         values = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
         looks.append([step * value for value in (*values, *(value - last // 2 for value in values))])
     measures = {
-        f"m{i}_{j}": Measure(found.case.output, "last", until=until)
-        for i, (found, times) in enumerate(zip(rows, looks, strict=True))
+        f"m{i}_{j}": Measure(line.case.output, "last", until=until)
+        for i, (line, times) in enumerate(zip(rows, looks, strict=True))
         for j, until in enumerate(times)
     }
     ticks = max(math.ceil(times[0] * graph.rate) for times in looks)
     whole = replace(graph, probes=(), measures=measures, derived={}, duration=None, samples=ticks)
     values = proofmass.run_study(proofmass.Study(whole, runs=RUNS, seed=SEED)).values
     return [
-        _scatter(graph, found, np.array([values[f"m{i}_{j}"] for j in range(len(times))]), strides[i])
-        for i, (found, times) in enumerate(zip(rows, looks, strict=True))
+        _scatter(graph, line, np.array([values[f"m{i}_{j}"] for j in range(len(times))]), strides[i])
+        for i, (line, times) in enumerate(zip(rows, looks, strict=True))
     ]
 
 
-def _scatter(graph: Graph, found: Row, values: Any, stride: int) -> Scatter:
+def _scatter(graph: Graph, line: Row, values: Any, stride: int) -> Scatter:
     now, before = np.split(values, 2)
-    span = (min(RUN_VALUES, RUN_TICKS // stride) // 2) / found.budget.rate
-    square = found.budget.rms**2
-    wanders = found.budget.band[0] > 0.0
+    span = (min(RUN_VALUES, RUN_TICKS // stride) // 2) / line.budget.rate
+    square = line.budget.rms**2
+    wanders = line.budget.band[0] > 0.0
     if not wanders:
-        slow = proofmass.noise(graph, found.case.output, at=found.at, band=(0.0, 0.25 / span)).rms ** 2
+        slow = proofmass.noise(graph, line.case.output, at=line.at, band=(0.0, 0.25 / span)).rms ** 2
         wanders = slow > SLOW * square
     if wanders:
-        now, square = now - before, _increment(graph, found, span)
+        now, square = now - before, _increment(graph, line, span)
     apart = now - now.mean(axis=1, keepdims=True)
     squares = np.mean(apart**2, axis=0) * RUNS / (RUNS - 1)
     error = float(np.std(squares, ddof=1)) / math.sqrt(RUNS)
     return Scatter((float(np.mean(squares)) - square) / error if error else math.inf, wanders)
 
 
-def _increment(graph: Graph, found: Row, span: float) -> float:
+def _increment(graph: Graph, line: Row, span: float) -> float:
     """Mean square of the change over a time, by the density."""
-    top = 0.5 * found.budget.rate * (1.0 - 1e-9)
+    top = 0.5 * line.budget.rate * (1.0 - 1e-9)
     turning = min(64.0 / span, top)
     f = np.concatenate([np.geomspace(1e-3 / span, 0.05 / span, 60)[:-1], np.linspace(0.05 / span, turning, 6000)])
     f = np.concatenate([f, np.geomspace(turning, top, 2000)[1:]]) if turning < top else f
-    density = proofmass.noise(graph, found.case.output, at=found.at, frequencies=f.tolist()).density
+    density = proofmass.noise(graph, line.case.output, at=line.at, frequencies=f.tolist()).density
     weight = np.where(f <= turning, 4.0 * np.sin(np.pi * f * span) ** 2, 2.0)
     return float(np.trapezoid(density * weight, f)) + float(density[0] * weight[0] * f[0])
 
@@ -253,13 +253,13 @@ def main() -> None:
             except (ModelError, NothingToCompareError, OutOfTimeError) as error:
                 print(f"{path.stem:<36} {output:<26} {str(error).splitlines()[0][:110]}", flush=True)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
-        for found, many in zip(rows, scatters(graph, rows) if rows else (), strict=True):
-            first = found.budget.sources[0]
+        for line, many in zip(rows, scatters(graph, rows) if rows else (), strict=True):
+            first = line.budget.sources[0]
             print(
-                f"{path.stem:<36} {found.case.output:<26} {found.budget.rms:11.4g} {found.rms:11.4g}"
-                f" {100.0 * found.inside:6.1f} % {many.errors:+9.2f} SE{'d' if many.increments else ' '}"
-                f" {found.seconds:6.2f} s  {first.block} {100.0 * first.share:.0f} %"
-                f"{', ' + found.at if found.at else ''}",
+                f"{path.stem:<36} {line.case.output:<26} {line.budget.rms:11.4g} {line.rms:11.4g}"
+                f" {100.0 * line.inside:6.1f} % {many.errors:+9.2f} SE{'d' if many.increments else ' '}"
+                f" {line.seconds:6.2f} s  {first.block} {100.0 * first.share:.0f} %"
+                f"{', ' + line.at if line.at else ''}",
                 flush=True,
             )
 
