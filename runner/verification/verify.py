@@ -26,6 +26,7 @@ from proofmass.runner.studies.whole.study import run_study
 
 START = "0 s"
 _IT = "required"
+_SAMPLES = 30  # random points of a worst case; `proofmass worst` tries as many as one likes
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ class Measurements:
             source = self._needed_study("a yield" if given else "a worst case within the spread")
         limits = ((1.0, requirement.at_least), (-1.0, requirement.at_most))
         signs = tuple(sign for sign, limit in limits if limit is not None)
-        cases = worst_of(source, {_IT: quantity}, given, requirement.at, signs=signs).cases
+        cases = worst_of(source, {_IT: quantity}, given, requirement.at, samples=_SAMPLES, signs=signs).cases
         return [math.nan if case.worst is None else case.worst for case in cases]
 
     @cached_property
