@@ -62,9 +62,9 @@ class Study:
             raise ModelError(problems)
         return study
 
-    def about(self, graph: Graph) -> Self:
-        """Return the study of a graph that differs in the values of its parameters alone."""
-        return self._with(graph=graph)
+    def at(self, values: Mapping[str, float]) -> Self:
+        """Return the study about other values of parameters: a sweep that has one point in each of them."""
+        return self._with(sweep={**self.sweep, **{name: (value,) for name, value in values.items()}})
 
     def _with(self, **values: Any) -> Self:
         study = type(self).__new__(type(self))

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
-from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.studies.outcome.lifetimes import ALL_LIMITS
-from proofmass.runner.studies.whole.study import run_study
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+from proofmass.runner.studies.whole.study import run_sensors
 
 
 class YieldRuns:
@@ -25,12 +25,15 @@ class YieldRuns:
         if problems or study is None:
             raise ModelError([study.graph.placed(problem) if study else problem for problem in problems])
         self.study = study
+        self._sensors: dict[tuple[str, ...], SensorRuns] = {}
 
     def yields(self, values: Mapping[str, float]) -> Mapping[str, float] | None:
         """Return the yield of each limit, and of all by an empty name; None where the graph cannot have the values."""
+        names = tuple(values)
         try:
-            study = self.study.about(with_parameters(self.study.graph, values))
-            found = run_study(study).yields()
+            if names not in self._sensors:
+                self._sensors[names] = SensorRuns(self.study.at(values))
+            found = run_sensors(self._sensors[names].at(values)).yields()
         except (ModelError, Refusal, ArithmeticError):
             return None
         return {**found, "": found[ALL_LIMITS]} if found else None

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 from proofmass.graphs.files.library import library_files
 from proofmass.runner.command_line import main
 
