@@ -8,7 +8,7 @@ Gray, IEEE J. Solid-State Circuits 22, 1987).
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.arithmetic.rounding import round_half_even, saturated
+from proofmass.blocks.arithmetic.rounding import nearest_integer, round_half_even, saturated
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 _STREAM = 0x50495045  # "PIPE": no block of noise shares these deviates
@@ -47,20 +47,22 @@ def start(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float]) -
 
 
 @PipelineAnalogToDigital.output("1")
-def code(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float], voltage: float) -> int:
-    """Output code, from -2^(bits-1) to 2^(bits-1) - 1."""
+def number(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float], voltage: float) -> float:
+    """Output code as a number, for blocks that compute with numbers."""
     residue, total = voltage / p.reference, 0
     for i in range(len(gains)):
         digit = 1 if residue > 0.25 + shifts[i] else -1 if residue < shifts[i] - 0.25 else 0
         residue = gains[i] * residue - float(digit)
         total = 2 * total + digit
     steps = float(1 << (p.last_bits - 1))
-    last = int(round_half_even(saturated(residue * steps, -steps - 1.0, steps + 1.0)))
-    whole, half = total * (1 << (p.last_bits - 1)) + last, 1 << (p.stages + p.last_bits - 1)
-    return -half if whole < -half else half - 1 if whole > half - 1 else whole
+    half = float(1 << (p.stages + p.last_bits - 1))
+    last = nearest_integer(saturated(residue * steps, -steps - 1.0, steps + 1.0))
+    inside = saturated(voltage / p.reference * half, -half, half - 1.0)
+    found = saturated(float(total) * steps + last, -half, half - 1.0)
+    return round_half_even(inside) + (found - nearest_integer(inside))  # the slope of a quantiser is one
 
 
 @PipelineAnalogToDigital.output("1")
-def number(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float], voltage: float) -> float:
-    """Output code as a number, for blocks that compute with numbers."""
-    return float(code(p, gains, shifts, voltage))
+def code(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float], voltage: float) -> int:
+    """Output code, from -2^(bits-1) to 2^(bits-1) - 1."""
+    return int(number(p, gains, shifts, voltage))

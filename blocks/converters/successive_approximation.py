@@ -7,6 +7,7 @@ weights w_i = 2^i that is the nearest code; weights that do not match make INL a
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.bit_weights import bit_weights
+from proofmass.blocks.arithmetic.rounding import nearest_integer, round_half_even, saturated
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
@@ -36,21 +37,25 @@ def start(p: SuccessiveApproximation, weights: list[float]) -> None:
     weights[:] = bit_weights(p.bits, p.bit_errors, p.mismatch, p.device)
 
 
-@SuccessiveApproximation.output("1")
-def code(p: SuccessiveApproximation, weights: list[float], voltage: float, normal: float) -> int:
-    """Output code, from -2^(bits-1) to 2^(bits-1) - 1."""
+def kept(p: SuccessiveApproximation, weights: list[float], steps: float) -> float:
+    """The code for an input in steps: that of the search, but with the slope of a quantiser, which is one."""
     half = 1 << (p.bits - 1)
-    rest = (voltage + p.noise * normal) / p.reference * float(half) + float(half) + 0.5
-    kept = 0
+    rest, found = steps + float(half) + 0.5, 0
     for i in range(len(weights)):
-        kept = 2 * kept
-        if rest >= weights[i]:
-            rest -= weights[i]
-            kept += 1
-    return kept - half
+        bit = 1 if rest >= weights[i] else 0
+        rest -= float(bit) * weights[i]
+        found = 2 * found + bit
+    inside = saturated(steps, -float(half), float(half - 1))
+    return round_half_even(inside) + (float(found - half) - nearest_integer(inside))
 
 
 @SuccessiveApproximation.output("1")
 def number(p: SuccessiveApproximation, weights: list[float], voltage: float, normal: float) -> float:
     """Output code as a number, for blocks that compute with numbers."""
-    return float(code(p, weights, voltage, normal))
+    return kept(p, weights, (voltage + p.noise * normal) / p.reference * float(1 << (p.bits - 1)))
+
+
+@SuccessiveApproximation.output("1")
+def code(p: SuccessiveApproximation, weights: list[float], voltage: float, normal: float) -> int:
+    """Output code, from -2^(bits-1) to 2^(bits-1) - 1."""
+    return int(number(p, weights, voltage, normal))

@@ -7,7 +7,7 @@ DNL, the largest where the highest bit changes (IEEE Std 1658, section 6).
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.bit_weights import bit_weights
-from proofmass.blocks.arithmetic.rounding import round_half_even, saturated
+from proofmass.blocks.arithmetic.rounding import nearest_integer, round_half_even, saturated
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
@@ -39,11 +39,11 @@ def start(p: WeightedDigitalToAnalog, weights: list[float]) -> None:
 @WeightedDigitalToAnalog.output("V")
 def voltage(p: WeightedDigitalToAnalog, weights: list[float], number: float) -> float:
     """Voltage of the code."""
-    half = 1 << (p.bits - 1)
-    rounded = round_half_even(saturated(number, -float(half), float(half - 1)))
-    word, total = int(rounded) + half, rounded
+    half = float(1 << (p.bits - 1))
+    inside = saturated(number, -half, half - 1.0)
+    total, rest, ideal = round_half_even(inside), nearest_integer(inside) + half, half
     for i in range(len(weights)):
-        ideal = float(1 << (p.bits - 1 - i))
-        bit = (word >> (p.bits - 1 - i)) & 1
-        total += float(bit) * (weights[i] - ideal)
-    return total * (p.reference / float(half))
+        bit = 1.0 if rest >= ideal else 0.0
+        total += bit * (weights[i] - ideal)
+        rest, ideal = rest - bit * ideal, 0.5 * ideal
+    return total * (p.reference / half)
