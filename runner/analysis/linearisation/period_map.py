@@ -23,7 +23,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import memory_at
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
-from proofmass.runner.derivatives.dual_noise import NoisyTicks
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import Memory, start
@@ -125,7 +125,7 @@ def period_map(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
-    noise: Collection[str] = (),
+    noise: Noisy = NOTHING,
     tick: int = 0,
     periods: int = 1,
     memory: Memory | None = None,

@@ -276,11 +276,16 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
         for got, up, down, middle in zip(found, high, low, base, strict=True):
             if _corner(up, middle, down):
                 continue
-            coarse = 1.0 if kind in QUANTISERS else 0.0
+            coarse = max(1.0, _half_a_step(block)) if kind in QUANTISERS else 0.0
             expected = (up - down) / (2.0 * step)
             allowed = 1e-5 * abs(expected) + 2e-9 * abs(middle) / step + coarse / step
             assert abs(slopes_of(got).get("x", 0.0) - expected) <= allowed, (kind, function.__name__, place)
             assert abs(plain(got) - middle) <= coarse
+
+
+def _half_a_step(block: Any) -> float:
+    """Of the levels of a modulator, which may have two of any size."""
+    return float(block.reference / (block.levels - 1)) if hasattr(block, "feedback") else 0.0
 
 
 def _flat_results(function: Any, arguments: list[Any]) -> list[Any]:
