@@ -151,7 +151,9 @@ from proofmass.blocks.registers.fixed_delay import FixedDelay as FixedDelay
 from proofmass.blocks.registers.fixed_difference import FixedDifference as FixedDifference
 from proofmass.blocks.registers.fixed_finite_impulse_response import FixedFiniteImpulseResponse as FixedFiniteImpulseResponse
 from proofmass.blocks.registers.fixed_gain import FixedGain as FixedGain
+from proofmass.blocks.registers.fixed_in_phase_quadrature_demodulator import FixedInPhaseQuadratureDemodulator as FixedInPhaseQuadratureDemodulator
 from proofmass.blocks.registers.fixed_integrator import FixedIntegrator as FixedIntegrator
+from proofmass.blocks.registers.fixed_mash_modulator import FixedMashModulator as FixedMashModulator
 from proofmass.blocks.registers.fixed_mass_spring_damper import FixedMassSpringDamper as FixedMassSpringDamper
 from proofmass.blocks.registers.fixed_moving_average import FixedMovingAverage as FixedMovingAverage
 from proofmass.blocks.registers.fixed_octave_shift import FixedOctaveShift as FixedOctaveShift
@@ -162,6 +164,7 @@ from proofmass.blocks.registers.fixed_product import FixedProduct as FixedProduc
 from proofmass.blocks.registers.fixed_quantiser import FixedQuantiser as FixedQuantiser
 from proofmass.blocks.registers.fixed_range_reducer import FixedRangeReducer as FixedRangeReducer
 from proofmass.blocks.registers.fixed_second_order_section import FixedSecondOrderSection as FixedSecondOrderSection
+from proofmass.blocks.registers.fixed_sigma_delta_modulator import FixedSigmaDeltaModulator as FixedSigmaDeltaModulator
 from proofmass.blocks.registers.fixed_sine_table import FixedSineTable as FixedSineTable
 from proofmass.blocks.registers.fixed_slope_estimator import FixedSlopeEstimator as FixedSlopeEstimator
 from proofmass.blocks.registers.fixed_state_space import FixedStateSpace as FixedStateSpace
