@@ -66,6 +66,15 @@ _KINDS = {
     ("mass", "spring", "damper", "dashpot"): "MassSpringDamper: mass, damper and spring together",
     ("opamp", "operationalamplifier"): "InstrumentationAmplifier",
     ("sqrt",): "SquareRoot",
+    ("exp",): "Exponential",
+    ("log", "ln", "log10", "decibel"): "Logarithm",
+    ("tdc", "timetodigitalconverter", "timeintervalcounter"): "TimeToDigital",
+    ("sar", "saradc"): "SuccessiveApproximation",
+    ("pipelineadc",): "PipelineAnalogToDigital",
+    ("rom", "modalmodel", "femodel", "finiteelement"): "ModalReducedOrderModel",
+    ("electromagnet", "magneticbearing", "levitation"): "MagneticLevitation",
+    ("coupler", "beamsplitter", "directionalcoupler"): "FibreCoupler",
+    ("piezo", "pzt"): "PiezoelectricActuator or PiezoelectricSensor",
 }
 _ANSWERS |= {word: f"here that is {kinds}" for words, kinds in _KINDS.items() for word in words}
 
