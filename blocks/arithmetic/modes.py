@@ -142,7 +142,7 @@ def exponential_of(matrix: Matrix) -> Matrix:
     squarings = 0
     while largest > 0.5 and squarings < 60:
         largest, squarings = 0.5 * largest, squarings + 1
-    part = [[v * 0.5**squarings for v in row] for row in matrix]
+    part = [[v / float(1 << squarings) for v in row] for row in matrix]
     total = [[1.0 if i == j else 0.0 for j in range(size)] for i in range(size)]
     for n in reversed(range(1, TERMS + 1)):  # Horner's rule
         total = [

@@ -4,6 +4,7 @@ The first error is that at -reference, the last that at +reference; beyond them 
 2^(bits-1) (IEEE Std 1241, section 6).
 """
 
+import math
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.rounding import clip
@@ -38,7 +39,7 @@ def output(p: MeasuredNonlinearity, table: list[float], voltage: float) -> float
     """The voltage with its error."""
     spaces = len(table) - 1
     place = clip(0.5 * (voltage / p.reference + 1.0), 0.0, 1.0) * float(spaces)
-    i = int(place)
+    i = math.floor(place)
     i = i if i < spaces else spaces - 1
     error = table[i] + (place - float(i)) * (table[i + 1] - table[i])
     return voltage + error * (p.reference / float(1 << (p.bits - 1)))

@@ -28,9 +28,7 @@ class FibreCoupler(Block):
 def interference(p: FibreCoupler, first: float, second: float, phase: float) -> float:
     """B, zero where one input is dark."""
     product = p.coupling * (1.0 - p.coupling) * first * second
-    if first <= 0.0 or second <= 0.0 or product <= 0.0:
-        return 0.0
-    return 2.0 * p.coherence * math.sqrt(product) * sine(phase)
+    return 2.0 * p.coherence * (math.sqrt(product) if product > 0.0 else 0.0) * sine(phase)
 
 
 @FibreCoupler.output("W")
@@ -45,3 +43,13 @@ def cross(p: FibreCoupler, first: float, second: float, phase: float) -> float:
     """Power out of the second fibre."""
     a, b = first if first > 0.0 else 0.0, second if second > 0.0 else 0.0
     return p.transmission * (p.coupling * a + (1.0 - p.coupling) * b - interference(p, a, b, phase))
+
+
+@FibreCoupler.corner
+def first_above_zero(p: FibreCoupler, first: float) -> float:
+    return first
+
+
+@FibreCoupler.corner
+def second_above_zero(p: FibreCoupler, second: float) -> float:
+    return second

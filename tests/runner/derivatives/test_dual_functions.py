@@ -16,23 +16,29 @@ from proofmass.runner.contract.drawn import random_block
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import dual_math, for_duals
 from proofmass.runner.derivatives.dual_plan import dual_constants
-from proofmass.runner.plan.constants import constants_of
+from proofmass.runner.plan.constants import constants_of, start_of
 
 PERIOD = 1e-4
 QUANTISERS = {
     "AnalogToDigital",
     "DigitalToAnalog",
     "MashModulator",
+    "PipelineAnalogToDigital",
     "Quantiser",
     "SigmaDeltaModulator",
+    "SuccessiveApproximation",
     "UnipolarDigitalToAnalog",
+    "WeightedDigitalToAnalog",
 }
 OF_VOLTAGES = {
     "AnalogToDigital",
     "MashModulator",
+    "PipelineAnalogToDigital",
     "Quantiser",
     "SigmaDeltaModulator",
+    "SuccessiveApproximation",
 }  # of signals about 1, where others take codes
+OF_WEIGHTS = {"PipelineAnalogToDigital", "SuccessiveApproximation", "WeightedDigitalToAnalog"}  # converters by these
 KINDS = {
     name: kind
     for name, kind in all_blocks().items()
@@ -244,6 +250,8 @@ def _arguments(block: Block, names: tuple[str, ...], dice: random.Random) -> lis
     for name, buffer in type(block).buffers.items():
         length = 7 if buffer.recorded else shape_of(block, buffer)[0]
         known[name] = sorted(_drawn(buffer.dtype, dice) for _ in range(length))
+    if type(block).__name__ in OF_WEIGHTS:
+        start_of(block, known, PERIOD)
     for name, port in type(block).inputs.items():
         known[name] = _drawn(port.dtype, dice) * (
             1e-7 if unit_of(block, port) == "m" else 1
