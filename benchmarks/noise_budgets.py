@@ -121,11 +121,11 @@ def main() -> None:
     )
     for case in CASES:
         if len(sys.argv) < 2 or sys.argv[1] in case.file:
-            found = row(case, runs=True)
-            first, errors = found.budget.sources[0], "" if found.errors is None else f"{found.errors:+.2f} SE"
+            line = row(case, runs=True)
+            first, errors = line.budget.sources[0], "" if line.errors is None else f"{line.errors:+.2f} SE"
             print(
-                f"{Path(case.file).stem:<38} {case.output:<20} {found.budget.rms:11.4g} {found.rms:11.4g}"
-                f" {100.0 * found.inside:6.1f} % {errors:>11} {found.seconds:6.2f} s"
+                f"{Path(case.file).stem:<38} {case.output:<20} {line.budget.rms:11.4g} {line.rms:11.4g}"
+                f" {100.0 * line.inside:6.1f} % {errors:>11} {line.seconds:6.2f} s"
                 f"  {first.block} {100.0 * first.share:.0f} %",
                 flush=True,
             )

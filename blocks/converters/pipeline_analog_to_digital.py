@@ -8,7 +8,7 @@ Gray, IEEE J. Solid-State Circuits 22, 1987).
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
-from proofmass.blocks.arithmetic.rounding import nearest_integer, round_half_even, saturated
+from proofmass.blocks.arithmetic.rounding import round_half_even, saturated
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 _STREAM = 0x50495045  # "PIPE": no block of noise shares these deviates
@@ -56,10 +56,8 @@ def number(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float], 
         total = 2 * total + digit
     steps = float(1 << (p.last_bits - 1))
     half = float(1 << (p.stages + p.last_bits - 1))
-    last = nearest_integer(saturated(residue * steps, -steps - 1.0, steps + 1.0))
-    inside = saturated(voltage / p.reference * half, -half, half - 1.0)
-    found = saturated(float(total) * steps + last, -half, half - 1.0)
-    return round_half_even(inside) + (found - nearest_integer(inside))  # the slope of a quantiser is one
+    last = saturated(residue * steps, -steps - 1.0, steps + 1.0)
+    return round_half_even(saturated(float(total) * steps + last, -half, half - 1.0))
 
 
 @PipelineAnalogToDigital.output("1")

@@ -60,6 +60,9 @@ class Outputs:
         nodes = {node: steps[node] for node in outputs_of(steps)}
         steps |= {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, nodes)}
         self._outputs = [(step, self._beat(step), compute) for step, compute in steps.items()]
+        self._names = {
+            step: f"{step.block}.constants" if isinstance(step, ConstantsOf) else ".".join(step) for step in steps
+        }
 
     def first_tick(self) -> tuple[dict[str, Any], dict[Endpoint, Any]]:
         """Constants and wires of tick 0; of a block that fails there, what they were before."""
@@ -74,17 +77,16 @@ class Outputs:
 
     def _compute(self, tick: int) -> None:
         """Outputs due in a tick, in their order."""
-        wires = self._memory.wires
+        wires, names = self._memory.wires, self._names
         for step, (stride, phase), compute in self._outputs:
             if tick % stride != phase:
                 continue
-            if isinstance(step, ConstantsOf):
-                self._at = f"{step.block}.constants"
-                self._constants[step.block] = compute(tick)
-                continue
-            self._at = ".".join(step)
+            self._at = names[step]
             value = compute(tick)
-            if not self._finite(value):
+            if isinstance(step, ConstantsOf):
+                self._constants[step.block] = value
+                continue
+            if not (type(value) is float and math.isfinite(value)) and not self._finite(value):  # most are numbers
                 raise TickError(self._at, tick, value)
             wires[step] = value
 
@@ -164,13 +166,24 @@ class Outputs:
         """A function of a block with every argument looked up in the tick."""
         block = self.filled.blocks[name]
         behaviour = type(block).output_functions.get(function) or type(block).functions[function]
-        getters = [self._getter(binding) for binding in self.filled.bindings(name, function)]
+        bindings = self.filled.bindings(name, function)
         call = self._counted(name, function) if name in self.filled.digital else self._callable(block, behaviour)
+        constants = self._constants
+        lookups = [place for place in map(self._place, bindings) if place is not None]
+        if len(lookups) == len(bindings):  # nothing follows from the tick: faster
+            return lambda tick: call(constants[name], *[values[key] for values, key in lookups])
+        getters = [self._getter(binding) for binding in bindings]
+        return lambda tick: call(constants[name], *[get(tick) for get in getters])
 
-        def compute(tick: int) -> Any:
-            return call(self._constants[name], *[get(tick) for get in getters])
-
-        return compute
+    def _place(self, binding: Binding) -> tuple[Mapping[Any, Any], Any] | None:
+        """Where a state or a wire is held, as a table and the key in it."""
+        match binding:
+            case State(name):
+                return self._memory.states, name
+            case Out(node) | Wire(node):
+                return self._memory.wires, node
+            case _:
+                return None
 
     def _counted(self, name: str, function: str) -> Callable[..., Any]:
         """A function of a digital block, on raw values; it notes when a cast saturates or wraps."""

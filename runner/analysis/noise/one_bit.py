@@ -39,7 +39,7 @@ REPEATS = 0.2  # correlation of the error with itself, from which on it is not w
 
 @dataclass(frozen=True)
 class OneBit(Gain):
-    """What a run shows of a quantiser of one bit."""
+    """Gain and error of a quantiser of one bit, as a run shows them."""
 
     mean: float  # of its levels
     decisions: int

@@ -78,14 +78,14 @@ class _Netlist:
 
     def __init__(self, solver: Solver, implementation: Implementation, reference: Reference) -> None:
         self.solver, self.latency = solver, reference.latency
-        named = [*implementation.following, *(each.name for each in reference.held), *CLOCKING]
+        named = [*implementation.following, *(port.name for port in reference.held), *CLOCKING]
         constants = {n: constants_of(solver.read(implementation.terms[n])) for n in named if n in implementation.terms}
         self.following = {solver.read(name): solver.read(term) for name, term in implementation.moves.items()}
-        self.own = {each: register.name for register in reference.registers for each in constants[register.name]}
-        self.added = [each for each in self.following if each not in self.own]
+        self.own = {bit: register.name for register in reference.registers for bit in constants[register.name]}
+        self.added = [term for term in self.following if term not in self.own]
         self.outputs = {port.name: solver.read(implementation.terms[port.name]) for port in reference.outputs}
-        self._clocking = {name: each for name in CLOCKING[1:] for each in constants.get(name, ())}
-        self._names = {each: name for name, found in constants.items() for each in found}
+        self._clocking = {name: term for name in CLOCKING[1:] for term in constants.get(name, ())}
+        self._names = {term: name for name, terms in constants.items() for term in terms}
 
     # -- parts -----------------------------------------------------------------------------------------------------
 

@@ -99,17 +99,17 @@ class SensorRuns:
         left = {name: np.full(len(which), value) for name, value in self._unset.items()}
         intervals = len(self.study.recalibration.every)
         calibrated = np.array([self.study.calibrated(number) for number in range(intervals)])[which % intervals]
-        done = np.zeros((len(which), epochs), dtype=bool)
+        calibrations = np.zeros((len(which), epochs), dtype=bool)
         for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
             values = {name: rows[some] for name, rows in drawn.items()}
             values |= {name: now[None] for name, now in left.items()}
             self._abreast(outcomes, range(epochs)[some], self.study.settings(values, on_arrays), stop)
             if left:
-                done[:, some.start] = self._carry(outcomes, some.start, calibrated[:, some.start], left)
-                if self.study.followed and done[:, some.start].any():
+                calibrations[:, some.start] = self._carry(outcomes, some.start, calibrated[:, some.start], left)
+                if self.study.followed and calibrations[:, some.start].any():
                     values |= {name: now[None] for name, now in left.items()}
-                    self._follow(after, some.start, done[:, some.start], values, stop)
-        return self._with_changes(outcomes, done, after.values)
+                    self._follow(after, some.start, calibrations[:, some.start], values, stop)
+        return self._with_changes(outcomes, calibrations, after.values)
 
     def _one_by_one(self, numbers: Array) -> Outcomes:
         """Return the outcomes of runs one after the other."""

@@ -276,7 +276,9 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
         seeded = _moved(arguments, place, dual(value, {"x": 1.0}))
         found = _flat_results(for_duals(function), seeded)
         step = 1e-6 * (abs(value) or 1.0)
-        if kind in OF_VOLTAGES:
+        if kind in OF_WEIGHTS:
+            step = 0.02 * (abs(value) or 1.0)
+        elif kind in OF_VOLTAGES:
             step = 0.3 * (abs(value) or 1.0)
         elif kind in QUANTISERS and place[0] > 0:
             step = 300.0
