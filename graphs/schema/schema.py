@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 from proofmass.blocks.declaration.catalog import Own, all_blocks, facts
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.number_files import PARTS
 from proofmass.graphs.formulas.parser import LENGTH
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
 from proofmass.graphs.model.keys import (
@@ -111,6 +112,7 @@ def schema(own: Own | None = None) -> Schema:
         "$defs": {
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             "formula": {"type": "string", "pattern": r"^\s*=", "maxLength": LENGTH + 2},
+            "numbers": _numbers(),
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
             "study": study_schema(LARGEST_STUDY),
@@ -245,13 +247,24 @@ def _parameter(parameter: Mapping[str, Any]) -> Schema:
         return about | {"enum": parameter["choices"]}
     if parameter["type"] == "list":
         entry = _formulated({"type": "number"} | bounds)
-        return about | {"type": "array", "minItems": 1, "items": entry}
+        return about | {"anyOf": [{"type": "array", "minItems": 1, "items": entry}, {"$ref": "#/$defs/numbers"}]}
     if parameter["type"] == "format":
         return about | {"type": "string", "pattern": _FORMAT}
     value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
     if parameter["type"] == "str":
         return about | value | {"maxLength": TEXT_LENGTH}
     return about | (value if parameter["type"] == "bool" else _formulated(value))
+
+
+def _numbers() -> Schema:
+    """Return the schema of a list of numbers that a file holds."""
+    name = {"type": "string", "maxLength": TEXT_LENGTH}
+    return {
+        "type": "object",
+        "properties": {"file": name, "column": name, "part": {"enum": list(PARTS)}},
+        "required": ["file"],
+        "additionalProperties": False,
+    }
 
 
 def _bounds(parameter: Mapping[str, Any]) -> Schema:
