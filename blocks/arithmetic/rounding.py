@@ -15,7 +15,7 @@ def round_half_even(value: float) -> float:
 
 
 def nearest_integer(value: float) -> float:
-    """As `round_half_even`, for a count of whole turns that is taken off again: a step, not a quantised signal.
+    """Round half to even a count of whole turns that is subtracted again: a step, not a quantised signal.
 
     The two differ where a graph is linearised: the slope of a quantiser is one, that of a count is zero.
 
@@ -57,7 +57,7 @@ def likely(condition: bool) -> bool:
 
 
 def saturated(value: float, low: float, high: float) -> float:
-    """As `clip`, for bounds that are seldom reached, such as the codes of a converter.
+    """Clip to bounds that are seldom reached, such as the codes of a converter.
 
     The two differ in speed alone: what follows does not wait for the bounds in machine code.
 
@@ -75,3 +75,32 @@ def wrapped(mantissa: int, low_bits: int, sign: int) -> int:
     (-7, 9, 7)
     """
     return ((mantissa & low_bits) ^ sign) - sign
+
+
+def nearest_level(value: float, last: float) -> int:
+    """The nearest of the levels 0 to `last`; a tie goes up.
+
+    Here a quantiser knows that it has but two levels: its gain is then not one where a graph is linearised.
+
+    >>> nearest_level(2.5, 7.0), nearest_level(-3.0, 7.0), nearest_level(0.7, 1.0)
+    (3, 0, 1)
+    """
+    return round_down(saturated(value + 0.5, 0.0, last))
+
+
+def nearest_even_level(value: float, last: float) -> float:
+    """The nearest of the levels 0 to `last`; a tie goes to the even one.
+
+    >>> nearest_even_level(2.5, 7.0), nearest_even_level(9.0, 7.0)
+    (2.0, 7.0)
+    """
+    return round_half_even(clip(value, 0.0, last))
+
+
+def two_level(on: bool, value: float) -> float:
+    """1 where a comparison of a value is true, else -1: a one-bit quantiser of that value.
+
+    >>> two_level(True, 0.3), two_level(False, -0.1)
+    (1.0, -1.0)
+    """
+    return 1.0 if on else -1.0

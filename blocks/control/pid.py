@@ -11,25 +11,16 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import exponential
 from proofmass.blocks.arithmetic.rounding import saturated
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.declare import Input, param
+from proofmass.blocks.parameter_sets.pid_gains import PIDGains
 
 
-class PID(Block):
+class PID(PIDGains):
     """Discrete PID controller with filtered derivative, output limits and anti-windup."""
 
-    proportional: float = param("({output_unit})/({input_unit})", "Kp, output per error.", default=0.06)
-    integral: float = param("({output_unit})/({input_unit})/s", "Ki, output per error and second.", default=6.0)
-    derivative_gain: float = param(
-        "({output_unit})*s/({input_unit})", "Kd, output per error per second.", default=2.0e-5
-    )
-    derivative_pole: float = param(
-        "Hz", "Frequency of the pole that filters the derivative.", default=2000.0, above=0.0
-    )
     limited: bool = param("", "Whether the output is held between the limits.", default=False)
     lowest: float = param("{output_unit}", "Lower limit of the output.", default=-1.0)
     highest: float = param("{output_unit}", "Upper limit of the output.", default=1.0)
-    input_unit: str = param("", "Unit of the error.", default="1")
-    output_unit: str = param("", "Unit of the output.", default="1")
 
     error = Input("{input_unit}", "Setpoint minus measurement.")
 

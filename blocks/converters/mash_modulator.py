@@ -10,7 +10,7 @@ integrators lose in a tick, by which the error of the first stage leaks through.
 
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import round_down, saturated
+from proofmass.blocks.arithmetic.rounding import nearest_level
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -47,13 +47,13 @@ def constants(p: MashModulator, period: float) -> Constants:
 
 def nearest(c: Constants, value: float) -> float:
     """The level nearest to a value; a tie goes up."""
-    number = round_down(saturated((0.5 * value / c.reference + 0.5) * c.last + 0.5, 0.0, c.last))
+    number = nearest_level((0.5 * value / c.reference + 0.5) * c.last, c.last)
     return c.reference * (2.0 * number / c.last - 1.0)
 
 
 @MashModulator.output("{unit}")
 def output(c: Constants, x: State) -> float:
-    """What both stages make, joined by their digital filters."""
+    """Output of both stages, joined by their digital filters."""
     return x.first + (nearest(c, x.c) - 2.0 * x.second + x.third)
 
 

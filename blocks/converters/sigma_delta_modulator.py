@@ -8,7 +8,7 @@ of higher orders by coefficients: Schreier and Temes, Understanding Delta-Sigma 
 
 from collections.abc import Iterator
 
-from proofmass.blocks.arithmetic.rounding import round_down, saturated
+from proofmass.blocks.arithmetic.rounding import nearest_level
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
@@ -46,7 +46,7 @@ def start(p: SigmaDeltaModulator, weights: list[float], returns: list[float]) ->
 def code(p: SigmaDeltaModulator, integrators: list[float]) -> int:
     """Number of the level, from 0: the bit of a modulator with two."""
     last = float(p.levels - 1)
-    return int(round_down(saturated((0.5 * integrators[-1] / p.reference + 0.5) * last + 0.5, 0.0, last)))
+    return int(nearest_level((0.5 * integrators[-1] / p.reference + 0.5) * last, last))
 
 
 @SigmaDeltaModulator.output("{unit}")

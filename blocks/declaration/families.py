@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOUNDATIONS = ("arithmetic", "declaration", "language")  # folders of foundations, not of blocks
+FOUNDATIONS = ("arithmetic", "declaration", "language", "parameter_sets")  # folders of foundations, not of blocks
 
 
 @cache

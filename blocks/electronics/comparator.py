@@ -4,6 +4,7 @@ before; h is the hysteresis. It answers in the tick in which it reads.
 
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.rounding import two_level
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -40,20 +41,20 @@ def start(p: Comparator) -> State:
 
 
 def is_on(c: Constants, x: State, input: float) -> bool:
-    """Whether it is on once it has read the input."""
+    """Return whether the comparator is on once it has read the input."""
     return input >= c.upper or (x.was_on and input >= c.lower)
 
 
 @Comparator.output("1")
 def on(c: Constants, x: State, input: float) -> bool:
-    """Whether it is on."""
+    """True while the comparator is on."""
     return is_on(c, x, input)
 
 
 @Comparator.output("1")
 def sign(c: Constants, x: State, input: float) -> float:
     """1 while it is on, -1 while it is off."""
-    return 1.0 if is_on(c, x, input) else -1.0
+    return two_level(is_on(c, x, input), input)
 
 
 @Comparator.update

@@ -10,28 +10,19 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import exponential
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Overflow, Rounding, fixed
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.declare import Input, param
+from proofmass.blocks.parameter_sets.pid_gains import PIDGains
 
 
-class FixedPID(Block):
+class FixedPID(PIDGains):
     """PID controller in fixed point, with filtered derivative and anti-windup at the range of its output."""
 
-    proportional: float = param("({output_unit})/({input_unit})", "Kp, output per error.", default=0.06)
-    integral: float = param("({output_unit})/({input_unit})/s", "Ki, output per error and second.", default=6.0)
-    derivative_gain: float = param(
-        "({output_unit})*s/({input_unit})", "Kd, output per error per second.", default=2.0e-5
-    )
-    derivative_pole: float = param(
-        "Hz", "Frequency of the pole that filters the derivative.", default=2000.0, above=0.0
-    )
     input_format: Fixed = param("1", "Format of the error.", default=Fixed(16, 12))
     gain_format: Fixed = param("1", "Format of Kp, Ki Ts, Kd (1-a)/Ts and a.", default=Fixed(24, 20))
     sum_format: Fixed = param("1", "Format of integral and derivative.", default=Fixed(32, 26))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
     rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
     overflow: Overflow = param("", "What happens beyond the range of sums and output.", default="saturate")
-    input_unit: str = param("", "Unit of the error.", default="1")
-    output_unit: str = param("", "Unit of the output.", default="1")
 
     error = Input("{input_unit}", "Setpoint minus measurement.", dtype=FixedValue)
 

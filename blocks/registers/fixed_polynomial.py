@@ -8,26 +8,19 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Overflow, Rounding, fixed
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.declare import Input, param
+from proofmass.blocks.parameter_sets.polynomial_coefficients import PolynomialCoefficients
 
 
-class FixedPolynomial(Block):
+class FixedPolynomial(PolynomialCoefficients):
     """The value that a fitted polynomial predicts at a temperature, in fixed point."""
 
     order: int = param("1", "Order; coefficients above it are zero.", default=6, at_least=1, at_most=6)
-    c0: float = param("{unit}", "Value at zero temperature.", default=0.0)
     c1: float = param("({unit})/({temperature_unit})", "Coefficient of the temperature.", default=0.5)
-    c2: float = param("({unit})/({temperature_unit})^2", "Of its square.", default=0.0)
-    c3: float = param("({unit})/({temperature_unit})^3", "Of its third power.", default=0.0)
-    c4: float = param("({unit})/({temperature_unit})^4", "Of its fourth power.", default=0.0)
-    c5: float = param("({unit})/({temperature_unit})^5", "Of its fifth power.", default=0.0)
-    c6: float = param("({unit})/({temperature_unit})^6", "Of its sixth power.", default=0.0)
     input_format: Fixed = param("1", "Format of the temperature.", default=Fixed(18, 16))
     sum_format: Fixed = param("1", "Format of coefficients, sums and value.", default=Fixed(28, 24))
     rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
     overflow: Overflow = param("", "What happens beyond the range of the sums.", default="saturate")
-    temperature_unit: str = param("", "Unit of the temperature: volts of a sensor, or kelvins.", default="V")
-    unit: str = param("", "Unit of the value.", default="V")
 
     temperature = Input(
         "{temperature_unit}", "Voltage of the temperature sensor, or the temperature.", dtype=FixedValue

@@ -7,7 +7,7 @@ number of levels about zero does; an odd number has a level at zero (mid-tread).
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.rounding import clip, round_half_even
+from proofmass.blocks.arithmetic.rounding import nearest_even_level
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -43,10 +43,10 @@ def constants(p: Quantiser, period: float) -> Constants:
 @Quantiser.output("{unit}")
 def output(c: Constants, input: float) -> float:
     """The nearest level."""
-    return c.lowest + c.step * round_half_even(clip((input - c.lowest) / c.step, 0.0, c.last))
+    return c.lowest + c.step * nearest_even_level((input - c.lowest) / c.step, c.last)
 
 
 @Quantiser.output("1")
 def code(c: Constants, input: float) -> int:
     """Number of the level, from 0."""
-    return int(round_half_even(clip((input - c.lowest) / c.step, 0.0, c.last)))
+    return int(nearest_even_level((input - c.lowest) / c.step, c.last))

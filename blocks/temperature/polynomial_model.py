@@ -3,21 +3,12 @@
 `proofmass fit` finds the coefficients; those above the order are zero.
 """
 
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.declare import Input
+from proofmass.blocks.parameter_sets.polynomial_coefficients import PolynomialCoefficients
 
 
-class PolynomialModel(Block):
+class PolynomialModel(PolynomialCoefficients):
     """The value that a fitted polynomial of order 1 to 6 predicts at a temperature."""
-
-    c0: float = param("{unit}", "Value at zero temperature.", default=0.0)
-    c1: float = param("({unit})/({temperature_unit})", "Coefficient of the temperature.", default=1.0)
-    c2: float = param("({unit})/({temperature_unit})^2", "Of its square.", default=0.0)
-    c3: float = param("({unit})/({temperature_unit})^3", "Of its third power.", default=0.0)
-    c4: float = param("({unit})/({temperature_unit})^4", "Of its fourth power.", default=0.0)
-    c5: float = param("({unit})/({temperature_unit})^5", "Of its fifth power.", default=0.0)
-    c6: float = param("({unit})/({temperature_unit})^6", "Of its sixth power.", default=0.0)
-    temperature_unit: str = param("", "Unit of the temperature: volts of a sensor, or kelvins.", default="V")
-    unit: str = param("", "Unit of the value.", default="V")
 
     temperature = Input("{temperature_unit}", "Voltage of the temperature sensor, or the temperature.")
 

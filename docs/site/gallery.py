@@ -17,7 +17,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.simulate import simulate
 
-TICKS = 100_000  # of a run whose figures are on a page; longer ones are left to the reader
+TICKS = 5_000_000  # of a run whose figures are on a page; longer ones are left to the reader
 
 
 def all_exhibits() -> tuple[Exhibit, ...]:

@@ -1,58 +1,18 @@
-"""Places of blocks and routes of wires on a grid: layers, order, heights, then routes."""
+"""Places of blocks and routes of wires on a grid: layers, order, rows, heights, then routes."""
 
 from bisect import bisect_left, insort
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
+from proofmass.graphs.drawing.breaks import NetsOf, Rows, broken, fits, rows_of, widths_to_try
+from proofmass.graphs.drawing.items import Item, Layout, Net, Pin, Shape, Spot
 from proofmass.graphs.drawing.layers import Layers, Link, assign_layers
-from proofmass.graphs.drawing.routing import GRID, Bar, Point, Tree, add_line, channel, corners, walked
+from proofmass.graphs.drawing.routing import GRID, Point, corners, walked
+from proofmass.graphs.drawing.rows import Routed, route
 from proofmass.graphs.model.digraph import connected
 
 SWEEPS = 12
 LARGEST_POLISHED = 3000  # items (blocks, and wires past blocks) that get every sweep
 _BACKWARD = 0.3  # cost of a backward wire above a block, in crossings
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Size of a block and places of its pins: ports from its top, driven parameters from its left."""
-
-    width: int
-    height: int
-    inputs: Mapping[str, int]
-    outputs: Mapping[str, int]
-    driven: Mapping[str, int]
-    label: int = 0  # room beside the outputs
-    exit: bool = False  # whether somebody looks at an output
-    noise: bool = False
-
-    def row(self, parameter: str) -> int:
-        """Return how far below the top of the block the wire of a driven parameter arrives."""
-        return self.height + GRID * (2 + list(self.driven).index(parameter))
-
-    def reserved(self) -> int:
-        """The height reserved for it."""
-        return self.row(list(self.driven)[-1]) if self.driven else self.height
-
-
-class Spot(NamedTuple):
-    """The upper left corner of a block, and whether its inputs are on the right."""
-
-    x: int
-    y: int
-    mirrored: bool
-
-
-@dataclass(frozen=True)
-class Layout:
-    """A diagram in pixels: blocks, the corner points of each wire, and the dots where wires branch."""
-
-    width: int
-    height: int
-    spots: Mapping[str, Spot]
-    paths: Mapping[Link, tuple[Point, ...]]
-    dots: frozenset[Point]
 
 
 def lay_out(shapes: Mapping[str, Shape], links: Sequence[Link], widest: int = 1200) -> Layout:
@@ -84,39 +44,6 @@ def _connected(names: Sequence[str], links: Sequence[Link]) -> list[tuple[list[s
     return list(zip(parts, own, strict=True))
 
 
-@dataclass(eq=False)
-class _Item:
-    """An item of a layer: a block, or a wire that passes through."""
-
-    name: str  # empty for a wire
-    height: int
-    rank: tuple[int, str, str]  # order at the start
-    backward: bool
-    width: int = 0
-    x: int = 0
-    top: int = 0
-    pins: tuple[list["_Pin"], list["_Pin"]] = field(default_factory=lambda: ([], []))  # on the left, on the right
-
-
-class _Pin(NamedTuple):
-    item: _Item
-    below: int  # the top of the item
-    across: int  # from the left of the item
-    net: "_Net"
-
-    @property
-    def y(self) -> int:
-        return self.item.top + self.below
-
-
-@dataclass(eq=False)
-class _Net:
-    """The wires of one output in one gap between layers: pins on the left side and on the right side."""
-
-    left: list[_Pin] = field(default_factory=list)
-    right: list[_Pin] = field(default_factory=list)
-
-
 class _Part:
     """One connected part of the graph during layout."""
 
@@ -128,14 +55,15 @@ class _Part:
         self.layers: Layers = assign_layers(
             shapes, links, (n for n, s in shapes.items() if s.exit), (n for n, s in shapes.items() if s.noise)
         )
-        self.columns: list[list[_Item]] = [[] for _ in range(max(self.layers.of.values(), default=0) + 1)]
-        self.blocks: dict[str, _Item] = {}
+        self.columns: list[list[Item]] = [[] for _ in range(max(self.layers.of.values(), default=0) + 1)]
+        self.blocks: dict[str, Item] = {}
         for name, shape in shapes.items():
             backward = name in self.layers.mirrored
-            item = _Item(name, shape.reserved(), (2 * backward, name, ""), backward, shape.width)
+            item = Item(name, shape.reserved(), (2 * backward, name, ""), backward, shape.width)
             self.blocks[name] = item
             self.columns[self.layers.of[name]].append(item)
-        self.nets: dict[tuple[str, str, int], _Net] = {}  # by source, output and gap
+        self.nets: dict[tuple[str, str, int], Net] = {}  # by source, output and gap
+        self.within: NetsOf = {}
         self._connect()
         for column in self.columns:
             column.sort(key=lambda item: item.rank)
@@ -156,24 +84,43 @@ class _Part:
                 )
                 pins.append((self.blocks[link.target], below, across, self.gap_of(link.target, False, link.driven)))
             first, last = min(gap for *_, gap in pins), max(gap for *_, gap in pins)
-            nets = {gap: _Net() for gap in range(first, last + 1)}
+            nets = {gap: Net() for gap in range(first, last + 1)}
             self.nets |= {(source, output, gap): net for gap, net in nets.items()}
             for item, below, across, gap in pins:
-                self._pin(_Pin(item, below, across, nets[gap]), on_left=gap == self.layers.of[item.name])
+                self._pin(Pin(item, below, across, nets[gap]), on_left=gap == self.layers.of[item.name])
             for layer in range(first, last):
                 backward = layer < start
-                item = _Item("", 0, (1 + backward, source, output), backward)
+                item = Item("", 0, (1 + backward, source, output), backward)
                 self.columns[layer].append(item)
-                self._pin(_Pin(item, 0, 0, nets[layer]), on_left=True)
-                self._pin(_Pin(item, 0, 0, nets[layer + 1]), on_left=False)
+                self._pin(Pin(item, 0, 0, nets[layer]), on_left=True)
+                self._pin(Pin(item, 0, 0, nets[layer + 1]), on_left=False)
 
-    def _pin(self, pin: _Pin, on_left: bool) -> None:
+    def _pin(self, pin: Pin, on_left: bool) -> None:
         (pin.net.right if on_left else pin.net.left).append(pin)
         pin.item.pins[not on_left].append(pin)
 
     # -- order and heights ---------------------------------------------------------------------------------------
 
     def drawn(self) -> Layout:
+        """Return the layout in one row, or in more where one is too wide for a page."""
+        self._order()
+        ordered = self._state()
+        layout, starts = self._in_rows([(0, len(self.columns))])
+        crossing = [0] * len(self.columns)
+        for _, _, gap in self.nets:
+            if gap < len(crossing):
+                crossing[gap] += 1
+        for wanted in widths_to_try(layout.width, layout.height):
+            self._restore(ordered)
+            rows = rows_of(starts, layout.width, crossing, wanted)
+            tried, _ = self._in_rows(rows)
+            if fits(tried.width, tried.height):
+                return tried
+            layout = min(layout, tried, key=lambda one: one.width)
+        return layout
+
+    def _order(self) -> None:
+        """Put the items of each layer in the order in which their wires cross least."""
         for column in self.columns:
             self._settle(column, (0, 1))
         size = sum(len(column) for column in self.columns)
@@ -186,6 +133,10 @@ class _Part:
                 self._settle(column, (side,))
             best = min(best, self._state(), key=lambda state: state[0])
         self._restore(best)
+
+    def _in_rows(self, rows: Rows) -> tuple[Layout, list[int]]:
+        """Return the layout with the layers in these rows, and the place of each layer."""
+        self.columns, self.within = broken(self.columns, self.nets, rows)
         best = self._state(straight=True)
         for sweep in range(SWEEPS):
             sides = ((0,), (1,), (0, 1), (1, 0))[sweep % 4]
@@ -193,26 +144,27 @@ class _Part:
                 self._settle(column, sides)
             best = min(best, self._state(straight=True), key=lambda state: state[0])
         self._restore(best)
-        return self._routed()
+        routed = route(self.columns, self.within, rows, self._room)
+        return self._traced(routed), routed.starts
 
-    def _state(self, straight: bool = False) -> tuple[float, list[list[_Item]], list[list[int]]]:
+    def _state(self, straight: bool = False) -> tuple[float, list[list[Item]], list[list[int]]]:
         cost = self._bends() if straight else self._crossings()
         return cost, [list(column) for column in self.columns], [[i.top for i in column] for column in self.columns]
 
-    def _restore(self, state: tuple[float, list[list[_Item]], list[list[int]]]) -> None:
+    def _restore(self, state: tuple[float, list[list[Item]], list[list[int]]]) -> None:
         self.columns = state[1]
         for column, tops in zip(state[1], state[2], strict=True):
             for item, top in zip(column, tops, strict=True):
                 item.top = top
 
-    def _centre(self, item: _Item, side: int) -> float:
+    def _centre(self, item: Item, side: int) -> float:
         """Return the best height for the middle of an item, from the pins that it is wired to on one side."""
         ends = [end.y - pin.below for pin in item.pins[side] for end in _opposite(pin, side) or _beside(pin, side)]
         return (sum(ends) / len(ends) if ends else item.top) + item.height / 2
 
-    def _settle(self, column: list[_Item], sides: tuple[int, ...]) -> None:
+    def _settle(self, column: list[Item], sides: tuple[int, ...]) -> None:
         """Set heights in a layer, in the same order, as close as possible to straight wires (isotonic medians)."""
-        pools: list[tuple[int, list[tuple[int, float]], list[tuple[_Item, int]]]] = []
+        pools: list[tuple[int, list[tuple[int, float]], list[tuple[Item, int]]]] = []
         offset = 0
         for above, item in zip([None, *column], column, strict=False):
             offset += above.height + _between(above, item) if above else 0
@@ -235,7 +187,7 @@ class _Part:
 
     def _crossings(self) -> float:
         cost = 0.0
-        by_gap: dict[int, list[_Net]] = {}
+        by_gap: dict[int, list[Net]] = {}
         for (_, _, gap), net in self.nets.items():
             by_gap.setdefault(gap, []).append(net)
         for nets in by_gap.values():
@@ -261,52 +213,23 @@ class _Part:
         """Return how far the wires are from straight; wires past blocks count more."""
         return sum(
             _weight(a, b) * (abs(a.y - b.y) + 2 * GRID * (a.y != b.y))
-            for net in self.nets.values()
+            for net in self.within.values()
             for a in net.left
             for b in net.right
         ) + 0.01 * sum(max((i.top + i.height for i in c), default=0) - c[0].top for c in self.columns if c)
 
     # -- pixels --------------------------------------------------------------------------------------------------
 
-    def _routed(self) -> Layout:
-        items = [item for column in self.columns for item in column]
-        highest = min((item.top for item in items), default=0)
-        for item in items:
-            item.top -= highest
-        gaps: list[dict[tuple[str, str], _Net]] = [{} for _ in range(len(self.columns) + 1)]
-        for (source, output, gap), net in self.nets.items():
-            gaps[gap][source, output] = net
-        x = 0
-        bars: list[tuple[int, dict[tuple[str, str], list[Bar]]]] = []
-        for gap, nets in enumerate(gaps):
-            tracks, net_bars = channel(
-                {n: ([p.y for p in net.left], [p.y for p in net.right]) for n, net in nets.items()}
-            )
-            x += self._room(gap - 1, False) + (GRID if nets else 0)
-            bars.append((x, net_bars))
-            x += GRID * tracks + self._room(gap, True) + (GRID if nets else 0)
-            column = self.columns[gap] if gap < len(self.columns) else []
-            width = max((item.width for item in column), default=0)
-            for item in column:
-                item.width = item.width or width
-                item.x = x + (width - item.width) // 2 // GRID * GRID
-            x += width
-        trees: dict[tuple[str, str], Tree] = {}
-        for nets, (left, net_bars) in zip(gaps, bars, strict=True):
-            for name, net in nets.items():
-                _grow(trees.setdefault(name, {}), net, net_bars.get(name, []), left)
-        return self._traced(x, max((item.top + item.height for item in items), default=0), trees)
-
     def _room(self, layer: int, on_left: bool) -> int:
         """Return the space that a layer needs for labels beside outputs on one side."""
         column = self.columns[layer] if 0 <= layer < len(self.columns) else []
         return max((self.shapes[i.name].label for i in column if i.name and i.backward == on_left), default=0)
 
-    def _traced(self, width: int, height: int, trees: Mapping[tuple[str, str], Tree]) -> Layout:
+    def _traced(self, routed: Routed) -> Layout:
         spots = {name: Spot(item.x, item.top, item.backward) for name, item in self.blocks.items()}
         paths: dict[Link, tuple[Point, ...]] = {}
         dots: set[Point] = set()
-        for name, tree in trees.items():
+        for name, tree in routed.trees.items():
             before = walked(tree, self._end(*name, is_output=True))
             dots |= {point for point, near in tree.items() if len(near) > 2}
             for link in self.links[name]:
@@ -317,7 +240,7 @@ class _Part:
                 if link.driven:
                     path.insert(0, (end[0], self.blocks[link.target].top + self.shapes[link.target].height))
                 paths[link] = tuple(corners(path[::-1], dots))
-        return Layout(width, height, spots, paths, frozenset(dots))
+        return Layout(routed.width, routed.height, spots, paths, frozenset(dots))
 
     def _end(self, name: str, port: str, is_output: bool = False, driven: bool = False) -> Point:
         """Return where a wire leaves or reaches a block (for a driven parameter: in the row below it)."""
@@ -328,41 +251,20 @@ class _Part:
         return item.x + item.width * (is_output != item.backward), item.top + heights[port]
 
 
-def _grow(tree: Tree, net: _Net, bars: list[Bar], left: int) -> None:
-    """Add the lines of a net in one gap, and through the layer after it, to its tree."""
-    for pin in net.left:
-        if not pin.item.name:  # the layer that the wire comes through
-            add_line(tree, (pin.item.x, pin.y), (pin.item.x + pin.item.width, pin.y))
-    lefts = [(pin.item.x + pin.item.width, pin.y) for pin in net.left]
-    rights = [(pin.item.x + pin.across, pin.y) for pin in net.right]
-    if not bars:
-        add_line(tree, *sorted({*lefts, *rights}))
-        return
-    places = [left + GRID * bar.track for bar in bars]
-    for x, bar in zip(places, bars, strict=True):
-        add_line(tree, *((x, y) for y in bar.heights))
-    for x, y in lefts:
-        add_line(tree, (x, y), (places[0], y))
-    for x, y in rights:
-        add_line(tree, (places[-1], y), (x, y))
-    if bars[0].join is not None:
-        add_line(tree, *((x, bars[0].join) for x in places))
-
-
-def _opposite(pin: _Pin, side: int) -> list[_Pin]:
+def _opposite(pin: Pin, side: int) -> list[Pin]:
     return pin.net.left if side == 0 else pin.net.right
 
 
-def _beside(pin: _Pin, side: int) -> list[_Pin]:
+def _beside(pin: Pin, side: int) -> list[Pin]:
     return [other for other in (pin.net.right if side == 0 else pin.net.left) if other.item is not pin.item]
 
 
-def _between(above: _Item, below: _Item) -> int:
+def _between(above: Item, below: Item) -> int:
     """Return the free height between two neighbours of a layer."""
     return GRID * (1 + bool(above.name) + bool(below.name))
 
 
-def _weight(first: _Pin, second: _Pin) -> float:
+def _weight(first: Pin, second: Pin) -> float:
     """Return the weight of a straight wire here."""
     if first.across or second.across:
         return 0.4

@@ -1,14 +1,16 @@
 """A graph for a diagram: a subgraph is one box with the ports that it exports and those that wires reach."""
 
 import inspect
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
-from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.instance import format_of, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.declaration.units import short_unit
@@ -30,9 +32,14 @@ class Box:
     continuous: bool = False  # never a subgraph: there may be blocks of both sorts inside
     noise: bool = False
     subgraph: bool = False
+    path: str = ""  # in the flat graph
+    rate: Fraction | None = None  # in hertz
+    file: str = ""  # of a subgraph
+    signals: Mapping[str, str] = field(default_factory=dict)  # of the flat graph, by output
+    types: Mapping[str, str] = field(default_factory=dict)  # of outputs, in words
 
-    def setting(self, driven: Collection[str]) -> str:
-        """Return the first number of a block that is set to other than its default, with its unit; empty without one.
+    def settings(self, driven: Collection[str]) -> Iterator[str]:
+        """Yield the numbers of a block that are set to other than their defaults, with their units.
 
         A subgraph shows none, and a parameter that a wire drives has none.
         """
@@ -42,8 +49,7 @@ class Box:
             if number and name not in driven:
                 shown = in_print(value, short_unit(parameter.unit), 6)
                 said = name in (self.kind.lower(), f"{parameter.unit}s")  # already, by the kind or the unit
-                return shown if said else f"{name} {shown}"
-        return ""
+                yield shown if said else f"{name} {shown}"
 
 
 class Picture(NamedTuple):
@@ -59,25 +65,44 @@ class Picture(NamedTuple):
 
 def picture(graph: Graph) -> Picture:
     """Return the picture of a graph."""
-    flat = flatten(graph)
-    wires = [(_node(graph, wire.source), _node(graph, wire.target)) for wire in graph.wires]
-    probes = sorted({_node(graph, probe.signal) for probe in graph.probes})
+    return picture_of(flatten(graph), graph, "")
+
+
+def picture_of(flat: FlatGraph, graph: Graph, path: str) -> Picture:
+    """Return the picture of a graph inside another; `path` ends in a dot, or is empty for the whole."""
+    wires = [(node_of(graph, wire.source), node_of(graph, wire.target)) for wire in graph.wires]
+    probes = sorted({node_of(graph, probe.signal) for probe in graph.probes})
+    if path:  # those of the whole, which reach inside
+        below = (probe.signal.removeprefix(path) for probe in flat.probes if probe.signal.startswith(path))
+        probes = sorted({node_of(graph, outside(graph, signal)) for signal in below})
     reached: dict[str, set[str]] = {name: set(part.exports) for name, part in graph.subgraphs.items()}
     for name, port in (*(end for wire in wires for end in wire), *probes):
         if name in reached:
             reached[name].add(port)
-    boxes = {name: _block(block) for name, block in graph.blocks.items()}
-    boxes |= {name: _subgraph(flat, name, ports) for name, ports in reached.items()}
+    boxes = {name: _block(flat, f"{path}{name}", block) for name, block in graph.blocks.items()}
+    boxes |= {name: _subgraph(flat, graph, path, name, ports) for name, ports in reached.items()}
     rates = {name: part.rate for name, part in graph.subgraphs.items() if part.rate is not None}
     return Picture(graph.name, graph.rate, {**graph.rates, **rates}, dict(sorted(boxes.items())), wires, probes)
 
 
-def _node(graph: Graph, signal: str) -> Endpoint:
+def node_of(graph: Graph, signal: str) -> Endpoint:
+    """Return block and port of a signal, with a subgraph as the block."""
     head, _, tail = signal.partition(".")
     return (head, tail) if head in graph.subgraphs else split(signal)
 
 
-def _block(block: Block) -> Box:
+def outside(graph: Graph, signal: str) -> str:
+    """Return the name that a signal inside a subgraph has where it is exported; unchanged if it is not."""
+    head, _, tail = signal.partition(".")
+    part = graph.subgraphs.get(head)
+    if part is None:
+        return signal
+    tail = outside(part, tail)
+    names = [name for name, inner in part.exports.items() if inner == tail]
+    return f"{head}.{names[0] if names else tail}"
+
+
+def _block(flat: FlatGraph, path: str, block: Block) -> Box:
     kind = type(block)
     return Box(
         kind.__name__,
@@ -88,14 +113,19 @@ def _block(block: Block) -> Box:
         {name: getattr(block, name) for name in kind.parameters},
         continuous=kind.continuous(),
         noise=any(Meaning.DEVIATE in behaviour.meanings for behaviour in kind.output_functions.values()),
+        path=path,
+        rate=None if kind.continuous() else flat.rates.get(path, flat.rate),
+        signals={name: f"{path}.{name}" for name in kind.outputs},
+        types={name: _type(block, port) for name, port in kind.outputs.items()},
     )
 
 
-def _subgraph(flat: FlatGraph, name: str, ports: set[str]) -> Box:
+def _subgraph(flat: FlatGraph, graph: Graph, path: str, name: str, ports: set[str]) -> Box:
     inputs, outputs = dict[str, Port](), dict[str, Port]()
     parameters, values = dict[str, Parameter](), dict[str, Any]()
+    signals, types = dict[str, str](), dict[str, str]()
     for port in sorted(ports):
-        signal = inside(flat.root, f"{name}.{port}")
+        signal = inside(flat.root, f"{path}{name}.{port}")
         known = find_any(flat, signal)
         if isinstance(known, Missing):
             continue
@@ -106,8 +136,32 @@ def _subgraph(flat: FlatGraph, name: str, ports: set[str]) -> Box:
             values[port] = getattr(block, inner.name)
         elif split(signal)[1] in type(block).outputs:
             outputs[port] = replace(inner, name=port, unit=unit)
+            signals[port], types[port] = signal, _type(block, inner)
         else:
             inputs[port] = replace(inner, name=port, unit=unit)
-    part = flat.root.subgraphs[name]
+    part = graph.subgraphs[name]
+    own, around = part.place.file, graph.place.file
+    file = PurePath(own).name if own and own != around else ""
     about = [part.name, part.description.strip(), f"{part.size.blocks} block{'s' * (part.size.blocks != 1)} inside"]
-    return Box("Graph", "\n".join(filter(None, about)), inputs, outputs, parameters, values, subgraph=True)
+    return Box(
+        "Graph",
+        "\n".join(filter(None, [*about, file and f"from {file}"])),
+        inputs,
+        outputs,
+        parameters,
+        values,
+        subgraph=True,
+        path=f"{path}{name}",
+        rate=part.rate if part.rate is not None else flat.rate,
+        file=file,
+        signals=signals,
+        types=types,
+    )
+
+
+def _type(block: Block, port: Port) -> str:
+    """Return the type of a signal in words."""
+    if port.dtype is FixedValue:
+        return f"fixed point {format_of(block, port.name)}"
+    shape = f", {len(port.shape)} lengths" if len(port.shape) > 1 else ", a vector" if port.shape else ""
+    return {int: "integer", bool: "true or false"}.get(port.dtype, "number") + shape

@@ -40,13 +40,13 @@ def variants_of(table: Mapping[str, Any], graph: Graph) -> dict[str, Variant]:
     if VARIANTS in table:
         named = {name: _variant(entry, tables) for name, entry in _entries(table[VARIANTS])}
     flat = flatten(graph)
-    found: dict[str, Variant] = {}
+    variants: dict[str, Variant] = {}
     for name, variant in named.items():
         for swept, one in _each_value(variant, graph, flat):
-            found[", ".join(filter(None, (name, swept)))] = one
-    if len(found) > MOST_VARIANTS:
-        raise Refusal("too many variants", key=VARIANTS, got=str(len(found)), expected=f"at most {MOST_VARIANTS}")
-    return found
+            variants[", ".join(filter(None, (name, swept)))] = one
+    if len(variants) > MOST_VARIANTS:
+        raise Refusal("too many variants", key=VARIANTS, got=str(len(variants)), expected=f"at most {MOST_VARIANTS}")
+    return variants
 
 
 def _entries(given: object) -> Iterator[tuple[str, Mapping[str, Any]]]:

@@ -8,7 +8,7 @@ import builtins
 import functools
 import math
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from proofmass.blocks.arithmetic import elementary, rounding
@@ -24,27 +24,46 @@ def for_duals(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 _RULES = (rounding.round_half_even, rounding.round_down)
+LEVELS = (rounding.nearest_level, rounding.nearest_even_level, rounding.two_level)  # of these two may be all there are
 
 
 def quantises(function: Callable[..., Any]) -> bool:
-    """Whether a function, or one that it calls, rounds by a rule of `blocks.arithmetic.rounding`."""
-    return _reaches(function, set())
+    """Return whether a function, or one that it calls, rounds by a rule of `blocks.arithmetic.rounding`."""
+    return reaches(function, _RULES)
 
 
-def _reaches(function: Any, visited: set[Any]) -> bool:
-    if function in _RULES:
+def reaches(function: Any, wanted: Collection[Any]) -> bool:
+    """Return whether a function is one of some, or calls one."""
+    return _reaches(function, wanted, set())
+
+
+def _reaches(function: Any, wanted: Collection[Any], visited: set[Any]) -> bool:
+    if function in wanted:
         return True
     if not isinstance(function, types.FunctionType) or function in visited:
         return False
     visited.add(function)
     named = (function.__globals__.get(name) for name in _names(function.__code__))
-    return any(_reaches(value, visited) for value in named if isinstance(value, types.FunctionType))
+    return any(_reaches(value, wanted, visited) for value in named if isinstance(value, types.FunctionType))
 
 
-def with_quantisers(function: Callable[..., Any], quantise: Callable[[Callable[[Any], Any], Any], Any]) -> Any:
-    """As `for_duals`, where `quantise(rule, value)` says what a rule of rounding makes of a value."""
-    own = {rule: functools.partial(quantise, _REPLACED[rule]) for rule in _RULES}
+def with_quantisers(
+    function: Callable[..., Any],
+    quantise: Callable[[Callable[[Any], Any], Any], Any],
+    level: Callable[..., Any],
+) -> Any:
+    """Return a function as `for_duals` does, where `quantise(rule, value)` takes the place of each rule of rounding.
+
+    `level(rule, *arguments)` is the same of a rule that chooses one of some levels.
+    """
+    own: dict[Any, Any] = {rule: functools.partial(quantise, _REPLACED[rule]) for rule in _RULES}
+    own |= {rule: functools.partial(level, rule) for rule in LEVELS}
     return with_functions(function, _REPLACED | own)
+
+
+def compared(rule: Callable[..., Any], first: Any, second: Any) -> Any:
+    """The value of which a rule of `LEVELS` chooses a level."""
+    return second if rule is rounding.two_level else first
 
 
 def with_functions(function: Callable[..., Any], replaced: Mapping[Any, Callable[..., Any]]) -> Callable[..., Any]:
@@ -246,6 +265,14 @@ def _round_half_even(value: Any) -> Any:
     return value if isinstance(value, Dual) else rounding.round_half_even(value)
 
 
+def _nearest_level(value: Any, last: Any) -> Any:
+    return rounding.clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_level(value, last)
+
+
+def _nearest_even_level(value: Any, last: Any) -> Any:
+    return rounding.clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_even_level(value, last)
+
+
 def _ours(function: Callable[..., float]) -> Callable[..., Any]:
     """One of our elementary functions where it stands in the derivative of another."""
     return lambda *arguments: _ELEMENTARY[function](*arguments)
@@ -303,6 +330,9 @@ _ELEMENTARY |= {
 _OURS: dict[Any, Callable[..., Any]] = _ELEMENTARY | {
     rounding.round_half_even: _round_half_even,
     rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
+    rounding.nearest_level: _nearest_level,
+    rounding.nearest_even_level: _nearest_even_level,
+    rounding.two_level: lambda on, value: rounding.two_level(bool(on), 0.0),
     rounding.wrapped: _wrapped,
     rounding.nearest_integer: _counting(rounding.nearest_integer),
     int: _converting(int),

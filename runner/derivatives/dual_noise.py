@@ -7,31 +7,47 @@ In fixed point that is what integers drop.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
+from proofmass.blocks.arithmetic.rounding import clip, two_level
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Beat
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, with_errors
-from proofmass.runner.derivatives.dual_functions import quantises, with_quantisers
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of, with_errors
+from proofmass.runner.derivatives.dual_functions import compared, for_duals, quantises, with_quantisers
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.bindings import Binding, Buffer, Deviate, State, Tick, Time
 from proofmass.runner.plan.planned import Plan
 
 DEVIATE, ROUNDING = "normal", "rounding error"  # in the place of a port, as none may be called
+ONE_BIT = "error of one bit"
 _ROLES = ("update", "derivative")
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a quantiser of one bit does to small changes: v = gain y + e, e being white."""
+
+    gain: float
+    variance: float  # of e
+
+
+Noisy = Mapping[str, tuple[Gain, ...]]  # blocks with noise, and their quantisers of one bit in the order of a tick
+NOTHING: Noisy = MappingProxyType({})
 _MOVING = (Deviate, State, Buffer, Time, Tick)
 
 
-def noise_blocks(plan: Plan) -> list[str]:
+def noise_blocks(plan: Plan) -> Noisy:
     """The blocks that draw random numbers, or round what is not always the same: in fixed point, what noise reaches."""
     drawing = given(plan, (Deviate,))
     steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
     rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}
     sources = (drawing | (rounding & changing(plan, _MOVING))) - plan.digital.keys()
-    return sorted(sources | (reached(plan, set(sources)) & plan.digital.keys()))
+    return dict.fromkeys(sorted(sources | (reached(plan, set(sources)) & plan.digital.keys())), ())
 
 
 def rounds(part: str) -> bool:
@@ -78,8 +94,9 @@ class NoisyTicks(DualTicks):
     """Of the blocks with `noise` adds to `sources` a key (block, `DEVIATE` or `ROUNDING`, number) for each, and notes
     what was rounded."""
 
-    def __init__(self, *arguments: Any, noise: Collection[str]) -> None:
+    def __init__(self, *arguments: Any, noise: Noisy) -> None:
         self._owner, self._noise = "", noise
+        self._bits: dict[str, tuple[int, list[tuple[Any, Any]]]] = {}  # of a tick, by block
         self._known: set[tuple[str, str, int]] = set()
         self._last: dict[str, tuple[int, Any, tuple[str, str, int]]] = {}
         self._dropped: dict[str, tuple[int, list[tuple[Any, tuple[str, str, int]]]]] = {}  # in a tick, by block
@@ -94,7 +111,11 @@ class NoisyTicks(DualTicks):
         owner = self._owner
         if owner not in self._noise:
             return super()._callable(block, behaviour)
-        return with_quantisers(behaviour.function, lambda rule, value: self._rounded(owner, value, rule))  # type: ignore[no-any-return]
+        return with_quantisers(  # type: ignore[no-any-return]
+            behaviour.function,
+            lambda rule, value: self._rounded(owner, value, rule),
+            lambda rule, *arguments: self._levelled(owner, rule, *arguments),
+        )
 
     def _counted(self, name: str, function: str) -> Callable[..., Any]:
         reference = super()._counted(name, function)
@@ -140,6 +161,28 @@ class NoisyTicks(DualTicks):
             self._known.add(key)
             self.sources.append(key)
         return dual(0.0, {key: 1.0}, SIGNALS)
+
+    def _levelled(self, owner: str, rule: Any, first: Any, second: Any) -> Any:
+        """The level that a rule chooses; of two levels by the gain of the quantiser."""
+        value = compared(rule, first, second)
+        if not self._noise[owner]:
+            if rule is two_level:
+                return for_duals(rule)(first, second)
+            return self._rounded(owner, clip(value, 0.0, second), lambda rounded: rounded)
+        tick, known = self._bits.get(owner, (-1, []))
+        if tick != self._memory.tick:
+            known = []
+            self._bits[owner] = self._memory.tick, known
+        for before, made in known:
+            if before == value and slopes_of(before, SIGNALS) == slopes_of(value, SIGNALS):
+                return made
+        gain = self._noise[owner][min(len(known), len(self._noise[owner]) - 1)]
+        key = (owner, ONE_BIT, self._counts[owner, ONE_BIT])
+        self._counts[owner, ONE_BIT] += 1
+        level = float(rule(plain(first), plain(second)))
+        made = level + gain.gain * (value - value_of(value, SIGNALS)) + math.sqrt(gain.variance) * self._direction(key)
+        known.append((value, made))
+        return made
 
     def _rounded(self, owner: str, value: Any, rule: Callable[[Any], Any]) -> Any:
         """The value with an error of its own; outputs that round the same value in a tick err alike."""

@@ -15,7 +15,7 @@ from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,6 +38,7 @@ from proofmass.runner.analysis.linearisation.period_map import (
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.waiting import Waiting
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, without_noise
 
@@ -71,14 +72,14 @@ def map_at(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
-    noise: Collection[str] = (),
+    noise: Noisy = NOTHING,
     tick: Point = 0,
 ) -> PeriodMap:
     """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
     if isinstance(tick, PeriodicPoint):
         point = _periodic(plan, inputs, outputs, cut, everything, noise, tick)
     else:
-        wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise), tick)
+        wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise.items()), tick)
         if _Latest.plan is not plan or _Latest.wanted != wanted:
             search = _Search(plan, inputs, outputs, cut, everything, noise, tick)
             _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, search.whole_point()
@@ -110,7 +111,7 @@ def _periodic(
     outputs: Sequence[Endpoint],
     cut: bool,
     everything: bool,
-    noise: Collection[str],
+    noise: Noisy,
     orbit: PeriodicPoint,
 ) -> _Point:
     """Return the map about an orbit that closes."""
@@ -133,7 +134,7 @@ def _point_slopes(
     inputs: Sequence[Endpoint],
     outputs: Sequence[Endpoint],
     everything: bool,
-    noise: Collection[str],
+    noise: Noisy,
     point: "_Point",
 ) -> tuple[PointSlopes | None, tuple[str, ...]]:
     """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
@@ -174,7 +175,7 @@ class _Search:
         outputs: Sequence[Endpoint],
         cut: bool,
         everything: bool,
-        noise: Collection[str],
+        noise: Noisy,
         tick: int,
     ) -> None:
         self._plan, self._inputs, self._outputs = plan, inputs, outputs
@@ -210,7 +211,8 @@ class _Search:
         switched = [look for look in changes if not self._same(first, maps[look])]
         if changes and not switched and self._same(first, maps[1]):
             return _Point(first, 1)
-        change, later = self._drift(first, maps, 1, first), tuple(maps[look] for look in LOOKS if look in maps)
+        change = self._drift(first, maps, 1, first, maps[max(maps)])
+        later = tuple(maps[look] for look in LOOKS if look in maps)
         if switched and (self._noise or change > FROZEN):
             closed = self._closed(first, self._repetition())
             if closed is not None:
@@ -228,10 +230,17 @@ class _Search:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
 
-    def _drift(self, of_period: PeriodMap, later: Mapping[int, PeriodMap], periods: int, first: PeriodMap) -> float:
+    def _drift(
+        self,
+        of_period: PeriodMap,
+        later: Mapping[int, PeriodMap],
+        periods: int,
+        first: PeriodMap,
+        following: PeriodMap,
+    ) -> float:
         """Return the change between the maps `first` and `later` of a period, in the time of the lowest crossover.
 
-        Between wires it is the time of the slowest pole.
+        Between wires it is the time of the slowest pole of the map `of_period`, which a `following` one repeats.
         """
         crossovers = self._crossovers(of_period)
         last = 1.0 / (2.0 * self._period * periods)
@@ -241,7 +250,9 @@ class _Search:
         speed = max(effect(shown, self._shown(after), z) / number for number, after in later.items())  # a period
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
-        rates, rates_later = pole_rates(of_period), pole_rates(later[max(later)])
+        rates, rates_later = pole_rates(of_period), pole_rates(following)
+        if len(rates) != len(rates_later):  # something begins to move, or comes to rest
+            rates_later = rates
         # What is much nearer to neutral later, such as the phase of an oscillation that settles, is neutral.
         slow = (rates > SAME) & ((rates >= NEAR) | (rates_later > 0.5 * rates))
         return speed * periods / _slowest(rates[slow])
@@ -320,8 +331,8 @@ class _Search:
         """The map over so many periods that the orbit comes back."""
         for periods in returns:
             closed = self._map(self._after(0), periods)
-            change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first)
             after = self._map(self._after(periods), periods)
+            change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first, after)
             if self._noise and change_between(self._shown(closed), self._shown(after)) > _BACK:
                 continue
             if change <= FROZEN:
@@ -361,7 +372,8 @@ class _Search:
             expected=f"an orbit that closes in {period}, or in up to {longest}"
             if turning
             else "an operating point at rest",
-            hint=f"choose rates so that a whole number of carrier periods fits {period}, or model the loop at baseband"
+            hint=f"take --at periodic if the loops have not settled yet; else choose rates so that a whole number of"
+            f" carrier periods fits {period}, or model the loop at baseband"
             if turning
             else "take a later time, or --at settled",
             path=("blocks", name),

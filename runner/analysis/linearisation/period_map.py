@@ -23,7 +23,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import memory_at
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
-from proofmass.runner.derivatives.dual_noise import NoisyTicks
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import Memory, start
@@ -125,7 +125,7 @@ def period_map(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
-    noise: Collection[str] = (),
+    noise: Noisy = NOTHING,
     tick: int = 0,
     periods: int = 1,
     memory: Memory | None = None,
@@ -138,7 +138,7 @@ def period_map(
     The map covers this many common `periods`, or `span` base ticks. With a `memory` it starts at its tick;
     `point_slopes` are the derivatives of what is there `by_parameters`. Without them what still has its start value has
     those of that.
-    With `integrated` continuous groups move as in a run, and are linearised in the middle of each tick.
+    With `integrated` continuous groups move as in a run, and are linearised along the way within each tick.
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
     inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the

@@ -131,5 +131,6 @@ def _restless(got: str) -> Problem:
         key="at",
         got=got,
         expected=f"{TOLERANCE:g} at most, in {MOST:,} base ticks",
-        hint="remove signals that keep changing, or name a time instead, such as 20 ms",
+        hint="of carriers that fit the rate take --at periodic; else remove signals that keep changing, or name a time,"
+        " such as 20 ms",
     )

@@ -18,15 +18,16 @@ from proofmass.runner.analysis.allan.levels import Levels, matched
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
+from proofmass.runner.analysis.linearisation.period_map import Array, common_period
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import OneMore, one_more, rms_sensitivity
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
+from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
-from proofmass.runner.derivatives.dual_noise import ROUNDING, noise_blocks, rounds
+from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
@@ -34,6 +35,7 @@ _DECADES = 5.0  # below half the rate that are shown
 _TAUS = 8  # a decade
 _LOW = 0.1  # of the rate, up to which coefficients are those of a slow signal
 QUANTISATION, DROPPED = "quantisation", "rounding"  # of a converter, and of all places in a fixed-point block
+DECISION = "one-bit quantisation"
 
 
 @dataclass(frozen=True)
@@ -186,6 +188,7 @@ def noise(
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
     tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
+    noisy = with_gains(planned, noisy, [target], tick)
     whole = map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives)
     to_output = noise_map(whole, target)
     _refuse_growth(planned, output, to_output)
@@ -210,7 +213,7 @@ def noise(
         input_unit=_unit(planned, sources[0]) if sources else "",
         gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=to_output.period,
-        notes=(*whole.notes, *_notes(planned, whole, sources_made, to_output, band)),
+        notes=(*whole.notes, *_notes(noisy, sources_made, to_output, band, derivatives)),
     )
     if not derivatives:
         return budget
@@ -233,10 +236,9 @@ def _sources(
     """Return the sources, all roundings of a fixed-point block as one."""
     columns: dict[tuple[str, str], list[int]] = {}
     for column, (name, part) in enumerate(entries):
-        quantiser = QUANTISATION if part == ROUNDING else DROPPED
-        columns.setdefault((name, quantiser if rounds(part) else type(planned.blocks[name]).__name__), []).append(
-            column
-        )
+        kinds = {ROUNDING: QUANTISATION, ONE_BIT: DECISION}
+        kind = kinds.get(part) or (DROPPED if rounds(part) else type(planned.blocks[name]).__name__)
+        columns.setdefault((name, kind), []).append(column)
     total = float(np.sum(squares))
     made = []
     for (name, kind), own in columns.items():
@@ -276,7 +278,11 @@ def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]
 
 
 def _notes(
-    planned: Plan, whole: PeriodMap, sources: list[Source], to_output: NoiseMap, band: tuple[float, float] | None
+    noisy: Noisy,
+    sources: list[Source],
+    to_output: NoiseMap,
+    band: tuple[float, float] | None,
+    derivatives: bool,
 ) -> list[str]:
     """Notes that a reader needs to judge the numbers."""
     notes = [
@@ -286,6 +292,11 @@ def _notes(
         for source in sources
         if source.doubtful and source.dither is not None
     ]
+    made = {source.block for source in sources if source.kind == DECISION and source.rms}
+    decided = [(name, one) for name in sorted(made) for one in noisy[name]]
+    notes += [one.note(name) for name, one in decided if isinstance(one, OneBit)]
+    if decided and derivatives:
+        notes.append("derivatives take the gains of one-bit quantisers as fixed")
     if not to_output.settles and band is None:
         notes.append("the output wanders without bound: its rms is that of the band named above")
     return notes

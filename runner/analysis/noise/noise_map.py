@@ -28,7 +28,7 @@ from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
 from proofmass.runner.analysis.linearisation.state_space import Matrices, StateSpace
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
-from proofmass.runner.derivatives.dual_noise import DEVIATE, rounds
+from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
 
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
@@ -38,7 +38,7 @@ _NEUTRAL = 1e-9  # above one, by which rounding may move a pole on the unit circ
 
 def variance(part: str) -> float:
     """Return the variance of an input: of a deviate, of an error that is uniform over one step, or zero."""
-    return 1.0 if part == DEVIATE else 1.0 / 12.0 if rounds(part) else 0.0
+    return 1.0 if part in (DEVIATE, ONE_BIT) else 1.0 / 12.0 if rounds(part) else 0.0
 
 
 @dataclass(frozen=True)

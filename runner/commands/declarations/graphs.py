@@ -210,19 +210,26 @@ def margins(**options: Any) -> int:
     type=click.Choice(["svg", "mermaid", "dot"]),
     help="Choose the format (default: by the file's ending, else svg).",
 )
+@click.option(
+    "--unfold", multiple=True, metavar="SUBGRAPH", help="Draw what is inside a subgraph, or inside all; repeatable."
+)
+@click.option(
+    "--overlay", type=click.Choice(["rates", "loops", "formats"]), help="Colour rates, loops or types of signals."
+)
 @set_option
 @blocks_option
-def draw(graph: Path, output: Path | None, form: str | None, changes: tuple[str, ...], own: Path | None) -> int:
+def draw(**options: Any) -> int:
     """Draw the block diagram of a graph.
 
     \b
     proofmass draw sensor.toml -o sensor.svg
     proofmass draw sensor.toml --format mermaid
+    proofmass draw library:closed_loop_gyroscope -o gyroscope.svg --unfold drive --overlay rates
     """
     # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.draw_command import draw_graph
+    from proofmass.runner.commands.draw_command import DrawRequest, draw_graph
 
-    return draw_graph(graph, output, form, changes, own)
+    return draw_graph(DrawRequest(**options))
 
 
 @cli.command()

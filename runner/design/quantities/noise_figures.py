@@ -14,12 +14,13 @@ from dataclasses import replace
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.graphs.tuning.quantities import Noise
+from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
 from proofmass.runner.analysis.noise.band import bends, rule
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, rows_of, summed
+from proofmass.runner.analysis.noise.one_bit import with_gains
 from proofmass.runner.derivatives.dual_noise import noise_blocks
 from proofmass.runner.design.quantities.loop_figures import Reading
 from proofmass.runner.plan.planned import Plan
@@ -34,6 +35,7 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
     source = node_of(planned, wanted.input) if wanted.input else None
     inputs, noisy = [source] if source else [], noise_blocks(planned)
     tick = tick_at(planned, at) if at else common_period(planned, inputs, [target], noise=noisy)
+    noisy = with_gains(planned, noisy, [target], tick)
     whole = map_at(planned, inputs, [target], noise=noisy, by_parameters=slopes, tick=tick)
     to_output = noise_map(whole, target)
     if not to_output.settles and wanted.band is None:

@@ -2,7 +2,7 @@
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.drawing.diagram import mermaid
+from proofmass.graphs.drawing.text_forms import mermaid
 from proofmass.graphs.files.toml_reader import read_graph_text
 
 GRAPH = """

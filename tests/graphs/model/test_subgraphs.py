@@ -12,7 +12,8 @@ from proofmass.blocks import Constant, DisplacementReadout, Gain, UnitDelay
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check, checked
 from proofmass.graphs.checks.schedule import schedule
-from proofmass.graphs.drawing.diagram import dot, mermaid, svg
+from proofmass.graphs.drawing.diagram import svg
+from proofmass.graphs.drawing.text_forms import dot, mermaid
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph

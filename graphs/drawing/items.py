@@ -1,0 +1,87 @@
+"""Parts of a layout that move: shapes, items of a layer, and the wires between two layers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from proofmass.graphs.drawing.layers import Link
+from proofmass.graphs.drawing.routing import GRID, Point
+
+NetName = tuple[str, str]  # of the wires of one output: block and port
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Size of a block and places of its pins: ports from its top, driven parameters from its left."""
+
+    width: int
+    height: int
+    inputs: Mapping[str, int]
+    outputs: Mapping[str, int]
+    driven: Mapping[str, int]
+    label: int = 0  # room beside the outputs
+    exit: bool = False  # whether somebody looks at an output
+    noise: bool = False
+
+    def row(self, parameter: str) -> int:
+        """Return how far below the top of the block the wire of a driven parameter arrives."""
+        return self.height + GRID * (2 + list(self.driven).index(parameter))
+
+    def reserved(self) -> int:
+        """The height reserved for it."""
+        return self.row(list(self.driven)[-1]) if self.driven else self.height
+
+
+class Spot(NamedTuple):
+    """The upper left corner of a block, and whether its inputs are on the right."""
+
+    x: int
+    y: int
+    mirrored: bool
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A diagram in pixels: blocks, the corner points of each wire, and the dots where wires branch."""
+
+    width: int
+    height: int
+    spots: Mapping[str, Spot]
+    paths: Mapping[Link, tuple[Point, ...]]
+    dots: frozenset[Point]
+
+
+@dataclass(eq=False)
+class Item:
+    """An item of a layer: a block, or a wire that passes through."""
+
+    name: str  # empty for a wire
+    height: int
+    rank: tuple[int, str, str]  # order at the start
+    backward: bool
+    width: int = 0
+    x: int = 0
+    top: int = 0
+    pins: tuple[list["Pin"], list["Pin"]] = field(default_factory=lambda: ([], []))  # on the left, on the right
+
+
+class Pin(NamedTuple):
+    """A place where a wire meets an item."""
+
+    item: Item
+    below: int  # the top of the item
+    across: int  # from the left of the item
+    net: "Net"
+
+    @property
+    def y(self) -> int:
+        """Height in the layout."""
+        return self.item.top + self.below
+
+
+@dataclass(eq=False)
+class Net:
+    """The wires of one output in one gap between layers: pins on the left side and on the right side."""
+
+    left: list[Pin] = field(default_factory=list)
+    right: list[Pin] = field(default_factory=list)

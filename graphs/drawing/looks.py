@@ -1,0 +1,182 @@
+"""Looks of blocks: summing circles, gain triangles, boxes with their ports, and subgraphs opened up."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.drawing.items import Shape
+from proofmass.graphs.drawing.links import Wired
+from proofmass.graphs.drawing.picture import Box
+from proofmass.graphs.drawing.texts import unit_in_print, width_of
+
+HEAD, LINE, ROW = 40, 20, 20  # of a block: name and kind, a setting, one port
+NAME = 20  # above a symbol
+SYMBOL = 40  # width of one
+PAD = 20  # around what is inside an opened subgraph
+_CURVE = 2.7  # from the edge of a circle to where a wire 10 above its middle meets it
+_MOST_SETTINGS = 2
+_SIGNS = {  # of circles, by input
+    "Sum": {"first": "+", "second": "+", "third": "+", "fourth": "+"},
+    "Difference": {"first": "+", "second": "\N{MINUS SIGN}"},
+    "Product": {"first": "×", "second": "×"},
+    "Quotient": {"numerator": "×", "denominator": "÷"},
+}
+_TRIANGLES = {"Gain": "", "Negation": "\N{MINUS SIGN}1"}  # and what stands in them
+_SILENT = ("input", "output")  # ports whose names say nothing where they are alone on their side
+
+
+@dataclass(frozen=True)
+class Look:
+    """Look of a block: shape for the layout, symbol, lines of text, and how far inside the pins are."""
+
+    shape: Shape
+    symbol: str  # "box", "circle", "triangle", "tab", "open"
+    settings: tuple[str, ...] = ()
+    labels: frozenset[str] = frozenset()  # ports whose names are written
+    signs: Mapping[str, str] = field(default_factory=dict)
+    rate: str = ""
+    insets: Mapping[str, float] = field(default_factory=dict)  # by port
+
+
+def look_of(name: str, box: Box, wired: Wired, rate: str, inner: tuple[int, int] | None) -> Look:
+    """Return the look of a block; `inner` is the size of what an opened subgraph shows."""
+    into = wired.into[name]
+    needed = [port for port, declared in box.inputs.items() if declared.default is None or port in into]
+    driven = sorted(port for port in into if port not in box.inputs)
+    labels = (
+        width_of(unit_in_print(box.outputs[port]), 10) + 4 + 14 * (port in wired.probed[name])
+        for port in wired.used[name]
+    )
+    room = max(labels, default=0), bool(wired.probed[name]), box.noise
+    if not box.kind:
+        return _tab(name, box, room)
+    if inner is None and not driven and len(box.outputs) == 1 and not box.subgraph:
+        kind = box.kind.removeprefix("Fixed")
+        if kind in _TRIANGLES and len(needed) == 1:
+            return _triangle(name, box, kind, needed, rate, room)
+        if kind in _SIGNS and len(needed) > 1 and set(needed) <= set(_SIGNS[kind]):
+            return _circle(name, box, kind, needed, rate, room)
+    if inner is not None:
+        return _opened(name, box, needed, driven, rate, inner, room)
+    return _boxed(name, box, needed, driven, rate, into, room)
+
+
+_Room = tuple[int, bool, bool]
+
+
+def _tab(name: str, box: Box, room: _Room) -> Look:
+    """Return the look of a port of an opened subgraph, as seen from inside."""
+    width = _tens(width_of(name, 11) + 24)
+    inputs, outputs = (dict.fromkeys(ports, 10) for ports in (box.inputs, box.outputs))
+    return Look(Shape(width, 20, inputs, outputs, {}, *room), "tab")
+
+
+def _triangle(name: str, box: Box, kind: str, needed: list[str], rate: str, room: _Room) -> Look:
+    value = next(iter(box.settings(())), "") or next(_numbers(box), "")
+    inside = _TRIANGLES[kind]
+    value = "" if inside else value
+    return _symbol("triangle", name, box, needed, SYMBOL, (value, rate), {needed[0]: inside}, room)
+
+
+def _circle(name: str, box: Box, kind: str, needed: list[str], rate: str, room: _Room) -> Look:
+    signs = {port: sign for port, sign in _SIGNS[kind].items() if port in needed}
+    return _symbol("circle", name, box, needed, ROW * len(needed), ("", rate), signs, room)
+
+
+def _symbol(
+    symbol: str,
+    name: str,
+    box: Box,
+    needed: list[str],
+    height: int,
+    below: tuple[str, str],
+    signs: Mapping[str, str],
+    room: _Room,
+) -> Look:
+    """Return a symbol with its name above it, a value and a rate below it."""
+    settings = tuple(filter(None, below))
+    words = max(width_of(name, 13, bold=True), *(width_of(text, 11) for text in settings), SYMBOL)
+    width = -(-words // 20) * 20
+    inputs = {port: NAME + (10 + ROW * i if len(needed) > 1 else height // 2) for i, port in enumerate(needed)}
+    (output,) = box.outputs
+    ends = {port: _CURVE if symbol == "circle" and i in (0, len(needed) - 1) else 0.0 for i, port in enumerate(needed)}
+    insets = {port: (width - SYMBOL) / 2 + end for port, end in {**ends, output: 0.0}.items()}
+    shape = Shape(width, NAME + height + LINE * len(settings), inputs, {output: NAME + height // 2}, {}, *room)
+    return Look(shape, symbol, settings, frozenset(), signs, below[1], insets)
+
+
+def _boxed(
+    name: str, box: Box, needed: list[str], driven: list[str], rate: str, into: Mapping[str, str], room: _Room
+) -> Look:
+    settings = tuple(box.settings(into))[:_MOST_SETTINGS]
+    sides = [needed, list(box.outputs)]
+    silent = [len(ports) < 2 and set(ports) <= set(_SILENT) for ports in sides]
+    labels = frozenset(port for ports, quiet in zip(sides, silent, strict=True) for port in ports if not quiet)
+    head = HEAD + LINE * len(settings)
+    foot = 10 if driven else 0
+    if all(silent):
+        height = head + (LINE if driven else 0)
+        inputs, outputs = (dict.fromkeys(ports, height // 20 * 10) for ports in sides)
+    else:
+        inputs, outputs = ({port: head + 10 + ROW * i for i, port in enumerate(ports)} for ports in sides)
+        height = head + ROW * max(*map(len, sides), 1) + 10 + foot
+    across, places = _along(driven)
+    widths = (max((width_of(port, 11) for port in ports if port in labels), default=0) for ports in sides)
+    words = max(width_of(name, 13, bold=True), width_of(_kind(box, rate), 11), *(width_of(s, 11) for s in settings), 0)
+    width = max(words + 20, sum(widths) + 34, across + 10, 60)
+    shape = Shape(_tens(width), height, inputs, outputs, places, *room)
+    return Look(shape, "box", settings, labels, {}, rate)
+
+
+def _opened(
+    name: str, box: Box, needed: list[str], driven: list[str], rate: str, inner: tuple[int, int], room: _Room
+) -> Look:
+    """Return a subgraph opened up: its ports at the edges, what is inside between them."""
+    used = {port: i for i, port in enumerate(box.outputs)}
+    inputs = {port: HEAD + 10 + ROW * i for i, port in enumerate(needed)}
+    outputs = {port: HEAD + 10 + ROW * i for port, i in used.items()}
+    across, places = _along(driven)
+    sides = [max((width_of(port, 11) for port in ports), default=0) for ports in (inputs, outputs)]
+    words = max(width_of(name, 13, bold=True), width_of(_kind(box, rate), 11)) + 40
+    width = max(inner[0] + sum(sides) + 2 * PAD + 40, words, across + 10)
+    height = HEAD + max(inner[1] + 2 * PAD, ROW * max(len(inputs), len(outputs))) + (ROW if driven else 0)
+    shape = Shape(_tens(width), _tens(height), inputs, outputs, places, *room)
+    return Look(shape, "open", (), frozenset({*inputs, *outputs}), {}, rate)
+
+
+def inner_place(look: Look, mirrored: bool) -> tuple[int, int]:
+    """Return where the inside of an opened subgraph begins, from its corner."""
+    ports = look.shape.outputs if mirrored else look.shape.inputs
+    return _tens(max((width_of(port, 11) for port in ports), default=0) + PAD + 10), HEAD + PAD
+
+
+def kind_text(box: Box) -> str:
+    """Return the line below the name: the kind of a block, the file of a subgraph."""
+    return box.file or "subgraph" if box.subgraph else box.kind
+
+
+def _kind(box: Box, rate: str) -> str:
+    return kind_text(box) + "  " * bool(rate) + rate
+
+
+def _numbers(box: Box) -> Iterator[str]:
+    """Yield the numbers of a block, also those that are defaults."""
+    for name, parameter in box.parameters.items():
+        if parameter.kind in (float, int):
+            yield in_print(box.values[name], short_unit(parameter.unit), 6)
+
+
+def _along(driven: list[str]) -> tuple[int, dict[str, int]]:
+    """Return the places of driven parameters along the bottom, and how far they reach."""
+    places: dict[str, int] = {}
+    across = 0
+    for parameter in driven:
+        half = -(-width_of(parameter, 11, bold=True) // 20) * 10  # a multiple of ten
+        places[parameter] = across + half + 10
+        across += 2 * half + 10
+    return across, places
+
+
+def _tens(number: int) -> int:
+    return -(-number // 10) * 10
