@@ -55,12 +55,12 @@ def interval(c: Constants, x: State) -> float:
 
 @TimeToDigital.output("1")
 def measurements(c: Constants, x: State) -> int:
-    """How many measurements are finished."""
+    """Number of finished measurements."""
     return x.finished
 
 
 def edge(before: float, now: float) -> float:
-    """Where in the tick a signal rises through zero, from 0 to 1; 2 where it does not."""
+    """Part of the tick after which a signal rises through zero, from 0 to 1; 2 if it does not."""
     return before / (before - now) if before < 0.0 <= now else 2.0
 
 

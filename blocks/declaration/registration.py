@@ -1,4 +1,4 @@
-"""How functions are registered on a kind of block: one decorator for each thing that a function can be.
+"""Decorators that register functions on a kind of block, one for each role of a function.
 
 The decorators are attributes of the kind, as in `@Gain.output("V")`, and not of its blocks; see `facts.py`.
 """

@@ -62,7 +62,7 @@ def constants(p: FixedInPhaseQuadratureDemodulator, period: float) -> Constants:
 def filtered(
     c: Constants, p: FixedInPhaseQuadratureDemodulator, first: FixedValue, signal: FixedValue, reference: FixedValue
 ) -> FixedValue:
-    """What a filter gives, in the format of its states."""
+    """Output of a filter, in the format of its states."""
     return (c.b0 * (signal * reference) + first).to(p.state_format, p.rounding, p.overflow)
 
 

@@ -36,7 +36,7 @@ class State(NamedTuple):
 
 
 def word(p: FixedMashModulator) -> Fixed:
-    """Of the integrators: as fine as the input and as the levels."""
+    """Format of the integrators: as fine as the input and as the levels."""
     fraction = max(p.input_format.fraction, p.bits - 1)
     return Fixed(p.state_bits + fraction, fraction)
 
@@ -57,7 +57,7 @@ def nearest(p: FixedMashModulator, value: FixedValue) -> FixedValue:
 
 @FixedMashModulator.output("1")
 def output(p: FixedMashModulator, x: State) -> FixedValue:
-    """What both stages make, joined by their digital filters."""
+    """Output of both stages, joined by their digital filters."""
     return x.first + (nearest(p, x.c) - 2 * x.second + x.third)
 
 

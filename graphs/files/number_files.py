@@ -25,7 +25,7 @@ _BANNER = "%%matrixmarket"
 
 
 def is_number_file(entry: object) -> bool:
-    """Whether an entry of a block's table names a file of numbers instead of having them."""
+    """Return whether an entry of a block's table names a file of numbers instead of having them."""
     return isinstance(entry, Mapping) and "file" in entry
 
 

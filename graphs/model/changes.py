@@ -69,7 +69,7 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
 
 
 def is_rate(graph: Graph, target: str) -> bool:
-    """Whether a name is a rate or clock offset of the graph or of a part of it, or the duration of a run."""
+    """Return whether a name is a rate or clock offset of the graph or a part of it, or the duration of a run."""
     owner, _, entry = target.rpartition(".")
     known = owner in graph.blocks or owner in graph.subgraphs
     return target in (RATE, DURATION) or (entry in (RATE, CLOCK_OFFSET) and known)
@@ -155,7 +155,7 @@ def changed_blocks(blocks: Mapping[str, Block], values: Mapping[str, object]) ->
 
 
 def change_part(part: Given, values: Mapping[str, object]) -> Given:
-    """As `with_parameters`, for a subgraph: a name without a dot is a value of it, or one that it exports."""
+    """Change values of a subgraph. A name without a dot is a value of it, or one that it exports."""
     unknown = [name for name in values if "." not in name and name not in part.exports and name not in part.values]
     if unknown:
         names = [*part.values, *part.exports, *part.blocks, *part.subgraphs]

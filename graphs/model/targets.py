@@ -60,7 +60,7 @@ def offset_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
 
 
 def _exactly(formula: Formula, values: Mapping[str, Value], unit: str) -> Fraction:
-    """What a formula gives, without the rounding of its arithmetic."""
+    """Return the value of a formula without the rounding of its arithmetic."""
     number = number_of(formula, values, Target(unit))
     if not 0.0 < number < math.inf:
         raise Refusal(f"must be above zero, not {float(number):g} {unit}")

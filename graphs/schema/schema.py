@@ -21,11 +21,12 @@ from proofmass.graphs.model.keys import (
 )
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
+from proofmass.graphs.model.requirements import SPREAD
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.targets import CLOCK_OFFSET
 from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import Schema, study_schema
-from proofmass.graphs.schema.tune_schema import tune_schema
+from proofmass.graphs.schema.tune_schema import quantity_schema, tune_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
 
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
@@ -290,6 +291,13 @@ def _requirement() -> Schema:
         key: {"type": ["number", "string"]} if key in ("at_least", "at_most") else {"type": "string"}
         for key in REQUIREMENT_KEYS
     }
+    values["quantity"] = {"anyOf": [{"type": "string"}, quantity_schema({}, {})]}
+    tolerances: Schema = {
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": {"type": ["number", "string", "array"]},
+    }
+    values["tolerances"] = {"anyOf": [{"const": SPREAD}, tolerances]}
     return {
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in REQUIREMENT_KEYS.items()},

@@ -42,7 +42,7 @@ def test_every_page_is_in_the_navigation_once(source: Path) -> None:
 def test_the_landing_page_carries_the_engine(source: Path) -> None:
     page = (source / "extra" / NAME).read_text(encoding="utf-8")
     assert "WebAssembly" in page
-    assert f'src="{NAME}"' in (source / "index.md").read_text(encoding="utf-8")
+    assert f'src="{NAME}#controller"' in (source / "index.md").read_text(encoding="utf-8")
 
 
 def test_links_of_staged_pages_lead_somewhere(source: Path) -> None:
