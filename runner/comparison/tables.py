@@ -53,6 +53,13 @@ def run_tables(comparison: RunComparison) -> list[Table]:
             tuple(map(_measure, comparison.measures)),
             (0, 1, 5),
         ),
+        Table(
+            "margins",
+            ("margin", "unit", "before", "after", "change", ""),
+            tuple(map(_measure, comparison.margins)),
+            (0, 1, 5),
+        ),
+        Table("notes", ("",), tuple((note,) for note in comparison.notes), (0,)),
     ]
 
 
