@@ -1,4 +1,4 @@
-"""What is behind each kind of fault: a code, the messages that belong to it, its cause and its cure.
+"""Explanations of faults: for each kind a code, the messages that belong to it, its cause and its cure.
 
 `proofmass explain` prints an entry, and the documentation has a page of all. A message belongs to the first entry
 with a pattern that is found in it.

@@ -71,7 +71,7 @@ def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a loop is stable."""
+    """Return whether a loop is stable."""
 
     loop: str
     unit: str = "1"

@@ -91,7 +91,7 @@ def connected(nodes: Iterable[Node], edges: Iterable[tuple[Node, Node]]) -> list
 
 
 def reached(edges: Mapping[Node, Iterable[Node]], starts: Iterable[Node]) -> set[Node]:
-    """What is reached from nodes; these themselves only by way of another node or a wire to themselves."""
+    """Return the nodes that can be reached from others. A start is among them only if a way leads back to it."""
     reachable, left = set[Node](), list(starts)
     while left:
         new = [other for other in edges.get(left.pop(), ()) if other not in reachable]
@@ -101,7 +101,7 @@ def reached(edges: Mapping[Node, Iterable[Node]], starts: Iterable[Node]) -> set
 
 
 def turned(edges: Mapping[Node, Iterable[Node]]) -> dict[Node, list[Node]]:
-    """The same edges the other way round."""
+    """Return the edges reversed."""
     back: dict[Node, list[Node]] = {node: [] for node in edges}
     for node, others in edges.items():
         for other in others:

@@ -1,4 +1,4 @@
-"""What a person writes as a tuning, read into one, with all that is wrong with it at once."""
+"""Reader of tunings: tables become a Tuning, or a list of all their faults."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -74,7 +74,7 @@ class Goal:
 
     @property
     def wanted(self) -> str:
-        """What is wanted, in words."""
+        """Return the goal in words."""
         if self.minimise or self.maximise:
             return "as low as possible" if self.minimise else "as high as possible"
         unit = f" {self.quantity.unit}" if self.quantity.unit != "1" else ""

@@ -36,7 +36,7 @@ class NoSolutionError(ArithmeticError):
 
 
 def scratch(n: int) -> tuple[int, ...]:
-    """How long the sequences are that `solve` works on, for n unknowns."""
+    """Return the lengths of the sequences that `solve` works on, for n unknowns."""
     return (n, n, n, n, n, n * n, n)
 
 

@@ -93,7 +93,7 @@ class Outputs:
     def _solved(
         self, loop: AlgebraicLoop, steps: Mapping[Endpoint, Callable[[int], Any]]
     ) -> Iterator[tuple[Endpoint, Callable[[int], Any]]]:
-        """What stands in the place of the tears of a loop: all are known once the first is."""
+        """Yield the steps of the tears of a loop: all are known once the first is."""
         wires = self._memory.wires
 
         def solve(tick: int) -> float:
@@ -176,7 +176,7 @@ class Outputs:
         return lambda tick: call(constants[name], *[get(tick) for get in getters])
 
     def _place(self, binding: Binding) -> tuple[Mapping[Any, Any], Any] | None:
-        """Where a state or a wire is held, as a table and the key in it."""
+        """Return the table that holds a state or a wire, and the key in it."""
         match binding:
             case State(name):
                 return self._memory.states, name
@@ -199,17 +199,17 @@ class Outputs:
         return call
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
-        """What is called for a function of a block."""
+        """Return what is called for a function of a block."""
         return in_python(block, behaviour)
 
     def _finite(self, value: Any) -> bool:
-        """Whether a value, or each entry of a vector or state, is finite."""
+        """Return whether a value, or each entry of a vector or state, is finite."""
         if isinstance(value, list | tuple):
             return all(map(math.isfinite, value))
         return math.isfinite(value)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
-        """What looks an argument up in a tick."""
+        """Return the function that looks up an argument in a tick."""
         memory, period = self._memory, self.filled.period
         match binding:
             case State(name):
@@ -255,11 +255,11 @@ class Interpreter(Outputs):
         self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
     def memory(self) -> Memory:
-        """What moves, as it stands."""
+        """Return the memory itself, which moves on with the run."""
         return self._memory
 
     def snapshot(self) -> Callable[[], Memory]:
-        """What moves, kept as it is now."""
+        """Return a function that gives the memory of this moment."""
         kept = self._memory.copy()
         return lambda: kept
 
@@ -324,7 +324,7 @@ class Interpreter(Outputs):
         return in_python(block, type(block).output_functions[port])
 
     def _following(self, binding: Binding, tick: int, following: Mapping[Endpoint, float]) -> float:
-        """What an argument of a source is in the next tick."""
+        """Return an argument of a source in the next tick."""
         match binding:
             case Time():
                 return tick * self.plan.period

@@ -168,7 +168,7 @@ class Evaluator:
     @property
     def measured_names(self) -> list[str]:
         """Names of the measures in the order of the columns of `measure`: those of signals, then formulas of them."""
-        return [measure.name for measure in (*self.plan.measures, *self.plan.derived)]
+        return [measure.name for measure in self.plan.measures] + [formula.name for formula in self.plan.derived]
 
     def _yielded(self, values: Mapping[str, float], slopes: bool) -> Readings:
         """Return the yields; their derivatives are differences over a part of the widths, with the same sensors."""

@@ -81,7 +81,8 @@ export class View {
     const duration = (old && this.state.duration !== secondsOf(old)) ? this.state.duration : secondsOf(model);
     const seed = old && this.state.seed !== old.seed ? this.state.seed : model.seed;
     this.state = { values: Object.fromEntries(kept), seed, duration };
-    const open = new Set([...this.list.querySelectorAll("details[open] > summary")].map((one) => one.textContent));
+    const asked = decodeURIComponent(location.hash.slice(1)); // report.html#controller
+    const open = new Set(old ? [...this.list.querySelectorAll("details[open] > summary")].map((one) => one.textContent) : [asked]);
     this.list.replaceChildren();
     this.controls = new Controls(this.list, model.sliders, model.fixed, model.units, (name, value) => this.set(name, value));
     for (const group of this.list.querySelectorAll("details")) group.open = open.has(group.querySelector("summary")?.textContent ?? "");

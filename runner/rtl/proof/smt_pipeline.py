@@ -42,7 +42,7 @@ _MOST_CLOCKS = 1000  # until timers have come to rest
 
 @dataclass(frozen=True)
 class Pipeline:
-    """What was found: `transparent` has the terms to put in the place of timers and registers of the pipeline, `late`
+    """Findings: `transparent` has the terms to put in the place of timers and registers of the pipeline, `late`
     the stages of the blocks' registers, by name.
 
     `checks` counts the registers and outputs that were looked at, `faults` says what is wrong with them.
@@ -70,7 +70,7 @@ def netlist_pipeline(solver: Solver, implementation: Implementation, reference: 
 
 
 class _NoStagesError(Exception):
-    """What is wrong with a pipeline whose registers have no stages."""
+    """Fault of a pipeline whose registers have no stages."""
 
 
 class _Netlist:
@@ -133,7 +133,7 @@ class _Netlist:
 
     @cached_property
     def stages(self) -> dict[Term, int]:
-        """Of the registers; raises _NoStagesError for a loop of registers of the pipeline."""
+        """Stages of the registers; raises _NoStagesError for a loop of registers of the pipeline."""
         stages = {register: self.begins[register] for register in self.own}
         for register in self._ordered():
             leaves = self._leaves(self.taken[register])
@@ -147,7 +147,7 @@ class _Netlist:
 
     @cached_property
     def transparent(self) -> dict[Term, Term]:
-        """What the timers come to rest at, and D of the registers of the pipeline, down to what is none."""
+        """Resting values of the timers, and D of the registers of the pipeline, down to what is no register of it."""
         found = dict(self.phases[-1])
         for register in self._ordered():
             found[register] = self.solver.replaced(self.taken[register], found)
@@ -156,7 +156,7 @@ class _Netlist:
     # -- faults ----------------------------------------------------------------------------------------------------
 
     def faults(self) -> Iterator[str]:
-        """What is wrong with registers and outputs: of each the first that is found."""
+        """Yield the first fault of each register and output."""
         for found in (*map(self._of_register, self.following), *map(self._of_output, self.outputs)):
             yield from islice(found, 1)
 
@@ -187,7 +187,7 @@ class _Netlist:
             yield f"{name} is given by other operations when its first values come"
 
     def _out_of_step(self, name: str, term: Term, stage: int) -> Iterator[str]:
-        """What is wrong with a term all of whose registers and inputs should have a stage."""
+        """Yield the fault of a term all of whose registers and inputs should have one stage."""
         leaves = sorted(self._leaves(term), key=self._name, reverse=True)
         late = {self.stages.get(each, 0): self._name(each) for each in leaves}
         texts = [f"{late[each]}, {_ticks(each)} late" for each in sorted(late)]
@@ -222,7 +222,7 @@ class _Netlist:
         return {**self._given(reset=False, enable=True), **phase}
 
     def _given(self, **values: bool) -> dict[Term, Term]:
-        """What to put in the place of reset and enable."""
+        """Return what to put in the place of reset and enable."""
         constants = ((self._clocking[name], value) for name, value in values.items())
         return {each: self.solver.truth(value, each) for each, value in constants}
 
