@@ -41,7 +41,7 @@ class Side(NamedTuple):
 
 
 class Badness(NamedTuple):
-    """How bad a case is, in order: where a quantity is undefined its loop's growth counts, elsewhere its value."""
+    """Order of badness: where a quantity is undefined its loop's growth counts, elsewhere its value."""
 
     undefined: bool
     value: float
