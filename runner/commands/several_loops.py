@@ -60,7 +60,15 @@ def _together_lines(together: Together) -> list[str]:
     ]
     lines += [f"  {line}" for line in text_table(rows, left=(0,))]
     lines.append(f"  with perturbations between the wires too: {together.unstructured:.5g}")
+    for title, peaks in (("sensitivity S", together.sensitivities), ("T = I - S", together.complementary)):
+        cells = [(n, *(_level(value) for value in row)) for n, row in zip(together.loops, peaks.tolist(), strict=True)]
+        lines += [f"  peaks of {title}, to a row from a disturbance at a column"]
+        lines += [f"    {line}" for line in text_table([("", *together.loops), *cells], left=(0,))]
     return [*lines, *(f"  note: {note}" for note in together.notes)]
+
+
+def _level(value: float) -> str:
+    return f"{20.0 * math.log10(value):.3g} dB" if value > 0.0 else "none"
 
 
 def _polar(factor: complex) -> str:

@@ -69,6 +69,10 @@ def test_two_loops_of_a_graph_against_a_dense_sweep_by_slicot() -> None:
         assert value == pytest.approx(margins(GRAPH, name).disk_margin, rel=1e-6)
     assert found.unstructured is not None
     assert found.unstructured <= found.margin
+    dense = np.linspace(0.01, math.pi, 4000)
+    matrices = np.array([np.linalg.inv(np.eye(2) + loop(np.exp(1j * angle))) for angle in dense])
+    assert found.sensitivities == pytest.approx(np.max(np.abs(matrices), axis=0), rel=1e-5)
+    assert found.complementary == pytest.approx(np.max(np.abs(np.eye(2) - matrices), axis=0), rel=1e-3)
 
 
 def test_its_factors_put_a_pole_on_the_circle_and_smaller_ones_do_not() -> None:
