@@ -135,7 +135,7 @@ def _block(kind: type[Block], rate: Schema) -> Schema:
         properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
         properties[CLOCK_OFFSET] = {
             "description": BLOCK_KEYS[CLOCK_OFFSET],
-            **_quantity({"type": "number", "minimum": 0}),
+            **_formulated({"type": "number", "minimum": 0}),
         }
     properties |= {name: _parameter(parameter) for name, parameter in about["parameters"].items()}
     return {
@@ -204,7 +204,7 @@ def _parts(rate: Schema) -> dict[str, Schema]:
     values: dict[str, Schema] = {
         "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
         "rate": rate,
-        CLOCK_OFFSET: _quantity({"type": "number", "minimum": 0}),
+        CLOCK_OFFSET: _formulated({"type": "number", "minimum": 0}),
         "count": {"type": "integer", "minimum": 1, "maximum": BLOCKS},
     }
     inside = {"description": "A parameter that the graph exports, or one inside it by its path."}
