@@ -196,3 +196,12 @@ export function asToml(values, sliders) {
 export function element(tag, values = {}) {
   return Object.assign(document.createElement(tag), values);
 }
+
+/** A field of its own. @param {HTMLElement} place @param {string} text @param {string} id */
+export function labelled(place, text, id) {
+  const row = element("div", { className: "parameter" });
+  const field = element("input", { id, type: "text", autocomplete: "off", spellcheck: false });
+  row.append(element("label", { textContent: text, htmlFor: id }), field);
+  place.append(row);
+  return field;
+}

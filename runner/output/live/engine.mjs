@@ -25,6 +25,9 @@ export async function unpacked(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
+/** The module of before, which stays where only numbers change. @type {{text: string, compiled: Promise<WebAssembly.Module> | null}} */
+let last = { text: "", compiled: null };
+
 /** @param {number} address */
 const aligned = (address) => Math.ceil(address / LINE) * LINE;
 
@@ -51,8 +54,9 @@ export class Engine {
 
   /** @param {Loop} loop */
   static async open(loop) {
-    const [code, image] = await Promise.all([unpacked(loop.module), unpacked(loop.image)]);
-    return new Engine(loop, await WebAssembly.compile(code), image);
+    const image = unpacked(loop.image);
+    if (last.text !== loop.module) last = { text: loop.module, compiled: unpacked(loop.module).then((code) => WebAssembly.compile(code)) };
+    return new Engine(loop, /** @type {WebAssembly.Module} */ (await last.compiled), await image);
   }
 
   /** Another engine of the same loop, with a memory of its own. */

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,7 @@ def _drawings(graph: Graph) -> str:
     return packed(json.dumps({",".join(sorted(some)): svg(graph, some) for some in sorted(wanted)}).encode())
 
 
+@cache
 def scales_of(unit: str) -> list[dict[str, Any]]:
     """The prefixes of a unit, each with the power of ten that it stands for."""
     texts = dict[int, str]()

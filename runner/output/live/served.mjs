@@ -84,7 +84,10 @@ export class Served {
   hear(message) {
     if (message.kind === "graph") this.show(message);
     else if (message.kind === "problems") this.complain(message.problems);
-    else if (message.kind === "study") this.showStudy(message);
+    else if (message.kind === "diagram") {
+      this.diagram.replaceChildren(drawn(message.svg));
+      this.view.lookAtDiagrams();
+    } else if (message.kind === "study") this.showStudy(message);
     else if (message.kind === "state" && message.window !== this.window) this.follow(message.state);
   }
 
@@ -94,7 +97,6 @@ export class Served {
     document.title = message.model.name;
     const head = document.querySelector("h1");
     if (head) head.textContent = message.model.name;
-    this.diagram.replaceChildren(drawn(message.diagram));
     this.changes = message.changes;
     this.view.open(message.model);
     this.bar.replaceChildren(...["", ...message.tabs].map((name) => this.tabButton(name)));

@@ -50,6 +50,7 @@ class Session:
         self._load, self._more = load, more_files
         self._graph: Graph | None = None
         self._shown: dict[str, Any] | None = None  # the last good model
+        self._diagram: dict[str, Any] | None = None
         self._problems: list[dict[str, Any]] = []
         self._state: dict[str, Any] | None = None
         self._listeners: set[queue.SimpleQueue[dict[str, Any]]] = set()
@@ -62,7 +63,7 @@ class Session:
         try:
             graph = with_parameters(self._load(), self._changes) if self._changes else self._load()
             tabs = [*self.tabs, *["study"] * (self._study is not None)]
-            shown = {"kind": "graph", "model": live_model(graph), "diagram": svg(graph), "tabs": tabs}
+            shown = {"kind": "graph", "model": live_model(graph), "tabs": tabs}
             shown["changes"] = {name: str(value) for name, value in self._changes.items()}
         except ModelError as error:
             problems = list(error.problems)
@@ -73,7 +74,11 @@ class Session:
             if not problems:
                 self._graph, self._shown = graph, shown
             self._tell(shown if shown and not problems else {"kind": "problems", "problems": self._problems})
-        if not problems:
+        if not problems and graph is not None:
+            diagram = {"kind": "diagram", "svg": svg(graph)}  # after the traces, which are waited for
+            with self._lock:
+                self._diagram = diagram
+                self._tell(diagram)
             self._begin_study()
         return problems
 
@@ -132,6 +137,8 @@ class Session:
         with self._lock:
             if self._shown:
                 heard.put(self._shown)
+            if self._diagram:
+                heard.put(self._diagram)
             if self._problems:
                 heard.put({"kind": "problems", "problems": self._problems})
             if self._study_shown:

@@ -1,7 +1,7 @@
 // The live part of a page: controls beside plots, kept in step with a worker that runs the loop.
 
 import { Charts } from "./charts.mjs";
-import { Controls, asOptions, asToml, element, nameOf } from "./controls.mjs";
+import { Controls, asOptions, asToml, element, labelled, nameOf } from "./controls.mjs";
 import { Diagrams, carriedDrawings } from "./diagrams.mjs";
 import { shown, ticksOf } from "./figures.mjs";
 import { showHistograms } from "./histograms.mjs";
@@ -108,10 +108,7 @@ export class View {
     this.charts?.remove();
     this.charts = new Charts(this.plots, model.loop.probes, model.units, (range) => this.zoomTo(range), (time) => this.peek(time));
     this.show();
-    const unfolded = this.diagrams?.unfolded, overlay = this.diagrams?.overlay ?? "";
-    this.diagrams = new Diagrams(model.loop.wires, model.units, (name) => this.plot(name), this.process?.draw ?? carriedDrawings(model.drawings));
-    if (unfolded?.size) void this.diagrams.unfold(unfolded);
-    if (overlay) this.diagrams.lay(overlay);
+    this.lookAtDiagrams();
     const wires = new Set(model.loop.wires.map((wire) => wire.name));
     for (const name of [...this.plotted]) {
       this.plotted.delete(name);
@@ -121,6 +118,16 @@ export class View {
     this.waiting = this.again = false;
     this.channel.postMessage({ kind: "open", loop: model.loop });
     this.run();
+  }
+
+  /** Take the diagrams that the page has as maps, unfolded and coloured as those before were. */
+  lookAtDiagrams() {
+    if (!this.model) return;
+    const { loop, units, drawings } = this.model, { unfolded, overlay = "", values, seconds } = this.diagrams ?? {};
+    this.diagrams = new Diagrams(loop.wires, units, (name) => this.plot(name), this.process?.draw ?? carriedDrawings(drawings));
+    if (unfolded?.size) void this.diagrams.unfold(unfolded);
+    if (overlay) this.diagrams.lay(overlay);
+    if (values && seconds !== undefined) this.diagrams.show(values, seconds);
   }
 
   /** Parameters of a run: those that were set, and those that follow from named values. */
@@ -330,6 +337,7 @@ export class View {
     this.showMeasures();
     const short = message.ticks < message.wanted && !message.fault ? "; the memory of a page holds no more" : "";
     const ran = `${message.ticks.toLocaleString("en")} ticks in ${Number(message.milliseconds.toPrecision(3))} ms${short}`;
+    this.status.dataset.loop = String(message.loop); // milliseconds in the loop itself
     this.say(message.fault ? `stopped: ${message.fault} (${ran})` : ran, Boolean(message.fault));
     if (this.again) {
       this.again = false;
@@ -384,13 +392,4 @@ export class View {
 export function secondsOf(model) {
   const [top, bottom] = model.loop.rate;
   return String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
-}
-
-/** @param {HTMLElement} place @param {string} text @param {string} id */
-function labelled(place, text, id) {
-  const row = element("div", { className: "parameter" });
-  const field = element("input", { id, type: "text", autocomplete: "off", spellcheck: false });
-  row.append(element("label", { textContent: text, htmlFor: id }), field);
-  place.append(row);
-  return field;
 }

@@ -41,11 +41,12 @@ export function makeWorker(post) {
     const began = performance.now(), probes = engine.loop.probes;
     const ticks = Math.min(wish.settings.ticks, Engine.mostTicks(probes));
     engine.begin({ ...wish.settings, ticks });
-    let chunk = FIRST, sound = true, told = began;
+    let chunk = FIRST, sound = true, told = began, loop = 0;
     while (engine.tick < ticks && sound) {
       const before = performance.now();
       sound = engine.advance(Math.min(ticks, engine.tick + chunk));
       const taken = performance.now() - before;
+      loop += taken;
       if (taken < CHUNK / 2) chunk *= 2;
       else if (taken > 2 * CHUNK) chunk = Math.max(1, chunk >> 1);
       if (engine.tick < ticks && performance.now() - told > 2 * CHUNK) {
@@ -58,7 +59,7 @@ export function makeWorker(post) {
     current = seriesOf(engine);
     view = wish.view;
     const fault = sound ? "" : "a number is not finite, or does not fit its format";
-    const facts = { number: wish.number, ticks: engine.tick, wanted: wish.settings.ticks, fault };
+    const facts = { number: wish.number, ticks: engine.tick, wanted: wish.settings.ticks, fault, loop };
     const measures = engine.measures();
     post({ kind: "done", ...facts, milliseconds: performance.now() - began, measures, pictures: pictures() });
   }
